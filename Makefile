@@ -57,6 +57,7 @@ lint: setup  ## Check style and types, as CI does
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
+	@$(BIN)/mypy --config-file tests/mypy.ini
 
 format: setup  ## Format the code and fix what ruff can fix
 	@$(BIN)/ruff format .

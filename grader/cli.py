@@ -24,7 +24,7 @@ from grader.errors import (
     UsageError,
 )
 from grader.host import atomic, namespaces, shortage, supervised
-from grader.sanitize import printable
+from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def _supervised(options: argparse.Namespace) -> int:
     pruning.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
     if out is not None:
         atomic.remove_left(out, new=new)
-    _Progress().done()
+    Progress().done()
     print(f"grader: {words}", file=sys.stderr)
     return status
 
@@ -89,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="grader",
         description="Grade ROS 2 packages: build each in a sandbox, drive it through trials, score what was seen.",
-        epilog="Example:  grader grade solution_pkg/ros2_robot_controller --out out/reference",
+        epilog="Example:  grader grade team07.zip --out out/team07",
     )
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
@@ -99,18 +99,13 @@ def _parser() -> argparse.ArgumentParser:
     _add_handout(verbs)
     _add_doctor(verbs)
     _add_cache(verbs)
-    if (KIT / "grader" / "classroom").exists():  # not in the students' kit
-        from grader.classroom import after_grading
+    if (KIT / "grader" / "classroom").exists():  # not in the students' kit, as authoring
+        from grader.authoring import checkpoint_texts, export
         from grader.classroom import command as classroom
 
-        classroom.add(verbs)
-        after_grading.add(verbs)
-    if (KIT / "grader" / "authoring").exists():  # not in the students' kit
-        from grader.authoring import export
-
+        classroom.add(verbs, checkpoint_texts.course_texts)
         _add_release(verbs)
         export.add(verbs)
-        _add_similar(verbs)
     if (KIT / "grader" / "selftest").exists():
         from grader.selftest import flakiness
         from grader.selftest.attacks import command as attacks
@@ -137,7 +132,8 @@ def _add_grade(verbs: Any) -> None:
         help="the package to grade, if the submission has several: its folder in there",
     )
     parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    add_course(parser)
     seconds = _number(1, 3600, "seconds")
     parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
@@ -160,13 +156,25 @@ def _add_check(verbs: Any) -> None:
         "check",
         help="check single requirements of a package",
         description="Collect only what the named requirements need; print what was seen, expected, and what to try.",
-        epilog="Example:  grader check F4 F5 --package ws/src/ros2_robot_controller",
+        epilog="Example:  grader check REQUIREMENT --package ws/src/PACKAGE",
     )
-    parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
+    parser.add_argument(
+        "requirements",
+        nargs="+",
+        metavar="REQUIREMENT",
+        help="its id in the rubric; for an unknown one the ids are listed",
+    )
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
+    add_course(parser)
     _add_seed_and_cache(parser)
     _add_fresh(parser)
     parser.set_defaults(run=_check, interrupted="nothing was written.")
+
+
+def add_course(parser: argparse.ArgumentParser) -> None:
+    """Add the option that chooses the course; `grader.course.find` reads it."""
+    words = "the folder of the course (default: the one with a course.yaml here or above, else the kit's own)"
+    parser.add_argument("--course", type=Path, metavar="DIR", help=words)
 
 
 def _add_fresh(parser: argparse.ArgumentParser) -> None:
@@ -184,7 +192,7 @@ def _add_submit(verbs: Any) -> None:
         "submit",
         help="pack a package for handing in, and show what the grader will see",
         description="Pack the package as one zip, run the public checks on it, and show what the grader will see.",
-        epilog="Example:  grader submit --package ws/src/ros2_robot_controller --out team07.zip",
+        epilog="Example:  grader submit --package ws/src/PACKAGE --out team07.zip",
     )
     parser.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
     parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
@@ -204,32 +212,15 @@ def _add_release(verbs: Any) -> None:
     parser.add_argument(
         "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
     )
+    add_course(parser)
     parser.set_defaults(run=_release)
-
-
-def _add_similar(verbs: Any) -> None:
-    parser = verbs.add_parser(
-        "similar",
-        help="list the packages of a class that are most alike",
-        description="Compare the Python of all submissions of a class beyond what the course gives, and write "
-        "similar.html with the places side by side. Names, comments and strings do not count. Nothing is run.",
-        epilog="Example:  grader similar class",
-    )
-    parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
-    parser.add_argument(
-        "--base",
-        type=Path,
-        metavar="DIR",
-        help="what the course gives (default: the reference package and the files that the notebooks give)",
-    )
-    parser.add_argument("--top", type=int, default=20, metavar="N", help="pairs to list (default 20)")
-    parser.set_defaults(run=_similar)
 
 
 def _add_handout(verbs: Any) -> None:
     parser = verbs.add_parser("handout", help="write the assignment for students, from the rubric, as Markdown")
     parser.add_argument("--out", type=Path, help="the file (default: standard output)")
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    add_course(parser)
     parser.set_defaults(run=_handout)
 
 
@@ -273,15 +264,17 @@ def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import building, pipeline, report
     from grader.checks import checks_run
-    from grader.course import kits_own
+    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
+    course = find(options.course)
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
-    progress = _Progress()
+    progress = Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(kits_own())),
+        rubric=rubric.load(options.rubric or course.rubric, checks_run.known(course)),
+        course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -311,10 +304,12 @@ def _grade(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from grader import building, pipeline
+    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
-    whole = rubric.load(rubric.RUBRIC)
+    course = find(options.course)
+    whole = rubric.load(course.rubric)
     known = {requirement.id for requirement in whole.requirements}
     unknown = [name for name in options.requirements if name not in known]
     if unknown:
@@ -322,9 +317,10 @@ def _check(options: argparse.Namespace) -> int:
             f"grader: no requirement is called {', '.join(unknown)}; the rubric has {_listed(whole)}.", file=sys.stderr
         )
         return EXIT_USAGE
-    progress = _Progress()
+    progress = Progress()
     settings = pipeline.Settings(
         rubric=whole,
+        course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         requirements=tuple(options.requirements),
@@ -343,7 +339,7 @@ def _check(options: argparse.Namespace) -> int:
 def _submit(options: argparse.Namespace) -> int:
     from grader.notebook import packing
 
-    progress = _Progress()
+    progress = Progress()
     found = packing.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
     progress.done()
     print(found)
@@ -353,35 +349,14 @@ def _submit(options: argparse.Namespace) -> int:
 
 def _release(options: argparse.Namespace) -> int:
     from grader.authoring.release import release
+    from grader.course import find
+    from grader.course.reader import VARIABLE
 
-    written = release(options.out, solutions=not options.without_solutions)
+    course = find(options.course)
+    os.environ[VARIABLE] = str(course.folder)  # what the notebooks give and ask for goes by it
+    written = release(options.out, course, solutions=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
-    return EXIT_GRADED
-
-
-def _similar(options: argparse.Namespace) -> int:
-    from grader.authoring import checkpoint_texts
-    from grader.classroom import gradebook, overview, similarity
-    from grader.classroom.class_folder import ClassFolder
-
-    if options.base is None:
-        base = checkpoint_texts.course_texts()
-    elif options.base.is_dir():
-        base = {str(path): path.read_text(encoding="utf-8") for path in options.base.rglob("*.py")}
-    else:
-        raise UsageError(f"There is no folder {printable(str(options.base))}.", "Check --base.")
-    progress = _Progress()
-    folder = ClassFolder(options.folder)
-    alike = similarity.of_class(folder, base, options.top, progress.say)
-    progress.done()
-    for note in alike.notes:
-        print(f"note: {note}")
-    print(f"{alike.compared} pairs; in half of them at most {alike.usual:.0%} of a package is in the other one, too")
-    for pair in alike.pairs:
-        print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
-    print(f"Places: {similarity.write(folder, alike)}")
-    print(f"Class: {overview.write(folder, gradebook.read(folder))}")
     return EXIT_GRADED
 
 
@@ -393,11 +368,11 @@ def _shown(path: Path) -> str:
 
 def _handout(options: argparse.Namespace) -> int:
     from grader.checks import checks_run
-    from grader.course import handout, kits_own
+    from grader.course import find, handout
     from grader.scoring import rubric
 
-    course = kits_own()
-    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(course)), course)
+    course = find(options.course)
+    text = handout.render(rubric.load(options.rubric or course.rubric, checks_run.known(course)), course)
     if options.out is None:
         print(text, end="")
     else:
@@ -441,25 +416,6 @@ def _listed(whole: Rubric) -> str:
     """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
     ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria]
     return ", ".join(f"{first} to {last}" for first, last in ends)
-
-
-class _Progress:
-    """Shows on standard error what is going on: on a terminal in a single line, in a log line by line."""
-
-    def __init__(self) -> None:
-        self._started = time.monotonic()
-        self._terminal = sys.stderr.isatty()
-
-    def say(self, what: str) -> None:
-        line = f"[{time.monotonic() - self._started:5.1f} s] {printable(what, most=400)}"
-        if self._terminal:
-            print(f"\r\x1b[K{line[:110]}", end="", file=sys.stderr, flush=True)
-        else:
-            print(line, file=sys.stderr, flush=True)
-
-    def done(self) -> None:
-        if self._terminal:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def _fail(error: Exception, status: int, debug: bool) -> int:

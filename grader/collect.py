@@ -77,7 +77,12 @@ def kept_evidence(settings: Settings) -> Kept:
     folder = settings.cache / "evidence"
     if not settings.only_kept:
         forget_old(folder)
-    common = (provenance.kit_hash(), building.toolchain_id(), str(settings.seed), namespaces.confinement().value)
+    common = (
+        provenance.kit_hash(settings.course.folder),
+        building.toolchain_id(),
+        str(settings.seed),
+        namespaces.confinement().value,
+    )
     return Kept(folder, common, settings.fresh, settings.only_kept)
 
 

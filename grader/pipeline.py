@@ -157,7 +157,7 @@ def judged(found: Evidence, settings: Settings, results: Sequence[CheckResult]) 
         wall_seconds=0.0,
         rubric=settings.rubric.sha256,
         rubric_title=settings.rubric.title,
-        checks=provenance.checks_hash(),
+        checks=provenance.checks_hash(settings.course.folder),
         commit=provenance.commit(),
         graded=provenance.now(),
     )
@@ -216,7 +216,7 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
         found = collect(submission, folder / "work", settings)
     made = {
         "seed": str(settings.seed),
-        "kit": provenance.kit_hash(),
+        "kit": provenance.kit_hash(settings.course.folder),
         "confinement": namespaces.confinement().value,
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),

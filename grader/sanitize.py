@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Any, TypeVar
 
@@ -59,23 +59,35 @@ def shown(fact: T, trusted: tuple[type, ...] = ()) -> T:
 
     Apply it once: text that was cut says so, and would be cut again.
     """
-    result: Any = _shown(fact, "", (Enum, *trusted))
+    return changed(fact, _safe, trusted)
+
+
+def changed(fact: T, change: Callable[[str, str], str], trusted: tuple[type, ...] = ()) -> T:
+    """Return a dataclass, list, tuple or mapping with `change(text, field)` for every string in it.
+
+    A key of a mapping has no field's name. Values of the types in `trusted` stay as they are.
+    """
+    result: Any = _changed(fact, "", change, (Enum, *trusted))
     return result  # type: ignore[no-any-return]  # the same type as went in, which mypy cannot follow
 
 
-def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
+def _changed(fact: Any, name: str, change: Callable[[str, str], str], trusted: tuple[type, ...]) -> Any:
     if isinstance(fact, trusted):
         return fact
     if isinstance(fact, str):
-        return lines(fact, tail=name in _TAILS) if name in _SEVERAL_LINES else one_line(fact)
+        return change(fact, name)
     if dataclasses.is_dataclass(fact) and not isinstance(fact, type):
-        fields = {f.name: _shown(getattr(fact, f.name), f.name, trusted) for f in dataclasses.fields(fact) if f.init}
-        return dataclasses.replace(fact, **fields)
+        values = {f.name: getattr(fact, f.name) for f in dataclasses.fields(fact) if f.init}
+        return dataclasses.replace(fact, **{key: _changed(v, key, change, trusted) for key, v in values.items()})
     if isinstance(fact, Mapping):
-        return {_shown(key, "", trusted): _shown(value, name, trusted) for key, value in fact.items()}
+        return {_changed(key, "", change, trusted): _changed(v, name, change, trusted) for key, v in fact.items()}
     if isinstance(fact, list | tuple):
-        return type(fact)(_shown(item, name, trusted) for item in fact)
+        return type(fact)(_changed(item, name, change, trusted) for item in fact)
     return fact
+
+
+def _safe(text: str, field: str) -> str:
+    return lines(text, tail=field in _TAILS) if field in _SEVERAL_LINES else one_line(text)
 
 
 def _cut(text: str, limit: int, *, tail: bool = False) -> str:

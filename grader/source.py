@@ -88,12 +88,13 @@ class Source(Protocol):
     """One source of evidence."""
 
     name: str
-    phase: Phase
-    uses: frozenset[str]
+    phase: Phase = Phase.RUN
+    uses: frozenset[str] = frozenset()
     """The names of sources that must have collected before it begins. They use none themselves."""
 
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the ids of the requirements that its evidence is for."""
+        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return what there is to see of the subject.

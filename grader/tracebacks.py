@@ -7,6 +7,11 @@ import re
 # A frame of a traceback, and of a dump by faulthandler, which writes "line 7 in f" and no comma.
 _FRAME = re.compile(r'^[ \t]*File "([^"\n]+)", line (\d+),? in (\S+)', re.MULTILINE)
 _INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
+# rosidl's generated C code, in which a value of a wrong type ends the process when the message is sent.
+_ASSERTION = re.compile(
+    r"\w+?__(?:msg|srv|action)__(\w+?)__convert_from_py: Assertion `(?:Py(\w+)_Check\(field\)|.*)' failed\."
+)
+_TYPES = {"Float": "float", "Long": "int", "Unicode": "str", "Bool": "bool"}
 _DUMP = "most recent call first"
 BEGIN = "Traceback (most recent call last)"
 """How a traceback begins."""
@@ -23,6 +28,8 @@ def last_words(output: str) -> str:
 
     After a traceback, what garbage collection complains of does not count. Return "" if the output is empty.
     """
+    if assertion := _ASSERTION.search(output):
+        return _wrong_type(assertion, output)
     raised = without_ignored(output)
     output = raised if BEGIN in raised else output
     lines = [line for line in output.splitlines() if line.strip()]
@@ -32,6 +39,20 @@ def last_words(output: str) -> str:
     traceback = output.rpartition(BEGIN)[2] if BEGIN in output else ""
     places = _places(traceback)
     return f"{said} ({places[-1]})" if places and not said.startswith("[") else said
+
+
+def _wrong_type(assertion: re.Match[str], output: str) -> str:
+    """Return which message had a value of a wrong type, and where it was sent from."""
+    message, kind = assertion[1], _TYPES.get(assertion[2] or "", "")
+    name, _, part = message.partition("__")
+    said = (
+        f"{assertion[0].partition(': ')[2]} A value in {name}{f' ({part})' if part else ''} is not of the field's type"
+    )
+    said += f", {kind}" if kind else ""
+    if part == "response":
+        return f"{said}; look at what the callback of this service puts into its response"
+    place = hanging_place(output)
+    return f"{said} ({place})" if place else said
 
 
 def hanging_place(output: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 from collections.abc import Collection, Iterator
+from decimal import Decimal
 from pathlib import Path
 from typing import NoReturn
 
@@ -33,6 +34,18 @@ def compose(path: Path, text: str) -> yaml.Node | None:
         raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
     except yaml.YAMLError as error:
         raise GraderError(f"{path} is not YAML ({error}).") from error
+
+
+def read(path: Path) -> yaml.Node | None:
+    """Return the YAML in a file as nodes; None if there is nothing in it.
+
+    Raises:
+        GraderError: it cannot be read, or is not YAML.
+    """
+    try:
+        return compose(path, path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read ({error}).") from error
 
 
 class YamlReader:
@@ -78,6 +91,19 @@ class YamlReader:
         if not isinstance(node, yaml.ScalarNode) or node.tag == "tag:yaml.org,2002:null":
             self.fail(node, "a plain text or number is expected here")
         return str(node.value)
+
+    def points(self, node: yaml.Node, most: float | None = None, whose: str = "") -> Decimal:
+        """Return a number; with `most` one from 0 to the points that `whose` is worth."""
+        text = self.text(node)
+        try:
+            value = Decimal(text)
+        except ArithmeticError:
+            value = Decimal("nan")
+        if not value.is_finite():
+            self.fail(node, f"{text} is not a number of points")
+        if most is not None and not 0 <= value <= Decimal(str(most)):
+            self.fail(node, f"{whose} has {most:g} points; {text} is outside 0 to {most:g}")
+        return value
 
     def require_known(self, name: str, node: yaml.Node, known: Collection[str], what: str) -> None:
         """Check that `name` is one of the `known` names."""

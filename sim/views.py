@@ -41,8 +41,8 @@ COLORS = {
     "other": "#882255",
 }
 
-# The contract's distances (robot_controller's parameters), the default thresholds in plots of ranges.
-THRESHOLDS = {"obstacle_detection_threshold": 0.5, "emergency_stop_distance": 0.2}
+# Distances at which a robot of this size should stop driving, and stop at all: the default thresholds in plots, m.
+THRESHOLDS = {"obstacle": 0.5, "emergency": 0.2}
 
 
 class View(Figure):

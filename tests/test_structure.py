@@ -18,7 +18,7 @@ ROOMS = (
     "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect", "courses",
     "mutation", "student_tests", "trials", "functions", "quality",
     "source", "settings", "report", "checks", "building", "sandbox", "intake", "course", "scoring", "host", "evidence",
-    "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",
+    "python_ast", "tracebacks", "yaml_reader", "progress", "sanitize", "errors", "",
 )  # fmt: skip
 CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""

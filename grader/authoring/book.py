@@ -21,7 +21,8 @@ from nbformat import NotebookNode
 from grader import KIT
 from grader.authoring import checkpoint_texts, editions, nbgrader, notebook_run, notebook_source, stored_outputs
 from grader.errors import GraderError, KitError
-from grader.scoring.rubric import RUBRIC, Rubric, load
+from grader.notebook.workspace import course
+from grader.scoring.rubric import Rubric, load
 
 PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
 PAGE = KIT / "docs" / "course.md"
@@ -42,8 +43,8 @@ _VERBS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status: 0 done, 1 a notebook is not as it should be, 2 wrong usage."""
     options = _parser().parse_args(arguments)
-    rubric = load(RUBRIC)
-    folder: Path = options.folder
+    rubric = load(course().rubric)
+    folder: Path = options.folder or course().notebooks
     try:
         if options.verb == "table":
             PAGE.write_text(with_table(PAGE.read_text(), rubric))
@@ -69,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     for verb, words in _VERBS.items():
         subparser = verbs.add_parser(verb, help=words, description=words[0].upper() + words[1:] + ".")
         subparser.add_argument("notebooks", nargs="*", metavar="NN", help="such as 05 (default: all)")
-        subparser.add_argument("--folder", type=Path, default=notebook_source.NOTEBOOKS, help=argparse.SUPPRESS)
+        subparser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
         if verb == "nbgrader":
             subparser.add_argument("--out", type=Path, required=True, help="the nbgrader course folder")
     return parser

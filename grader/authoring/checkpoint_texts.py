@@ -10,71 +10,14 @@ import json
 import zlib
 from functools import cache
 
-from grader import KIT
 from grader.authoring import notebook_source
-from grader.course import kits_own
 from grader.errors import GraderError
 from grader.notebook import checkpoints
+from grader.notebook.workspace import course
 from grader.scoring import rubric
-
-PACKAGE = kits_own().package
-
-REFERENCE = KIT / "solution_pkg" / PACKAGE
 
 Edit = tuple[str, str]
 """A text that the solution holds once, and its replacement."""
-
-EDITS: dict[tuple[str, str], tuple[Edit, ...]] = {
-    ("01", "CMakeLists.txt"): (
-        (
-            """\
-find_package(ament_cmake REQUIRED)
-find_package(rosidl_default_generators REQUIRED)
-find_package(geometry_msgs REQUIRED)
-find_package(std_msgs REQUIRED)
-
-# 1. The interfaces: rosidl turns these into Python (and C, C++) types.
-rosidl_generate_interfaces(${PROJECT_NAME}
-  "msg/SensorFusionData.msg"
-  "srv/SetSpeed.srv"
-  "srv/GetRobotStatus.srv"
-  "action/NavigateToPosition.action"
-  DEPENDENCIES geometry_msgs std_msgs
-)
-
-# 2. Our Python modules, laid over the generated ones.
-#    ament_python_install_package() cannot be used here: rosidl already owns a target of this name.
-""",
-            """\
-find_package(ament_cmake REQUIRED)
-
-# 1. The interfaces come here, when there are some.
-
-# 2. Our Python modules.
-""",
-        ),
-    ),
-    ("01", "package.xml"): (
-        ("  <buildtool_depend>rosidl_default_generators</buildtool_depend>\n", ""),
-        ("  <depend>geometry_msgs</depend>\n  <depend>std_msgs</depend>\n\n", ""),
-        (
-            """\
-  <exec_depend>action_msgs</exec_depend>
-  <exec_depend>ament_index_python</exec_depend>
-  <exec_depend>launch</exec_depend>
-  <exec_depend>launch_ros</exec_depend>
-  <exec_depend>nav_msgs</exec_depend>
-  <exec_depend>rcl_interfaces</exec_depend>
-  <exec_depend>rclpy</exec_depend>
-  <exec_depend>rosidl_default_runtime</exec_depend>
-  <exec_depend>sensor_msgs</exec_depend>
-""",
-            "  <exec_depend>rclpy</exec_depend>\n",
-        ),
-        ("  <member_of_group>rosidl_interface_packages</member_of_group>\n\n", ""),
-    ),
-}
-"""How a file of a notebook differs from the solution, by notebook and path."""
 
 
 def texts(notebook: str) -> dict[str, str]:
@@ -95,8 +38,9 @@ def solution(notebook: str, path: str) -> str:
     Raises:
         GraderError: an edit no longer fits the solution.
     """
-    edits = EDITS.get((checkpoints.number(notebook), path), ())
-    return edited((REFERENCE / path).read_text(encoding="utf-8"), edits, path)
+    rows = course().notebook_table["edits"].get(checkpoints.number(notebook), {}).get(path, ())
+    edits = tuple((row["old"], row["new"]) for row in rows)
+    return edited((course().solution / path).read_text(encoding="utf-8"), edits, path)
 
 
 def edited(text: str, edits: tuple[Edit, ...], path: str) -> str:
@@ -114,14 +58,14 @@ def edited(text: str, edits: tuple[Edit, ...], path: str) -> str:
 
 def given_texts(notebook: str) -> dict[str, str]:
     """Return the files that a notebook gives, as the cells of its source write them."""
-    (name,) = notebook_source.select([notebook])
-    return dict(_given_texts(name, (notebook_source.SOURCE / f"{name}.py").stat().st_mtime_ns))
+    (name,) = notebook_source.select([notebook], course().notebooks)
+    return dict(_given_texts(name, (course().notebooks / "source" / f"{name}.py").stat().st_mtime_ns))
 
 
 @cache
 def _given_texts(name: str, _written: int) -> dict[str, str]:
     """Return the files that a notebook gives; to read the sources of all takes more than a second."""
-    cells = notebook_source.read(name, rubric.load(rubric.RUBRIC)).cells
+    cells = notebook_source.read(name, rubric.load(course().rubric), course().notebooks).cells
     given = [cell for cell in cells if notebook_source.GIVEN in notebook_source.tags(cell)]
     return {path: notebook_source.body(cell) for cell in given if (path := notebook_source.written_file(cell))}
 
@@ -132,7 +76,8 @@ def course_texts() -> dict[str, str]:
     Raises:
         GraderError: jupytext is missing.
     """
-    found = {str(path.relative_to(REFERENCE)): path.read_text(encoding="utf-8") for path in REFERENCE.rglob("*.py")}
+    reference = course().solution
+    found = {str(path.relative_to(reference)): path.read_text(encoding="utf-8") for path in reference.rglob("*.py")}
     for notebook in checkpoints.table():
         if checkpoints.checkpoint(notebook).given:
             found |= {f"{notebook}/{path}": text for path, text in given_texts(notebook).items()}

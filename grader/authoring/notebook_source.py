@@ -24,6 +24,8 @@ from grader.scoring.rubric import Rubric
 NOTEBOOKS = KIT / "notebooks"
 SOURCE = NOTEBOOKS / "source"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
+FOLDED_LINES = 120  # a given file that is longer is to be opened by those who want to read it
+DESIGN = "design"  # a piece of which learners decide how it works: without a third hint, with two designs afterwards
 
 _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
@@ -111,8 +113,14 @@ def metadata() -> NotebookNode:
 
 
 def _cell(raw: NotebookNode) -> NotebookNode:
-    """Return the cell with its tags as its only metadata, without the notes of jupytext and editors."""
-    tags = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
+    """Return the cell with its tags, without the notes of jupytext and editors; a long file is folded in JupyterLab."""
+    tags: dict[str, Any] = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
+    if (
+        raw.cell_type == "code"
+        and raw.source.count("\n") > FOLDED_LINES
+        and {GIVEN, SKELETON} & set(tags.get("tags", ()))
+    ):
+        tags["jupyter"] = {"source_hidden": True}
     if raw.cell_type == "code":
         return nbformat.v4.new_code_cell(raw.source.replace(_SHIELD, ""), metadata=tags)
     return nbformat.v4.new_markdown_cell(raw.source, metadata=tags)

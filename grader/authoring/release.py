@@ -18,16 +18,19 @@ from packaging.utils import canonicalize_name
 
 from grader import KIT
 from grader.authoring import checkpoint_texts
+from grader.course import Course, handout, reader
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.notebook import checkpoints
 from grader.notebook.archive import Entry, write_zip
+from grader.scoring import rubric
 
 TOP = "ros2-course-kit"
+_COURSES = KIT / "grader" / "courses"
 _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors make, attack and release the course.
-_WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/")
+_WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/", "grader/courses/")
 # Sections about what the kit has not: the published edition, the sources, the tests, the developers' tools.
 _LEFT_OUT = (
     "## Only look\n", "## How they are made\n", "## How it is tested\n", "## Pinned versions\n",
@@ -54,26 +57,28 @@ class Released:
         return "without the solutions, so `start_at` lays out nothing"
 
 
-def release(out: Path, *, solutions: bool = True) -> Released:
+def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
     """Write the students' kit to the zip `out`.
 
     Raises:
         GraderError: this is not a whole checkout, or `out` cannot be written.
     """
-    if not checkpoint_texts.REFERENCE.is_dir():
-        raise GraderError("There is no solution_pkg here. Release the students' kit from a whole checkout.")
-    files = contents(solutions=solutions)
+    if not course.solution.is_dir():
+        raise GraderError(f"There is no {course.solution}. Release the students' kit from a whole checkout.")
+    files = contents(course, solutions=solutions)
     entries = {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())}
     # JupyterLab's file browser shows how old a file is.
     write_zip(out, entries, time.gmtime(provenance.commit_time() or time.time())[:6])
     return Released(tuple(sorted(files)), out.stat().st_size, solutions)
 
 
-def contents(*, solutions: bool = True) -> dict[str, bytes]:
-    """Return the files of the students' kit by their paths."""
+def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
+    """Return the files of a course's kit for students by their paths."""
     found = {name: (KIT / name).read_bytes() for name in _named()}
-    for path in sorted(_STUDENT_KIT.iterdir()):
+    for path in (*_STUDENT_KIT.iterdir(), *(course.folder / "student_kit").glob("*")):
         found[path.name] = path.read_bytes()
+    found |= {name: path.read_bytes() for name, path in _of(course)}
+    found["docs/handout.md"] = handout.render(rubric.load(course.rubric), course).encode()
     found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
@@ -84,15 +89,33 @@ def contents(*, solutions: bool = True) -> dict[str, bytes]:
 
 
 def _named() -> Iterator[str]:
-    yield from (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE", "rubric.yaml", "notebooks/README.md")
-    for pattern in ("notebooks/[0-9][0-9]_*.ipynb", "notebooks/pictures/[0-9][0-9]*.png"):
-        yield from (path.relative_to(KIT).as_posix() for path in KIT.glob(pattern))
+    yield from (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE")
     yield from (f"docs/{page}.md" for page in _PAGES)
     for top in ("grader", "sim"):
         for path in (KIT / top).rglob("*"):
             name = path.relative_to(KIT).as_posix()
             if path.is_file() and not name.startswith(_WITHHELD) and not any(part in name for part in _NO_SOURCE):
                 yield name
+
+
+def _of(course: Course) -> Iterator[tuple[str, Path]]:
+    """Yield the files of a course with their paths in the kit: as in the checkout, or below the name of its folder.
+
+    The solution, the notebooks' sources and the known-bad edits stay with the instructor.
+    """
+    notebooks = course.notebooks
+    found = [course.rubric, *notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
+    found += [*notebooks.glob("pictures/[0-9][0-9]*.png"), course.folder / reader.COURSE]
+    for name in ("contract", "trials", "checks", "functions", "worlds", "words"):
+        found += [path for path in (course.folder / name).rglob("*") if path.is_file()]
+    found += [path for path in course.folder.glob("*") if path.suffix in (".yaml", ".j2", ".py")]
+    top = course.folder.parent
+    if course.folder.is_relative_to(_COURSES):
+        top = KIT
+        found.append(_COURSES / "__init__.py")
+    for path in dict.fromkeys(found):
+        if not any(part in path.as_posix() for part in _NO_SOURCE):
+            yield path.relative_to(top).as_posix(), path
 
 
 def for_students(page: str) -> str:

@@ -3,6 +3,8 @@
 from grader.checks.graph import expect_interfaces
 from grader.checks.judge import Judge
 
+NEEDS = ("idle",)
+
 
 def test_nodes_show_the_contracts_interfaces(judge: Judge) -> None:
     """The running graph shows each node with the contract's topics, types, services and actions."""
@@ -13,7 +15,7 @@ def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
     """Sensor subscriptions also match best-effort publishers, as real drivers use."""
     reliable = []
     for node in judge.course.nodes.values():
-        for endpoint in judge.graph(node.idle_trial).endpoints:
+        for endpoint in judge.graph(f"idle_{node.name}").endpoints:
             known = endpoint.topic in {**node.subscribes, **node.publishes}
             if endpoint.kind == "subscription" and known and endpoint.reliability == "reliable":
                 reliable.append(endpoint.topic)

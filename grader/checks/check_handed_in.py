@@ -21,10 +21,11 @@ _OWN_FAULTS = (tracebacks.BEGIN, "terminate called without an active exception")
 
 def test_demonstration_runs(judge: Judge) -> None:
     """The demonstration script runs against the running nodes, uses a service and the action, and exits 0."""
-    if "scripts/demo.py" not in judge.quality().paths:
-        raise Failed("there is no scripts/demo.py", "write the demonstration there")
+    script = judge.course.demonstration
+    if script not in judge.quality().paths:
+        raise Failed(f"there is no {script}", "write the demonstration there")
     trial = judge.trial("demo", complete=False)
-    end = trial.others.get("demo.py")
+    end = trial.others.get(script.rpartition("/")[2])
     if end is None or (end.by == "us" and trial.ended):
         raise NotReached(trial.ended or "the demonstration was not started")
     words, share = [], 1.0

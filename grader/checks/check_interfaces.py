@@ -4,6 +4,8 @@ from grader.checks.first_cause import sentence
 from grader.checks.judge import Judge, near_miss, short_types
 from grader.course import definition
 
+NEEDS = ("idle",)
+
 
 def test_type_hashes_match_the_contract(judge: Judge) -> None:
     """The interfaces have the contract's type hashes: exactly its fields, in its order."""
@@ -25,7 +27,7 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
     """The nodes use the interfaces under the contract's type names."""
     course, wrong, count = judge.course, [], 0
     for node in course.nodes.values():
-        graph = judge.graph(node.idle_trial)
+        graph = judge.graph(f"idle_{node.name}")
         offered = {**graph.services, **graph.actions}
         own = {name: type_ for name, type_ in node.offers.items() if type_ in course.interfaces}
         published = {name: type_ for name, type_ in node.publishes.items() if type_ in course.interfaces}

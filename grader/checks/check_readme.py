@@ -6,7 +6,7 @@ from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import Finding, Readme
 
-NEEDS = ("quality", "linters")
+NEEDS = ("quality", "linters", "idle")
 
 _WORDS = 20  # of prose; fewer cannot say what a package does
 

@@ -15,7 +15,7 @@ def expect_interfaces(judge: Judge, nodes: Iterable[Node]) -> None:
     """Give the share of the nodes' topics, services and actions that the graph shows as the contract has them."""
     wrong, count = [], 0
     for node in nodes:
-        graph = judge.graph(node.idle_trial)
+        graph = judge.graph(f"idle_{node.name}")
         count += len(node.names)
         wrong += [*_wrong_topics(judge.course, graph, node), *_wrong_offers(judge.course, graph, node)]
         wrong += _absolute(judge, graph, node)

@@ -50,7 +50,8 @@ def agreement(tables: Sequence[Table], evidence: Evidence, contract: Collection[
     read = [[_Row(table.head, row) for row in table.rows] for table in tables]
     rows = [row for table in read for row in table]
     topics = {item.type for item in wanted if item.kind in _DIRECTIONS}
-    wrong = [words for interface in wanted if (words := _missing(interface, rows, topics))]
+    names = {item.node for item in wanted}
+    wrong = [words for interface in wanted if (words := _missing(interface, rows, topics, names))]
     # The code may create more than its calls show, so only the graph can prove that an interface is not there. A table
     # in which no row names an interface of a node is about something else, such as the fields of the messages.
     about_nodes = [table for table in read if any(_is_known(row, wanted) for row in table)]
@@ -80,12 +81,20 @@ class _Row:
             found |= {kind for kind, said in _DIRECTIONS.items() if any(said.search(word) for word in words)}
         return found
 
+    def is_of_another(self, interface: Interface, nodes: set[str]) -> bool:
+        """Return whether a cell names another node alone, and none this one; a column may be for the other end."""
+        others = nodes - {interface.node}
+        heads = [*self.heads, *[""] * len(self.cells)]
+        ends = [said for kind, said in _DIRECTIONS.items() if kind != interface.kind]
+        cells = [cell for cell, head in zip(self.cells, heads, strict=False) if not any(e.search(head) for e in ends)]
+        return interface.node not in self.last_names and any(_names(cell) and _names(cell) <= others for cell in cells)
+
 
 def _names(cell: str) -> set[str]:
     return {name.strip("/~") for name in _NAME.findall(cell)}
 
 
-def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str]) -> str:
+def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str], nodes: set[str]) -> str:
     """Return what the tables get wrong about an interface, "" if a row is right. `topics` are the types of topics."""
     named = [row for row in rows if interface.name in row.names]
     what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
@@ -97,6 +106,10 @@ def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str]) -> st
         typed += [row for row in named if not row.types - topics]
     if not typed:
         return f"{what} is listed with another type or with none: {named[0].text[:120]}"
+    own = [row for row in typed if not row.is_of_another(interface, nodes)]
+    if not own:
+        return f"{what} is listed under another node: {typed[0].text[:120]}"
+    typed = own
     if interface.kind in _DIRECTIONS:
         said = [row.directions(interface.name) for row in typed]
         if all(kinds and interface.kind not in kinds for kinds in said):
@@ -118,7 +131,7 @@ def _is_known(row: _Row, wanted: Sequence[Interface]) -> bool:
 
 def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[Interface]:
     for node in contract:
-        trial = evidence.trials.get(node.idle_trial)
+        trial = evidence.trials.get(f"idle_{node.name}")
         graph = trial.graph if trial is not None and trial.ready else None
         if graph is None:
             continue

@@ -23,7 +23,7 @@ _LACKED = re.compile(r"there is no (?:executable )?(\S+) in ")
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
-_NO_FLOAT = "cmd_vel has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
+_NO_FLOAT = "{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
 NAMESPACE = "robot7"
 """Where a trial with a launch file of the course's own has put the nodes."""
 DEAF_TO = (
@@ -176,8 +176,10 @@ class Judge:
     def no_floats(self) -> str:
         """Return in words that a command in the trials so far was no float, "" if all were."""
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
-        numbers = (number for trial in ran for command in trial.commands for number in (command.v, command.omega))
-        return _NO_FLOAT if any(0.0 < abs(number) < _SMALLEST for number in numbers) else ""
+        for trial in ran:
+            if any(0.0 < abs(n) < _SMALLEST for command in trial.commands for n in (command.v, command.omega)):
+                return _NO_FLOAT.format(topic=self.course.nodes[trial.node].command)
+        return ""
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""

@@ -1,74 +1,252 @@
-"""The verbs of a class after its grading: `grader regrade`, `grader term` and `grader forget`."""
+"""The verbs of a class that is graded: gradebook, rescore, compare, similar, regrade, term and forget."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from grader.classroom import command, forgetting, overrides, regrades, term, words
+from grader import report as report_room
+from grader.classroom import (
+    anonymous,
+    class_folder,
+    comparison,
+    forgetting,
+    gradebook,
+    hand_ins,
+    overrides,
+    overview,
+    regrades,
+    rescore,
+    similarity,
+    term,
+    words,
+)
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder
-from grader.classroom.platforms import all_platforms
+from grader.classroom.gradebook import Gradebook
+from grader.classroom.identity import ANY, Claim, identify
+from grader.classroom.platform import Delivery
+from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
-from grader.errors import EXIT_GRADED, UsageError
+from grader.errors import EXIT_GRADED, GraderError, UsageError
 from grader.evidence.kept import KEPT_DAYS
-from grader.report import PAGE
+from grader.progress import Progress
 from grader.sanitize import printable
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
 
-
-def add(verbs: Any) -> None:
-    """Add the verbs to the grader's."""
-    _add_regrade(verbs)
-    _add_term(verbs)
-    _add_forget(verbs)
+Run = Callable[[argparse.Namespace], int]
 
 
-def _add_regrade(verbs: Any) -> None:
-    parser = verbs.add_parser(
-        "regrade",
-        help="look at a requirement again on a student's request, and decide",
-        description="With a reason, add a student's request to regrades.yaml of the class. Without one, show what the "
-        "grader saw and how to see it again. With --why and --by, decide: the points, or that they stay. Without a "
-        "submission, list the open requests.",
-        epilog='Example:  grader regrade class team07 F4 --points 3 --why "the wall stood in the start" --by "A. Lee"',
-    )
-    parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
-    parser.add_argument("submission", nargs="?", default="", help="its id in the class, such as team07")
-    parser.add_argument("requirement", nargs="?", default="", help="such as F4")
-    parser.add_argument("--reason", default="", metavar="TEXT", help="the student's reason; records the request")
-    parser.add_argument("--points", metavar="N", help="the points that the requirement gets; without, they stay")
-    parser.add_argument("--why", default="", metavar="TEXT", help="the reason of the decision, which the student reads")
-    parser.add_argument("--by", default="", metavar="NAME", help="who decides")
-    parser.set_defaults(run=_regrade)
+def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
+    """Add the verbs to the grader's. `course_texts` returns what the course gives to all, by path."""
+    verb = _verb(
+        verbs, "gradebook", _gradebook, "write grades in the form that a learning platform imports",
+        "Write the grades of a class, with overrides.yaml as it is now, for Canvas, Moodle, Gradescope, GitHub or a "
+        "spreadsheet. For Gradescope and GitHub, CLASS may also be the folder of one grading.",
+        "class --for canvas --sheet canvas_export.csv --assignment Robots --out canvas_import.csv",
+    )  # fmt: skip
+    verb("--for", dest="platform", choices=sorted(all_platforms()), default="csv", help="default: csv")
+    verb("--out", type=Path, help="the file, or the folder for gradescope, github and --anonymous")
+    verb("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
+    verb("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
+    verb("--feedback", action="store_true", help="also the reports, as the zip that Moodle or Canvas imports")
+    verb(
+        "--anonymous", action="store_true",
+        help="a folder with the gradebook, the pages and the reports without names, and beside it who is who",
+    )  # fmt: skip
+    verb = _verb(
+        verbs, "rescore", _rescore, "judge a class again from its evidence",
+        "Run the checks over the saved evidence of a class, after a change of the rubric or of a check. No code of a "
+        "submission runs; overrides stay.",
+        "class --rubric new_rubric.yaml",
+        interrupted="no submission is left half judged. The same command does it again.",
+    )  # fmt: skip
+    verb("--only", nargs="+", default=[], metavar="REQUIREMENT", help="these requirements; others keep their results")
+    verb("--rubric", type=Path, help="a rubric instead of the class's own")
+    verb("--jobs", type=int, default=0, metavar="N", help="processes (default: one for each core)")
+    verb = _verb(
+        verbs, "compare", _compare, "show what changed between two gradings or two classes",
+        "Print which requirements have other points, for whom, and what differs: the input, the evidence, the checks, "
+        "the rubric, the seed or the kit. Exit status 1 if anything differs.",
+        "class_monday class_tuesday", folder=("old", "", "a class, or the folder of one grading"),
+    )  # fmt: skip
+    verb("new", type=Path, help="another one")
+    verb = _verb(
+        verbs, "similar", partial(_similar, course_texts), "list the packages of a class that are most alike",
+        "Compare the Python of all submissions of a class beyond what the course gives, and write similar.html with "
+        "the places side by side. Names, comments and strings do not count. Nothing is run.",
+        "class",
+    )  # fmt: skip
+    verb(
+        "--base", type=Path, metavar="DIR",
+        help="what the course gives (default: the reference package and the files that the notebooks give)",
+    )  # fmt: skip
+    verb("--top", type=int, default=20, metavar="N", help="pairs to list (default 20)")
+    verb = _verb(
+        verbs, "regrade", _regrade, "look at a requirement again on a student's request, and decide",
+        "With a reason, add a student's request to regrades.yaml of the class. Without one, show what the grader saw "
+        "and how to see it again. With --why and --by, decide: the points, or that they stay. Without a submission, "
+        "list the open requests.",
+        'class team07 REQUIREMENT --points 3 --why "the wall stood in the start" --by "A. Lee"',
+    )  # fmt: skip
+    verb("submission", nargs="?", default="", help="its id in the class, such as team07")
+    verb("requirement", nargs="?", default="", help="its id in the rubric")
+    verb("--reason", default="", metavar="TEXT", help="the student's reason; records the request")
+    verb("--points", metavar="N", help="the points that the requirement gets; without, they stay")
+    verb("--why", default="", metavar="TEXT", help="the reason of the decision, which the student reads")
+    verb("--by", default="", metavar="NAME", help="who decides")
+    verb = _verb(
+        verbs, "term", _term, "add up the classes of a term",
+        "Add up the classes that term.yaml lists, each with a weight, into one total for each person. Whoever cannot "
+        "be matched with certainty is listed and not counted.",
+        "robotics/term.yaml", folder=("term", "TERM", "term.yaml, or the folder that it is in"),
+    )  # fmt: skip
+    verb("--out", type=Path, help=f"the CSV file (default: {term.TOTALS} beside term.yaml)")
+    verb = _verb(
+        verbs, "forget", _forget, "remove all that a class or a term keeps of one person",
+        "Show what a class, or each class of a term, keeps of one person; with --yes remove it. A team's submission "
+        "stays as long as it has another member. docs/privacy.md says what is kept elsewhere.",
+        "s1234 class --yes", folder=("person", "", "an id, a login, an e-mail or the whole name"),
+    )  # fmt: skip
+    verb("folder", type=Path, metavar="CLASS", help="a class, term.yaml, or the folder of a term")
+    verb("--yes", action="store_true", help="remove it; without, nothing is changed")
 
 
-def _add_term(verbs: Any) -> None:
-    parser = verbs.add_parser(
-        "term",
-        help="add up the classes of a term",
-        description="Add up the classes that term.yaml lists, each with a weight, into one total for each person. "
-        "Whoever cannot be matched with certainty is listed and not counted.",
-        epilog="Example:  grader term robotics/term.yaml",
-    )
-    parser.add_argument("term", type=Path, metavar="TERM", help="term.yaml, or the folder that it is in")
-    parser.add_argument("--out", type=Path, help=f"the CSV file (default: {term.TOTALS} beside term.yaml)")
-    parser.set_defaults(run=_term)
+def _verb(
+    verbs: Any, name: str, run: Run, words: str, description: str, example: str,
+    folder: tuple[str, str, str] = ("folder", "CLASS", "the folder that `grader batch` has made"), **more: Any,
+) -> Callable[..., object]:  # fmt: skip
+    """Add a verb whose first argument is `folder`: its name, how it is shown, what it is. Return what adds others."""
+    epilog = f"Example:  grader {name} {example}"
+    parser: argparse.ArgumentParser = verbs.add_parser(name, help=words, description=description, epilog=epilog)
+    parser.set_defaults(run=run, **more)
+    attribute, shown, what = folder
+    parser.add_argument(attribute, type=str if attribute == "person" else Path, metavar=shown or None, help=what)
+    return parser.add_argument
 
 
-def _add_forget(verbs: Any) -> None:
-    parser = verbs.add_parser(
-        "forget",
-        help="remove all that a class or a term keeps of one person",
-        description="Show what a class, or each class of a term, keeps of one person; with --yes remove it. A team's "
-        "submission stays as long as it has another member. docs/privacy.md says what is kept elsewhere.",
-        epilog="Example:  grader forget s1234 class --yes",
-    )
-    parser.add_argument("person", help="an id, a login, an e-mail or the whole name")
-    parser.add_argument("folder", type=Path, metavar="CLASS", help="a class, term.yaml, or the folder of a term")
-    parser.add_argument("--yes", action="store_true", help="remove it; without, nothing is changed")
-    parser.set_defaults(run=_forget)
+def write_pages(folder: ClassFolder) -> Path:
+    """Write the gradebook, the overview and the reports that are out of date, and return the overview's path."""
+    book = gradebook.read(folder)
+    _refresh(folder)
+    plain.write(book, folder.path / class_folder.GRADEBOOK)
+    return overview.write(folder, book)
+
+
+def _refresh(folder: ClassFolder) -> None:
+    try:
+        changed = hand_ins.refresh(folder)
+    except GraderError as error:  # another run is at work, and writes them at its end
+        print(f"note: the reports were left as they are: {error}", file=sys.stderr)
+        return
+    if changed:
+        print(f"Reports written anew: {printable(', '.join(changed), 300)}")
+
+
+def _gradebook(options: argparse.Namespace) -> int:
+    folder = ClassFolder(options.folder)
+    if not (options.folder / class_folder.CLASS).exists() and (options.folder / "report.json").exists():
+        report = json.loads((options.folder / "report.json").read_text(encoding="utf-8"))
+        book = gradebook.of_one(report, rubric.load(rubric.RUBRIC))
+        reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
+    else:
+        book = gradebook.read(folder)
+        _refresh(folder)
+        reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
+    platform = all_platforms()[options.platform]
+    if options.anonymous:
+        return _anonymous(options, folder, book)
+    out: Path = options.out or options.folder / platform.out
+    feedback = _feedback(out) if options.feedback else None
+    if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
+        raise UsageError("--feedback is for the classes of --for moodle and --for canvas.")
+    entries = folder.facts().entries if feedback else ()
+    pages = {e.id: page for e in entries if (page := folder.submission(e.id) / report_room.PAGE).is_file()}
+    sources = {entry.id: entry.path.name for entry in entries}
+    delivery = Delivery(book, reports, out, options.sheet, options.assignment, feedback, pages, sources)
+    for note in platform.write(delivery):
+        print(f"note: {printable(note)}")
+    states = Counter(row.state.value for row in book.rows)
+    print(f"{len(book.rows)} people: " + ", ".join(f"{count} {state}" for state, count in states.most_common()))
+    print(f"Grades: {out}")
+    if feedback:
+        print(f"Feedback: {feedback}")
+    return EXIT_GRADED
+
+
+def _feedback(out: Path) -> Path:
+    return out.with_name(f"{out.stem}_feedback.zip")
+
+
+def _anonymous(options: argparse.Namespace, folder: ClassFolder, book: Gradebook) -> int:
+    if options.platform != "csv" or options.feedback or options.sheet:
+        raise UsageError("--anonymous is for --for csv; what a platform imports has to say whose a grade is.")
+    out: Path = options.out or options.folder / anonymous.FOLDER
+    for note in anonymous.write(folder, book, out):
+        print(f"note: {printable(note)}")
+    print(f"Without names: {out}")
+    print(f"Who is who: {anonymous.key_of(out)}")
+    return EXIT_GRADED
+
+
+def _rescore(options: argparse.Namespace) -> int:
+    folder = ClassFolder(options.folder)
+    progress = Progress()
+    done = rescore.rescore(
+        folder, only=options.only, new_rubric=options.rubric, jobs=options.jobs,
+        progress=lambda done, total: progress.show(f"{done}/{total} judged"),
+    )  # fmt: skip
+    progress.done()
+    write_pages(folder)
+    for change in done.changes:
+        print(f"{change.submission:<20} {change.requirement:<4} {_points(change.before)} -> {_points(change.after)}")
+    changed = len({change.submission for change in done.changes})
+    print(f"{done.judged} submissions judged again in {progress.seconds:.1f} s; {changed} have other points")
+    return EXIT_GRADED
+
+
+def _points(value: object) -> str:
+    return "none" if value is None else str(value)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    differences, alone = comparison.compare(options.old, options.new)
+    for each in differences:
+        name = each.submission or options.new.name
+        print(f"{name:<20} {each.requirement:<4} {each.before} -> {each.after}  because of {', '.join(each.why)}")
+    for remark in alone:
+        print(remark)
+    if not differences and not alone:
+        print("Nothing differs.")
+    return 1 if differences or alone else EXIT_GRADED
+
+
+def _similar(course_texts: Callable[[], Mapping[str, str]], options: argparse.Namespace) -> int:
+    if options.base is None:
+        base = course_texts()
+    elif options.base.is_dir():
+        base = {str(path): path.read_text(encoding="utf-8") for path in options.base.rglob("*.py")}
+    else:
+        raise UsageError(f"There is no folder {printable(str(options.base))}.", "Check --base.")
+    progress = Progress()
+    folder = ClassFolder(options.folder)
+    alike = similarity.of_class(folder, base, options.top, progress.say)
+    progress.done()
+    for note in alike.notes:
+        print(f"note: {note}")
+    print(f"{alike.compared} pairs; in half of them at most {alike.usual:.0%} of a package is in the other one, too")
+    for pair in alike.pairs:
+        print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
+    print(f"Places: {similarity.write(folder, alike)}")
+    print(f"Class: {overview.write(folder, gradebook.read(folder))}")
+    return EXIT_GRADED
 
 
 def _regrade(options: argparse.Namespace) -> int:
@@ -95,7 +273,7 @@ def _regrade(options: argparse.Namespace) -> int:
             folder, whole, next((each for each in known if (each.submission, each.requirement) == about), None), *about
         )
         return EXIT_GRADED
-    print(f"Class: {command.write_pages(folder)}")
+    print(f"Class: {write_pages(folder)}")
     return EXIT_GRADED
 
 
@@ -125,7 +303,7 @@ def _show(folder: ClassFolder, whole: Rubric, known: Regrade | None, submission:
         for trial in trials:
             for path in sorted((folder.submission(submission) / "evidence").rglob(f"{trial}.*")):
                 print(f"evidence: {path}")
-    print(f"replay:   {folder.submission(submission) / PAGE}#{name}")
+    print(f"replay:   {folder.submission(submission) / report_room.PAGE}#{name}")
     print(f"again:    grader batch --out {folder.path} --only {submission} --fresh")
     print(f'decide:   grader regrade {folder.path} {submission} {name} --points N --why "..." --by "..."')
 
@@ -156,10 +334,15 @@ def _require_undecided(folder: ClassFolder, facts: ClassFacts, whole: Rubric, su
 
 
 def _term(options: argparse.Namespace) -> int:
-    found = term.read(options.term)
+    return _write_term(term.read(options.term), options.out or _beside(options.term) / term.TOTALS)
+
+
+def _beside(path: Path) -> Path:
+    return path if path.is_dir() else path.parent
+
+
+def _write_term(found: term.Term, out: Path) -> int:
     totals = term.add_up(found)
-    beside = options.term if options.term.is_dir() else options.term.parent
-    out: Path = options.out or beside / term.TOTALS
     term.write(found, totals, out)
     for doubt in totals.doubts:
         print(f"doubt: {printable(doubt, 300)}")
@@ -172,23 +355,40 @@ def _term(options: argparse.Namespace) -> int:
 def _forget(options: argparse.Namespace) -> int:
     is_class = (options.folder / CLASS).is_file()
     folders = [options.folder] if is_class else [sheet.folder for sheet in term.read(options.folder).sheets]
-    for path in folders:
+    exports = [
+        name for platform in all_platforms().values() for name in (platform.out, _feedback(Path(platform.out)).name)
+    ]
+    exports += [anonymous.FOLDER, anonymous.key_of(Path(anonymous.FOLDER)).name]
+    # All classes are looked at before one is changed.
+    found = [(path, forgetting.plan(ClassFolder(path), options.person, sorted(set(exports)))) for path in folders]
+    if not any(planned for _, planned in found):
+        where = "The class has" if is_class else "The term's classes have"
+        raise GraderError(f"{where} nobody called {options.person}. Try an id, a login, an e-mail or the whole name.")
+    for path, planned in found:
         folder = ClassFolder(path)
-        exports = {platform.out for platform in all_platforms().values()}
-        planned = forgetting.plan(folder, options.person, sorted(exports))
+        if planned is None:
+            print(f"{path}: nothing about {options.person}")
+            continue
         print(f"{path}: {planned.person.label}")
         if options.yes:
             with folder.locked():
                 for step in planned.steps:
                     step.do()
-            command.write_pages(folder)
+            write_pages(folder)
         for step in planned.steps:
             print(f"  {'removed' if options.yes else 'to remove'}: {printable(step.what, 200)}")
-        named = forgetting.still_named(folder, planned.words) if options.yes else []
+        named = forgetting.still_named(folder, planned.named) if options.yes else []
         for text in (*planned.left, *(f"{each} still names them" for each in named)):
             print(f"  left: {printable(text, 200)}")
-    if not is_class and options.yes:
-        _term(argparse.Namespace(term=options.folder, out=None))
+    if not is_class:
+        listed = term.read(options.folder)
+        roster = tuple(
+            who for who in listed.roster if who not in identify([Claim(ANY, options.person)], listed.roster).people
+        )
+        if len(roster) < len(listed.roster):
+            print("left: the roster of the term has them; without that line they are in no further totals")
+        if options.yes:
+            _write_term(replace(listed, roster=roster), _beside(options.folder) / term.TOTALS)
     print(
         f"left: builds and evidence that this machine keeps without names, {KEPT_DAYS:g} and 30 days after their last "
         "use; `grader cache --prune --older-than 0` removes them now. Exports, rosters, backups and what a platform "

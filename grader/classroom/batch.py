@@ -25,7 +25,7 @@ from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.plan import Action, Plan, Wanted
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
-from grader.course import kits_own
+from grader.course import find, load, name_of, named
 from grader.errors import UsageError
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
@@ -46,6 +46,7 @@ class Options:
     """What a run's command says. None leaves a setting of the class as it is, and `change` names those to be changed.
 
     Attributes:
+        course: the folder of the course, for a new class.
         added: further sources, read together with the class's own.
         times: when submissions were handed in, where the sources do not say it; the class remembers them.
         only: the submissions to grade; all if it is empty.
@@ -55,6 +56,7 @@ class Options:
         scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
     """
 
+    course: Path | None = None
     rubric: Path | None = None
     seed: int | None = None
     deadline: dt.datetime | None = None
@@ -155,7 +157,9 @@ def run(
         write_atomically(folder.path / RUBRIC, prepared.rubric)
         todo = prepared.todo
         workforce = (
-            cluster.workforce(options.scheduler, facts.kit) if options.scheduler else local(options.jobs or jobs_here())
+            cluster.workforce(options.scheduler, facts.kit, facts.course)
+            if options.scheduler
+            else local(options.jobs or jobs_here())
         )
         with workforce as grade:
             loop = _Loop(folder, grade, listener, len(facts.entries))
@@ -191,12 +195,18 @@ def _prepared(
 ) -> Iterator[_Prepared]:
     """Yield what will be done; the sources are open meanwhile."""
     remembered = (folder.path / CLASS).exists()
-    path = options.rubric or (folder.path / RUBRIC if remembered else rubric.RUBRIC)
-    whole = rubric.load(path, checks_run.known(kits_own()))
+    before = folder.facts() if remembered else None
+    course = named(before.course) if before else find(options.course)
+    if options.course and load(options.course).folder != course.folder:
+        raise UsageError(
+            f"{folder.path} is a class of {course.folder}.", "Leave out --course, or choose another --out."
+        )
+    path = options.rubric or (folder.path / RUBRIC if remembered else course.rubric)
+    whole = rubric.load(path, checks_run.known(course))
     given = Given(
         source=str(source) if source else None,
         roster=None if people is None else tuple(people),
-        rubric=path.read_text(encoding="utf-8") if options.rubric else None,
+        rubric=path.read_text(encoding="utf-8") if options.rubric or not remembered else None,
         seed=options.seed,
         deadline=options.deadline,
         late=options.late_rule,
@@ -204,7 +214,6 @@ def _prepared(
         change=options.change,
     )
     settings = settle(folder, given)
-    before = folder.facts() if remembered else None
     earlier = before.entries if before else ()
     with _opened(folder, settings.sources, earlier) as roots:
         first, *added = roots.values()
@@ -215,7 +224,7 @@ def _prepared(
             source=settings.source,
             layout=found.layout,
             rubric=settings.rubric_hash,
-            kit=provenance.kit_hash(),
+            kit=provenance.kit_hash(course.folder),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
             seed=settings.seed,
@@ -228,6 +237,7 @@ def _prepared(
             made=dt.datetime.now().astimezone(),
             roster=settings.roster,
             added=settings.added,
+            course=name_of(course),
         )
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
@@ -235,9 +245,7 @@ def _prepared(
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
         known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
-        jobs = [
-            _job(entry, each, settings, facts.kit, options) for entry, each in zip(found.entries, known, strict=True)
-        ]
+        jobs = [_job(entry, each, settings, facts, options) for entry, each in zip(found.entries, known, strict=True)]
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
         wanted = Wanted(options.only, options.regrade, options.fresh)
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
@@ -341,6 +349,8 @@ class _Loop:
         self._total = total
         self._done = 0
         self._seconds: list[float] = []
+        self._graded = False
+        self._begun: dict[str, float] = {}  # of what is running, by id
 
     def run(self, jobs: list[Job]) -> bool:
         """Grade all jobs; return whether that was interrupted by Ctrl-C."""
@@ -365,39 +375,42 @@ class _Loop:
                 job = replace(
                     job, order=replace(job.order, out=str(out.resolve())), record=replace(job.record, started=begun)
                 )
+                self._begun[job.entry.id] = time.monotonic()
                 running[self._workforce.submit(job.order)] = job
             ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
             for future in [each for each in running if each in ended]:  # in the order in which they began
                 job = running.pop(future)
+                del self._begun[job.entry.id]
                 ending = future.result()
                 if ending.status is Status.ERROR and attempt < _ATTEMPTS:
                     again.append(job)
                 else:
-                    self._keep(job, ending, attempt, len(waiting) + len(running) + len(again), slots)
-            self._listener.going_on(self._progress(len(waiting) + len(running) + len(again), slots))
+                    self._keep(job, ending, attempt, len(waiting) + len(again), slots)
+            self._listener.going_on(self._progress(len(waiting) + len(again), slots))
         return again
 
-    def _keep(self, job: Job, ending: Ending, attempt: int, left: int, slots: int) -> None:
+    def _keep(self, job: Job, ending: Ending, attempt: int, waiting: int, slots: int) -> None:
         record = replace(
             job.record, status=ending.status, why=ending.why, seconds=round(ending.seconds, 1), attempts=attempt
         )
         self._folder.keep(Path(job.order.out), record)
         self._done += 1
-        if ending.status is Status.GRADED:  # what cannot be graded takes no time worth counting
-            self._seconds.append(ending.seconds)
-        self._listener.finished(record, self._progress(left, slots))
+        self._seconds.append(ending.seconds)
+        self._graded |= ending.status is Status.GRADED
+        self._listener.finished(record, self._progress(waiting, slots))
 
-    def _progress(self, left: int, slots: int) -> Progress:
-        mean = sum(self._seconds) / len(self._seconds) if self._seconds else None
-        return Progress(
-            done=self._done,
-            total=self._total,
-            running=self._workforce.doing(),
-            left_s=None if mean is None else mean * left / min(slots, max(left, 1)),
-        )
+    def _progress(self, waiting: int, slots: int) -> Progress:
+        """Return where the run is; the time that is left is known once something was graded."""
+        left_s = None
+        if self._graded:
+            each = sum(self._seconds) / len(self._seconds)
+            now = time.monotonic()
+            rest = sum(max(0.0, each - (now - begun)) for begun in self._begun.values())
+            left_s = (waiting * each + rest) / min(slots, max(waiting + len(self._begun), 1))
+        return Progress(done=self._done, total=self._total, running=self._workforce.doing(), left_s=left_s)
 
 
-def _job(entry: Entry, known: HandIn, settings: ClassSettings, kit: str, options: Options) -> Job:
+def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts, options: Options) -> Job:
     order = Order(
         id=entry.id,
         source=str(entry.path.resolve()),
@@ -408,13 +421,14 @@ def _job(entry: Entry, known: HandIn, settings: ClassSettings, kit: str, options
         mutation_budget_s=options.mutation_budget_s,
         hand_in=asdict(known),
         fresh=options.fresh,
+        course=facts.course,
     )
     record = Record(
         id=entry.id,
         status=Status.ERROR,
         content=entry.content,
         rubric=settings.rubric_hash,
-        kit=kit,
+        kit=facts.kit,
         seed=settings.seed,
         mutation_budget_s=options.mutation_budget_s,
         host=socket.gethostname(),

@@ -115,6 +115,8 @@ class ClassFacts:
     doubts: tuple[Doubt, ...] = ()
     roster: tuple[Person, ...] = ()
     added: tuple[str, ...] = ()
+    course: str = ""
+    """The course's name, as `grader.course.named` reads it."""
 
 
 class ClassFolder:

@@ -13,7 +13,6 @@ from grader.classroom import lateness
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
-from grader.scoring import rubric
 
 _REGRADED = "makes all grades void: every submission is graded again"
 _DEDUCTIONS = "changes only the deductions for lateness"
@@ -87,7 +86,7 @@ def settle(folder: ClassFolder, given: Given) -> ClassSettings:
                 raise UsageError(_refusal(folder, had, replace(had, **{name: value}), name))
         earlier = () if "source" in given.change else had.added
     else:
-        had = ClassSettings("", (), rubric.RUBRIC.read_text(encoding="utf-8"), 0, None, "")
+        had = ClassSettings("", (), "", 0, None, "")
         earlier = ()
     settings = replace(had, **new)
     known = {Path(settings.source).resolve(): settings.source}

@@ -12,6 +12,7 @@ from typing import Any
 
 from grader.classroom.class_folder import Status
 from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
+from grader.course import named
 from grader.errors import GraderError
 from grader.host import provenance
 
@@ -88,8 +89,12 @@ def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -
         watcher.join()
 
 
+def _kit_hash(course: str) -> str:
+    return provenance.kit_hash(named(course).folder)
+
+
 @contextmanager
-def workforce(address: str, kit: str) -> Iterator[Cluster]:
+def workforce(address: str, kit: str, course: str = "") -> Iterator[Cluster]:
     """Yield what grades on the cluster of the scheduler at `address`.
 
     Raises:
@@ -111,7 +116,7 @@ def workforce(address: str, kit: str) -> Iterator[Cluster]:
             raise GraderError(
                 f"The scheduler {address} has no workers. Start some with `dask worker {address} --nthreads 1`."
             )
-        others = sorted(worker for worker, found in client.run(provenance.kit_hash).items() if found != kit)
+        others = sorted(worker for worker, found in client.run(_kit_hash, course).items() if found != kit)
         if others:
             raise GraderError(
                 f"These workers have another version of the kit: {', '.join(others)}. "

@@ -20,6 +20,7 @@ class DoubtKind(Enum):
     SEVERAL = "several hand-ins of the same people"
     NO_TIME = "no time of submission"
     UNLINKED = "no account on the platform"
+    GROUPS = "named after groups"
     LEFT_OUT = "cannot be graded"
 
 

@@ -15,6 +15,7 @@ from grader.classroom.class_folder import ClassFacts, ClassFolder, Record
 from grader.classroom.entry import Entry
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.overrides import Decisions, PersonDecision
+from grader.course import Course, named
 from grader.report import data
 from grader.report.standing import DATA
 from grader.scoring.grading import Decision, Final, Grading, HandIn, Refusal
@@ -72,7 +73,7 @@ def refresh(folder: ClassFolder) -> list[str]:
             for record, known in stale:
                 old, new = folder.submission(record.id), folder.working(record.id)
                 shutil.copytree(old, new, copy_function=os.link, dirs_exist_ok=True)
-                report.write(_read_back(old, book.rubric), new, hand_in=known)
+                report.write(read_back(old, book.rubric, named(facts.course)), new, hand_in=known)
                 folder.keep(new, record)
     return [record.id for record, _ in stale]
 
@@ -88,12 +89,12 @@ def _stale(folder: ClassFolder, facts: ClassFacts, book: Gradebook) -> Iterator[
             yield record, known
 
 
-def _read_back(folder: Path, whole: Rubric) -> Grading | Refusal:
+def read_back(folder: Path, whole: Rubric, course: Course) -> Grading | Refusal:
     """Return the grading or the refusal that the report in `folder` shows."""
     said = data.read(folder / DATA)
     if said["schema"] == data.REFUSAL_SCHEMA:
         return data.refusal(said)
-    settings = Settings(rubric=whole, cache=folder, seed=said["seed"])
+    settings = Settings(rubric=whole, cache=folder, course=course, seed=said["seed"])
     grading = pipeline.judge(folder / pipeline.EVIDENCE, settings, data.results(said))
     return replace(grading, **data.circumstances(said))
 

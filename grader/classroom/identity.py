@@ -102,6 +102,11 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
     return Identified(rivals=_sorted(who for who in people if any(_resembles(who, claim) for claim in claims)))
 
 
+def is_no_team(name: str) -> bool:
+    """Return whether Moodle calls the people so who are in no group."""
+    return key(name) in map(key, _NO_TEAM)
+
+
 def short_names(name: str, sortable: str = "") -> str:
     """Return what Canvas calls a person in the name of a file, from the sortable name if that is known."""
     return _squeezed(sortable or _last_first(name))

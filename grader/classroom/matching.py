@@ -8,7 +8,7 @@ from pathlib import Path
 
 from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.entry import Entry
-from grader.classroom.identity import SHORT, Claim, Identified, identify
+from grader.classroom.identity import SHORT, Claim, Identified, identify, is_no_team
 from grader.classroom.platform import Export, HandIn, is_archive
 from grader.classroom.roster import IDENTITY, Person
 
@@ -86,6 +86,15 @@ def class_doubts(
             f"Go on with {GO_ON} if it is; who is not matched gets a line of their own.",
             stops=True,
         )
+    groups = [] if roster else [name for export in exports for each in export.hand_ins if (name := _group(each))]
+    if groups and (too_many(groups, entries) or any(map(is_no_team, groups))):
+        yield Doubt(
+            DoubtKind.GROUPS,
+            layouts,
+            f"{len(groups)} of {len(entries)} submissions have names of groups, so no grade reaches a person: "
+            f"{_some(sorted(groups))}.",
+            "If they are groups, give a roster with a column team, such as the grading worksheet.",
+        )
     for entry in entries:
         if _is_text(entry.path):
             yield Doubt(
@@ -115,6 +124,13 @@ def class_doubts(
                     "Link it in GitHub Classroom and download the roster once more, or add the login to the roster.",
                     people=(person,) if unmatched else (),
                 )
+
+
+def _group(hand_in: HandIn) -> str:
+    """Return the name of a submission if it looks like that of a group where a person's may be, else ""."""
+    claims = {claim.kind: claim.value for person in hand_in.claims for claim in person}
+    name = claims.get("team", "") if claims.keys() & {"name", SHORT} else ""
+    return name if name[-1:].isdecimal() or is_no_team(name) else ""
 
 
 def _some(names: Sequence[str]) -> str:

@@ -49,7 +49,8 @@ class Order:
     """What to grade and how, all of it plain: it travels as JSON.
 
     `fresh` collects all evidence anew.
-    `source` is an archive or a folder, `rubric` the text of a rubric, `hand_in` the fields of a HandIn.
+    `source` is an archive or a folder, `rubric` the text of a rubric, `hand_in` the fields of a HandIn, `course` a name
+    as `grader.course.named` reads it.
     """
 
     id: str
@@ -61,6 +62,7 @@ class Order:
     mutation_budget_s: float
     hand_in: dict[str, Any] = field(default_factory=dict)
     fresh: bool = False
+    course: str = ""
 
 
 @dataclass(frozen=True)
@@ -217,6 +219,7 @@ def _die_with_parent() -> None:
 def _grade(order: Order) -> Ending:
     # Imported here: a parent that only starts children needs none of it.
     from grader import building, pipeline, report
+    from grader.course import named
     from grader.scoring import rubric
     from grader.scoring.grading import HandIn
 
@@ -225,6 +228,7 @@ def _grade(order: Order) -> Ending:
         file.flush()
         settings = pipeline.Settings(
             rubric=rubric.load(Path(file.name)),
+            course=named(order.course),
             cache=Path(order.cache) if order.cache else building.cache_folder(),
             seed=order.seed,
             mutation_budget_s=order.mutation_budget_s,

@@ -39,7 +39,7 @@ from grader.classroom.doubt import DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.regrades import Regrade
 from grader.classroom.roster import IDENTITY, Person
-from grader.errors import GraderError
+from grader.classroom.times import local_time
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
 
@@ -144,13 +144,7 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
     Raises:
         GraderError: it cannot be read, or names something that the class or the rubric does not have.
     """
-    if not path.exists():
-        return Decisions()
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}).") from error
-    root = yaml_reader.compose(path, text)
+    root = yaml_reader.read(path) if path.exists() else None
     return _Reader(path, tuple(submissions), people, rubric).read(root)
 
 
@@ -286,9 +280,8 @@ class _Reader(YamlReader):
         allowed = ("points",) if key == "bonus" else ("points", "total")
         if len(kinds) != 1 or kinds[0] not in allowed:
             self.fail(where, f"{key} needs {' or '.join(allowed)}, why, by")
-        value, maximum = self._number(given[kinds[0]]), sum(r.points for r in self._rubric.requirements)
-        if kinds[0] == "total" and not 0 <= value <= Decimal(str(maximum)):
-            self.fail(given["total"], f"the rubric has {maximum:g} points; {value} is outside 0 to {maximum:g}")
+        most = sum(r.points for r in self._rubric.requirements) if kinds[0] == "total" else None
+        value = self.points(given[kinds[0]], most, "the rubric")
         if key == "bonus" and value < 0:
             self.fail(given["points"], f"a bonus of {value} points is none; `adjust` subtracts points")
         change = Change.BONUS if key == "bonus" else Change(kinds[0])
@@ -298,20 +291,8 @@ class _Reader(YamlReader):
         worth = {requirement.id: requirement.points for requirement in self._rubric.requirements}
         self.require_known(name, where, worth, "a requirement of the rubric")
         given = self.fields(node, where, ("points", "why", "by"), "a decision")
-        value = self._number(given["points"])
-        if not 0 <= value <= Decimal(str(worth[name])):
-            self.fail(given["points"], f"{name} has {worth[name]:g} points; {value} is outside 0 to {worth[name]:g}")
+        value = self.points(given["points"], worth[name], name)
         return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
-
-    def _number(self, node: yaml.Node) -> Decimal:
-        text = self.text(node)
-        try:
-            value = Decimal(text)
-        except ArithmeticError:
-            value = Decimal("nan")
-        if not value.is_finite():
-            self.fail(node, f"{text} is not a number of points")
-        return value
 
     def _texts(self, node: yaml.Node) -> tuple[str, ...]:
         if isinstance(node, yaml.SequenceNode):
@@ -319,9 +300,6 @@ class _Reader(YamlReader):
         return (self.text(node),)
 
     def _time(self, node: yaml.Node) -> dt.datetime:
-        text = self.text(node)
-        try:
-            time = dt.datetime.fromisoformat(text)
-        except ValueError:
-            self.fail(node, f"{text} is not a time; write it as 2026-11-21T10:00")
-        return time if time.tzinfo else time.astimezone()
+        if (time := local_time(self.text(node))) is None:
+            self.fail(node, f"{self.text(node)} is not a time; write it as 2026-11-21T10:00")
+        return time

@@ -20,7 +20,7 @@ from grader.classroom.doubt import Doubt
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
 from grader.classroom.regrades import Regrade
 from grader.classroom.sections import Section
-from grader.classroom.similarity import Group
+from grader.classroom.similarity import Group, render_page
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line
 from grader.scoring.scorecard import level
@@ -119,11 +119,14 @@ class Overview:
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path."""
-    path = folder.path / OVERVIEW
-    overview = summarise(folder, book)
-    write_atomically(path, render(overview, book))
-    write_atomically(folder.path / SECTIONS, _page("sections.html.j2", overview=overview))
-    return path
+    return write_pages(summarise(folder, book), book, folder.path)
+
+
+def write_pages(overview: Overview, book: Gradebook, folder: Path) -> Path:
+    """Write index.html and the page of sections into `folder`, and return the first one's path."""
+    write_atomically(folder / OVERVIEW, render(overview, book))
+    write_atomically(folder / SECTIONS, _page("sections.html.j2", overview=overview))
+    return folder / OVERVIEW
 
 
 def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
@@ -167,13 +170,8 @@ def render(overview: Overview, book: Gradebook) -> str:
 
 
 def _page(template: str, **shown: Any) -> str:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     style = (HERE / "overview.css").read_text(encoding="utf-8")
-    return environment.get_template(template).render(style=style, style_hash=_hash(style), line=one_line, **shown)
+    return render_page(template, style=style, style_hash=_hash(style), line=one_line, **shown)
 
 
 def _hash(text: str) -> str:

@@ -73,7 +73,6 @@ class Delivery:
         out: the file or folder to write.
         sheet: a file that the platform exported, to be filled in.
         title: the assignment's title on the platform, "" if it was not said.
-        anonymous: leave names out.
         feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
         pages: each submission's report.html by its id.
         sources: the names of what was handed in, by the same.
@@ -84,7 +83,6 @@ class Delivery:
     out: Path
     sheet: Path | None = None
     title: str = ""
-    anonymous: bool = False
     feedback: Path | None = None
     pages: Mapping[str, Path] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
@@ -154,6 +152,21 @@ class Platform:
     recognises: Callable[[Path, Sequence[Path]], bool]
     read: Callable[[Path, Sequence[Path]], Export]
     write: Callable[[Delivery], list[str]]
+
+
+def deliver(
+    delivery: Delivery,
+    write: Callable[[Delivery], list[str]],
+    fill: Callable[[Delivery, Path], list[str]],
+    feedback: Callable[[Delivery], tuple[dict[str, bytes], list[str]]],
+) -> list[str]:
+    """Write a file, or fill in the sheet that the platform exported; and the zip of feedback where one is wanted."""
+    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
+    if delivery.feedback:
+        files, remarks = feedback(delivery)
+        write_zip(delivery.feedback, files)
+        notes = [*notes, *remarks]
+    return notes
 
 
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:

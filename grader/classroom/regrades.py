@@ -18,7 +18,6 @@ from typing import Any
 import yaml
 
 from grader import yaml_reader
-from grader.errors import GraderError
 from grader.host.atomic import write_atomically
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
@@ -63,12 +62,7 @@ def read(folder: Path, submissions: Collection[str], rubric: Rubric) -> tuple[Re
         GraderError: it cannot be read, or names something that the class or the rubric does not have.
     """
     path = folder / FILE
-    if not path.exists():
-        return ()
-    try:
-        root = yaml_reader.compose(path, path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}).") from error
+    root = yaml_reader.read(path) if path.exists() else None
     return _Reader(path, submissions, rubric).read(root) if root is not None else ()
 
 
@@ -106,17 +100,8 @@ class _Reader(YamlReader):
             elif missing := [name for name in _DECISION if name not in given]:
                 self.fail(item, f"{missing[0]!r} is missing; a line needs {_REQUEST[0]}, or {' and '.join(_DECISION)}")
             else:
-                points = self._points(given["points"], requirement) if "points" in given else None
+                worth = self._worth[requirement]
+                points = self.points(given["points"], worth, requirement) if "points" in given else None
                 known = replace(known, points=points, why=self.text(given["why"]), by=self.text(given["by"]))
             found[submission, requirement] = known
         return tuple(found.values())
-
-    def _points(self, node: yaml.Node, requirement: str) -> Decimal:
-        text, worth = self.text(node), self._worth[requirement]
-        try:
-            value = Decimal(text)
-        except ArithmeticError:
-            self.fail(node, f"{text} is not a number of points")
-        if not 0 <= value <= Decimal(str(worth)):  # also refuses NaN, which compares False
-            self.fail(node, f"{requirement} has {worth:g} points; {text} is outside 0 to {worth:g}")
-        return value

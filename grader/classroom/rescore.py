@@ -16,7 +16,7 @@ from grader.checks import checks_run
 from grader.classroom import hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
 from grader.classroom.gradebook import rounded
-from grader.course import kits_own
+from grader.course import named
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.host.atomic import not_interrupted, write_atomically
@@ -25,7 +25,7 @@ from grader.report.standing import DATA
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
 from grader.settings import Settings
-from grader.trials import catalog
+from grader.trials import source as trial_runs
 
 _TOGETHER = 4  # submissions for each process at a time
 
@@ -61,15 +61,18 @@ def rescore(
     """
     with folder.locked():
         facts = folder.facts()
+        course = named(facts.course)
         source = new_rubric or folder.path / RUBRIC
-        whole = rubric.load(source, checks_run.known(kits_own()))
+        whole = rubric.load(source, checks_run.known(course))
         text = source.read_text(encoding="utf-8")
         if unknown := sorted(set(only) - {requirement.id for requirement in whole.requirements}):
             raise GraderError(f"The rubric has no requirement {', '.join(unknown)}.")
         records = [record for entry in facts.entries if (record := folder.record(entry.id)) is not None]
         graded = [record for record in records if record.status is Status.GRADED]
         wanted = [r.id for r in whole.requirements if r.checks and (not only or r.id in only)]
-        _require_evidence(folder, graded, Settings(rubric=whole, cache=folder.path, requirements=tuple(wanted)))
+        _require_evidence(
+            folder, graded, Settings(rubric=whole, cache=folder.path, course=course, requirements=tuple(wanted))
+        )
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         decided = overrides.of_class(folder, facts, whole)
         known = {
@@ -78,7 +81,10 @@ def rescore(
         judged: list[tuple[Record, dict[str, Decimal]]] = []
         with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
             made = {record.id: folder.working(record.id) for record in graded}
-            orders = ((folder.submission(r.id), made[r.id], text, r.seed, tuple(only), known[r.id]) for r in graded)
+            orders = (
+                (folder.submission(r.id), made[r.id], text, r.seed, tuple(only), known[r.id], facts.course)
+                for r in graded
+            )
             results = pool.map(_judge, orders, chunksize=_TOGETHER)
             for record, points in zip(graded, results, strict=True):
                 judged.append((record, points))
@@ -93,18 +99,20 @@ def rescore(
                     for name in dict.fromkeys([*before, *points])
                     if before.get(name) != points.get(name)
                 ]
-                folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash()))
+                folder.keep(
+                    made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash(course.folder))
+                )
             folder.write_facts(replace(facts, rubric=rubric_hash))
             write_atomically(folder.path / RUBRIC, text)
     return Rescored(len(graded), tuple(changes))
 
 
-def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn]) -> dict[str, Decimal]:
+def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn, str]) -> dict[str, Decimal]:
     """Judge one submission into a new folder, and return its points by requirement. Runs in a process of its own."""
-    old, new, text, seed, only, known = order
+    old, new, text, seed, only, known, course = order
     file = new / "rubric.yaml"
     file.write_text(text, encoding="utf-8")
-    settings = Settings(rubric=rubric.load(file), cache=new, seed=seed, requirements=only)
+    settings = Settings(rubric=rubric.load(file), cache=new, course=named(course), seed=seed, requirements=only)
     file.unlink()
     before = data.read(old / DATA)
     earlier = [result for result in data.results(before) if result.id in _kept(settings)] if only else []
@@ -134,7 +142,7 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: S
     Raises:
         GraderError: it was not; the message says for what, and which command collects it.
     """
-    trials = catalog.serving(settings.course, settings.checked)
+    trials = trial_runs.wanted(settings)
     for record in graded:
         found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)
         needed = sorted(source.name for source in collect.SOURCES if source.serves(settings) & settings.checked)

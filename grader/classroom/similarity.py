@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.entry import Entry
 from grader.classroom.normal_form import normal_form
-from grader.course import kits_own
+from grader.course import Course, named
 from grader.errors import GraderError, SubmissionError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
@@ -148,7 +149,7 @@ def of_class(
             progress(f"reading {entry.id}")
             try:
                 root = roots[entry.source or facts.source]
-                texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id)
+                texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id, named(facts.course))
                 notes += [f"{entry.id} is compared without {one_line(why)}" for why in unread]
                 if discovery.content_hash(root / entry.path) != entry.content:
                     notes.append(f"{entry.id} is compared as it is now; it is not what was graded.")
@@ -200,18 +201,23 @@ def compare(
 
 def write(folder: ClassFolder, alike: Alike) -> Path:
     """Write similar.html into a class folder and return its path."""
+    labels = {entry.id: _label(entry) for entry in folder.facts().entries}
+    page = render_page("similar.html.j2", alike=alike, labels=labels, title=folder.facts().title)
+    write_atomically(folder.path / PAGE, page)
+    pairs = [{"one": pair.one, "other": pair.other, "share": round(pair.share, 4)} for pair in alike.pairs]
+    write_atomically(folder.path / DATA, json.dumps({"usual": alike.usual, "pairs": pairs}, indent=2) + "\n")
+    return folder.path / PAGE
+
+
+def render_page(template: str, **shown: Any) -> str:
+    """Return one of the pages about a class as HTML; all text in it is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    labels = {entry.id: _label(entry) for entry in folder.facts().entries}
-    page = environment.get_template("similar.html.j2").render(alike=alike, labels=labels, title=folder.facts().title)
-    write_atomically(folder.path / PAGE, page)
-    pairs = [{"one": pair.one, "other": pair.other, "share": round(pair.share, 4)} for pair in alike.pairs]
-    write_atomically(folder.path / DATA, json.dumps({"usual": alike.usual, "pairs": pairs}, indent=2) + "\n")
-    return folder.path / PAGE
+    return environment.get_template(template).render(**shown)
 
 
 def groups(folder: ClassFolder) -> tuple[Group, ...]:
@@ -243,11 +249,10 @@ def _of_same_people(facts: ClassFacts) -> Callable[[str, str], bool]:
     return lambda one, other: bool(people[one] & people[other])
 
 
-def _python_of(source: Path, into: Path) -> tuple[dict[str, str], list[str]]:
+def _python_of(source: Path, into: Path, course: Course) -> tuple[dict[str, str], list[str]]:
     """Return the texts of a submission's modules and Python programs, by path, and which were not read and why."""
     found: dict[str, str] = {}
     unread = []
-    course = kits_own()
     submission = open_submission(source, into, course)
     for package in filter(None, (submission.package, submission.interfaces)):
         for file in source_files.find(package, course):

@@ -82,11 +82,7 @@ def read(path: Path) -> Term:
     file = path / FILE if path.is_dir() else path
     if not file.is_file():
         raise GraderError(f"There is no {file}. {_example(file.parent)}")
-    try:
-        root = yaml_reader.compose(file, file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{file} cannot be read ({error}).") from error
-    if root is None:
+    if (root := yaml_reader.read(file)) is None:
         raise GraderError(f"{file} is empty. {_example(file.parent)}")
     return _Reader(file).read(root)
 

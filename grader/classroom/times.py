@@ -94,7 +94,7 @@ def _of_table(path: Path) -> Iterator[HandInTime]:
         column = names[sheet["submitted"]] if sheet and "submitted" in sheet else ""
         text = cells.get(column or next((name for name in _COLUMNS if name in cells), ""), "").strip()
         if text not in _NONE:
-            yield HandInTime(_claims(person), _time(text), text)
+            yield HandInTime(_claims(person), local_time(text) or worksheet.time(text), text)
 
 
 def _claims(person: Person) -> tuple[Claim, ...]:
@@ -111,16 +111,17 @@ def _of_canvas(path: Path) -> Iterator[HandInTime]:
         for submission in json.loads(path.read_text(encoding="utf-8-sig")):
             if submission["submitted_at"]:
                 text = str(submission["submitted_at"])
-                yield HandInTime((Claim("lms_id", str(submission["user_id"]), "canvas"),), _time(text), text)
+                yield HandInTime((Claim("lms_id", str(submission["user_id"]), "canvas"),), local_time(text), text)
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise GraderError(
             f"{path} is not a list of submissions as Canvas's API writes it ({error!r}). Save it once more."
         ) from error
 
 
-def _time(text: str) -> dt.datetime | None:
+def local_time(text: str) -> dt.datetime | None:
+    """Return a time of ISO 8601, without a zone the local one's; None for other text."""
     try:
         time = dt.datetime.fromisoformat(text)
     except ValueError:
-        return worksheet.time(text)
+        return None
     return time if time.tzinfo else time.astimezone()

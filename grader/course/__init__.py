@@ -1,6 +1,18 @@
 """A course: everything of one assignment, read once from a folder and passed down. No judgement, no tools."""
 
-from grader.course.model import Course, Functions, Node, Parameter, role
-from grader.course.reader import kits_own, load
+from grader.course.model import Course, Functions, Node, Parameter, launch_stem, role
+from grader.course.reader import find, kits_own, load, name_of, named
 
-__all__ = ["Course", "Functions", "Node", "Parameter", "kits_own", "load", "role"]
+__all__ = [
+    "Course",
+    "Functions",
+    "Node",
+    "Parameter",
+    "find",
+    "kits_own",
+    "launch_stem",
+    "load",
+    "name_of",
+    "named",
+    "role",
+]

@@ -63,6 +63,17 @@ def illegal(kind: str, text: str) -> list[tuple[int, str]]:
     return found
 
 
+def packages(text: str) -> list[tuple[int, str]]:
+    """Return the packages that the types of a definition's fields are from: (line, package)."""
+    fields = [field for section in _sections(text) for field in section if "/" in field.type]
+    return [(field.line, field.type.partition("/")[0]) for field in fields if _TYPE.fullmatch(field.type)]
+
+
+def parts(text: str) -> list[dict[str, str]]:
+    """Return the parts of a definition, such as request and response: their fields by name, with their types."""
+    return [{field.name: field.type for field in section} for section in _sections(text)]
+
+
 def _sections(text: str) -> list[list[_Field]]:
     sections: list[list[_Field]] = [[]]
     for number, line in enumerate(text.splitlines()[:_MAX_LINES], 1):

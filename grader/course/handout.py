@@ -5,7 +5,7 @@ from __future__ import annotations
 import jinja2
 
 from grader.course.model import Course
-from grader.scoring.rubric import Requirement, Rubric
+from grader.scoring.rubric import Criterion, Requirement, Rubric
 
 
 def render(rubric: Rubric, course: Course) -> str:
@@ -20,6 +20,8 @@ def render(rubric: Rubric, course: Course) -> str:
     return (
         template.render(
             rubric=rubric,
+            course=course,
+            ids={criterion.id: _span(criterion) for criterion in rubric.criteria},
             interfaces=interfaces,
             parameters={name: node.defaults for name, node in course.nodes.items()},
             level=level,
@@ -27,6 +29,11 @@ def render(rubric: Rubric, course: Course) -> str:
         )
         + "\n"
     )
+
+
+def _span(criterion: Criterion) -> str:
+    """Return "Q1 to Q6", a criterion's first and last requirement."""
+    return " to ".join(dict.fromkeys(criterion.requirements[place].id for place in (0, -1)))
 
 
 def fields(text: str) -> str:

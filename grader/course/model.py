@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,11 +25,13 @@ class Parameter:
         default: a number, or a text.
         meaning: what it is for, with its unit.
         telltale: another sensible value, to see whether a parameter file reaches the node; None for none.
+        refuses: values that make no sense, and that the node has to refuse.
     """
 
     default: float | str
     meaning: str = ""
     telltale: float | None = None
+    refuses: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,6 @@ class Node:
         config: the path of its parameter file, "" for none.
         answers_on: the topic that it publishes when it has taken in a tick, by which simulated time goes on.
         answers_every_s: the default period of these messages, s.
-        idle_trial: the name of the trial that shows the node while nothing is asked of it.
     """
 
     name: str
@@ -52,7 +54,6 @@ class Node:
     config: str = ""
     answers_on: str = ""
     answers_every_s: float = 0.05
-    idle_trial: str = ""
     subscribes: Mapping[str, str] = field(default_factory=dict)
     publishes: Mapping[str, str] = field(default_factory=dict)
     services: Mapping[str, str] = field(default_factory=dict)
@@ -65,6 +66,11 @@ class Node:
         return {**self.services, **self.actions}
 
     @property
+    def command(self) -> str:
+        """Return the topic on which it commands the robot's velocity, "" if it does not."""
+        return next((name for name, type_ in self.publishes.items() if type_ == "geometry_msgs/msg/Twist"), "")
+
+    @property
     def names(self) -> list[str]:
         """Return the names of its topics, services and actions."""
         return [*self.subscribes, *self.publishes, *self.offers]
@@ -73,6 +79,21 @@ class Node:
     def defaults(self) -> dict[str, float]:
         """Return the defaults of its numeric parameters."""
         return {name: p.default for name, p in self.parameters.items() if not isinstance(p.default, str)}
+
+    @property
+    def telltales(self) -> dict[str, float]:
+        """Return the telltales of its parameters that have one."""
+        return {name: p.telltale for name, p in self.parameters.items() if p.telltale is not None}
+
+    @property
+    def refused(self) -> list[tuple[str, float]]:
+        """Return the values that it has to refuse, each with the parameter's name."""
+        return [(name, value) for name, p in self.parameters.items() for value in p.refuses]
+
+    @property
+    def refused_at_start(self) -> dict[str, float]:
+        """Return one of these values, of its first parameter that has some."""
+        return dict([value for value in self.refused if value[0] == self.refused[0][0]][-1:])
 
 
 @dataclass(frozen=True)
@@ -90,7 +111,9 @@ class Course:
     Attributes:
         package: the name of the package that students write.
         layout: the paths that the package has to have.
+        launch: the launch files by their paths in the package, each with the nodes that it starts.
         interfaces: the course's own types, such as "srv/SetSpeed"; their files are in `contract`.
+        demonstration: the path of the script that shows the nodes at work, "" for none.
         words: further names that code has from the contract, such as frames and states.
     """
 
@@ -99,8 +122,10 @@ class Course:
     package: str
     nodes: Mapping[str, Node]
     layout: tuple[str, ...]
+    launch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interfaces: tuple[str, ...] = ()
     functions: Functions | None = None
+    demonstration: str = ""
     words: tuple[str, ...] = ()
     rubric: Path = Path()
     solution: Path = Path()
@@ -115,6 +140,11 @@ class Course:
     def checks(self) -> Path:
         """Return the folder of the course's own checks."""
         return self.folder / "checks"
+
+    def world(self, name: str) -> str:
+        """Return what `sim.load_world` takes for a world: a file of the course's own, or else its name."""
+        own = self.folder / "worlds" / f"{name}.yaml"
+        return str(own) if own.is_file() else name
 
     @property
     def interfaces_package(self) -> str:
@@ -134,12 +164,17 @@ class Course:
     @cached_property
     def launch_files(self) -> tuple[str, ...]:
         """Return the paths of the launch files."""
-        return tuple(path for path in self.layout if path.startswith("launch/"))
+        return tuple(self.launch)
 
     @cached_property
     def shared(self) -> tuple[str, ...]:
         """Return the paths of the files that are installed in the package's share folder."""
         return tuple(path for path in self.layout if path.startswith(("launch/", "config/")))
+
+    @property
+    def builds(self) -> tuple[str, ...]:
+        """Return the files without which no package builds."""
+        return ("package.xml", "CMakeLists.txt" if "CMakeLists.txt" in self.layout else "setup.py")
 
     @cached_property
     def offered(self) -> dict[str, str]:
@@ -154,8 +189,7 @@ class Course:
     @cached_property
     def telltales(self) -> dict[str, float]:
         """Return the telltales of all parameters that have one."""
-        parameters = [item for node in self.nodes.values() for item in node.parameters.items()]
-        return {name: parameter.telltale for name, parameter in parameters if parameter.telltale is not None}
+        return {name: value for node in self.nodes.values() for name, value in node.telltales.items()}
 
     @cached_property
     def function_names(self) -> tuple[str, ...]:
@@ -176,7 +210,7 @@ class Course:
         """Return what notebooks.yaml says: the notebooks with their files, and what checks in them need."""
         path = self.folder / "notebooks.yaml"
         found = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
-        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins")}
+        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins", "edits")}
 
     def full_type(self, type_: str) -> str:
         """Return a type with its package: "my_package/srv/SetSpeed"."""
@@ -191,6 +225,11 @@ class Course:
         names = (self.package, package)
         folder = next((name for name in names if any(path.startswith(f"{name}/") for path in paths)), self.package)
         return [path.replace(f"{self.package}/", f"{folder}/") for path in self.layout]
+
+
+def launch_stem(path: str) -> str:
+    """Return what a launch file is called for short: "bringup" for "launch/bringup_launch.py"."""
+    return re.sub(r"[._]launch$", "", PurePosixPath(path).stem)
 
 
 def role(path: str, package: str) -> str:

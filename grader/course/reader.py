@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from functools import cache
 from hashlib import sha256
@@ -18,15 +19,45 @@ from grader.errors import GraderError
 from grader.yaml_reader import YamlReader
 
 COURSE, CONTRACT = "course.yaml", "contract/contract.yaml"
+VARIABLE = "ROS2_COURSE"
+"""The environment variable with the folder of the course, if it is neither the kit's own nor around here."""
 _ROLES = ("subscribes", "publishes", "services", "actions")
-_OTHERS = ("config", "answers_on", "answers_every", "idle_trial", "parameters")
+_OTHERS = ("config", "answers_on", "answers_every", "parameters")
 
 
 @cache
 def kits_own() -> Course:
-    """Return the kit's own course."""
-    (path,) = (KIT / "grader" / "courses").glob(f"*/{COURSE}")
-    return load(path.parent)
+    """Return the kit's own course.
+
+    Raises:
+        GraderError: this is the students' kit of another course.
+    """
+    for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"):
+        return load(path.parent)
+    raise GraderError("Work in the folder of the course, which has a course.yaml, or name it with --course.")
+
+
+def named(name: str) -> Course:
+    """Return the course in the folder `name`, and the kit's own for ""."""
+    return load(Path(name)) if name else kits_own()
+
+
+def name_of(course: Course) -> str:
+    """Return the name by which `named` finds a course, on another machine, too, if the kit's own is meant."""
+    return "" if course.folder.is_relative_to(KIT / "grader" / "courses") else str(course.folder)
+
+
+def find(chosen: Path | None = None) -> Course:
+    """Return the course in the folder `chosen`, or in $ROS2_COURSE, in the current folder or above it, or the kit's.
+
+    Raises:
+        GraderError: as by `load`.
+    """
+    named = chosen or (Path(os.environ[VARIABLE]) if VARIABLE in os.environ else None)
+    here = Path.cwd()
+    above = next((folder for folder in (here, *here.parents) if (folder / COURSE).is_file()), None)
+    folder = named or above
+    return load(folder.resolve()) if folder else kits_own()
 
 
 @cache
@@ -78,13 +109,13 @@ class _Reader(YamlReader):
     def place(self, folder: Path, node: yaml.Node) -> Path:
         """Return a path that is written relative to the course's folder, if it is there."""
         path = (folder / self.text(node)).resolve()
-        if not path.exists() and (KIT / "grader" / "courses") not in folder.parents:  # a kit may leave its solution out
+        if not path.exists() and path.suffix:  # a students' kit leaves the folder of the solution out
             self.fail(node, f"there is no {path}; correct the path, which is relative to {COURSE}")
         return path
 
     def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
         """Return the fields of a Course that its contract decides."""
-        optional = ("interfaces", "functions", "words")
+        optional = ("interfaces", "launch", "functions", "demonstration", "words")
         fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
         layout = self._texts(fields["layout"])
         interfaces = self._texts(fields["interfaces"]) if "interfaces" in fields else ()
@@ -93,11 +124,21 @@ class _Reader(YamlReader):
             for name, key, value in self.mapping(fields["nodes"])
         }
         found: dict[str, Any] = {"nodes": nodes, "layout": layout, "interfaces": interfaces}
+        if "launch" in fields:
+            found["launch"] = {}
+            for path, key, value in self.mapping(fields["launch"]):
+                self.require_known(path, key, layout, "a path of the layout")
+                for item in self.items(value):
+                    self.require_known(self.text(item), item, nodes, "a node of the contract")
+                found["launch"][path] = self._texts(value)
         if "functions" in fields:
             functions = self.fields(fields["functions"], fields["functions"], ("module", "names"), "functions")
             module = self.text(functions["module"])
             self.require_known(module, functions["module"], layout, "a path of the layout")
             found["functions"] = Functions(module, self._texts(functions["names"]))
+        if "demonstration" in fields:
+            found["demonstration"] = self.text(fields["demonstration"])
+            self.require_known(found["demonstration"], fields["demonstration"], layout, "a path of the layout")
         if "words" in fields:
             found["words"] = self._texts(fields["words"])
         return found
@@ -119,11 +160,10 @@ class _Reader(YamlReader):
                 answers_on, fields["answers_on"], roles.get("publishes", {}), "a topic that it publishes"
             )
         every_s = self._number(fields["answers_every"]) if "answers_every" in fields else 0.05
-        idle = self.text(fields["idle_trial"]) if "idle_trial" in fields else ""
         test = f"test/test_{name}.py"
         parameters = self.mapping(fields["parameters"]) if "parameters" in fields else ()
         return Node(
-            name, module, test if test in layout else "", config, answers_on, every_s, idle,
+            name, module, test if test in layout else "", config, answers_on, every_s,
             parameters={name: self._parameter(key, value) for name, key, value in parameters}, **roles,
         )  # fmt: skip
 
@@ -136,12 +176,13 @@ class _Reader(YamlReader):
         return found
 
     def _parameter(self, key: yaml.Node, value: yaml.Node) -> Parameter:
-        fields = self.fields(value, key, ("default",), "a parameter", ("meaning", "telltale"))
+        fields = self.fields(value, key, ("default",), "a parameter", ("meaning", "telltale", "refuses"))
         default = fields["default"]
         return Parameter(
             self.text(default) if default.tag.endswith(":str") else self._number(default),
             self.text(fields["meaning"]) if "meaning" in fields else "",
             self._number(fields["telltale"]) if "telltale" in fields else None,
+            tuple(map(self._number, self.items(fields["refuses"]))) if "refuses" in fields else (),
         )
 
     def _number(self, node: yaml.Node) -> float:

@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+ZERO = 1e-6
+"""Of a speed, in m/s and rad/s: a command below is a zero."""
+
 
 @dataclass(frozen=True)
 class Command:
@@ -15,6 +18,11 @@ class Command:
     v: float
     omega: float
     other: float = 0.0
+
+    @property
+    def is_zero(self) -> bool:
+        """Return whether it is zero in every component, to 1e-6 m/s and rad/s. NaN is not."""
+        return all(abs(value) <= ZERO for value in (self.v, self.omega, self.other))
 
 
 @dataclass(frozen=True)

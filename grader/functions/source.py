@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from grader.evidence import FunctionAnswer
 from grader.functions.call import call_functions
-from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Source, Subject
 
 
-class FunctionCalls:
+class FunctionCalls(Source):
     """Calls the functions of the contract with the course's cases."""
 
     name = "functions"
-    phase = Phase.RUN
-    uses: frozenset[str] = frozenset()
-
-    def serves(self, settings: Settings) -> frozenset[str]:
-        """Return the requirements whose checks read what the functions return."""
-        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the functions' answers."""

@@ -7,16 +7,15 @@ import hashlib
 import os
 import platform
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 
 from grader import KIT
 
 _DISTRIBUTIONS = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
-# The rooms of the grader that only call a grading.
-_COURSES = KIT / "grader" / "courses"
-_ABOVE_GRADING = frozenset({"authoring", "classroom", "notebook", "selftest", "cli.py"})
+# What of the grader only calls a grading, and the courses.
+_ABOVE_GRADING = frozenset({"authoring", "classroom", "courses", "notebook", "selftest", "cli.py"})
 
 
 def environment() -> dict[str, str]:
@@ -25,23 +24,30 @@ def environment() -> dict[str, str]:
     return versions | {"python": platform.python_version(), "system": platform.platform(), "cores": str(os.cpu_count())}
 
 
-def kit_hash() -> str:
-    """Return a hash of the kit's code that decides a grade, 16 hexadecimal digits."""
+def kit_hash(course: Path) -> str:
+    """Return a hash of the code that decides a grade in a course's folder, 16 hexadecimal digits."""
     found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
-    found += _COURSES.rglob("*.yaml")
-    return _hash(path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
+    engine = (path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
+    return _hash({KIT: engine, course: _files(course, "checks", "contract", "functions", "trials", "worlds")})
 
 
-def checks_hash() -> str:
-    """Return a hash of the code that judges evidence, 16 hexadecimal digits."""
+def checks_hash(course: Path) -> str:
+    """Return a hash of the code that judges evidence in a course's folder, 16 hexadecimal digits."""
     found = [path for room in ("checks", "scoring") for path in (KIT / "grader" / room).rglob("*.py")]
-    return _hash([*found, *_COURSES.glob("*/checks/*.py"), *_COURSES.glob("*/contract/*.yaml")])
+    return _hash({KIT: found, course: _files(course, "checks", "contract", "functions")})
 
 
-def _hash(paths: Iterable[Path]) -> str:
+def _files(course: Path, *folders: str) -> Iterable[Path]:
+    found = (path for folder in folders for path in (course / folder).rglob("*"))
+    return (path for path in found if path.is_file() and path.suffix != ".pyc")
+
+
+def _hash(paths: Mapping[Path, Iterable[Path]]) -> str:
+    """Return a hash of files, by the folders to which their names are relative."""
     digest = hashlib.sha256()
-    for path in sorted(paths):
-        digest.update(f"{path.relative_to(KIT)}\0".encode() + path.read_bytes())
+    for folder, files in paths.items():
+        for path in sorted(files):
+            digest.update(f"{path.relative_to(folder)}\0".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -1,7 +1,7 @@
-"""Share the cores among what a grading does at the same time: own tests and mutants first, trials beside them.
+"""Slots on the cores for the processes of a grading: own tests and mutants have priority, trials take what is free.
 
-A package's own tests and then its mutants are one long chain of work, the trials are many short pieces. A grading is
-over soonest if the chain is never held up and the pieces fill what it leaves.
+A package's own tests and then its mutants are one long chain of work; trials are many short pieces. A grading ends
+soonest if the chain never waits for a core and the trials use the cores that it leaves free.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator
 
 PER_CORE = 2
-"""How many processes are worth starting for each core, because each waits at times."""
+"""Slots for each core: more than one, because every process waits at times."""
 
 _changed = threading.Condition()
 _first = _beside = 0
@@ -20,7 +20,7 @@ _first = _beside = 0
 
 @contextlib.contextmanager
 def first(processes: int) -> Iterator[None]:
-    """Compute in so many processes, from now on."""
+    """Reserve `processes` slots with priority until the block ends."""
     global _first
     with _changed:
         _first += processes
@@ -34,7 +34,7 @@ def first(processes: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def beside() -> Iterator[None]:
-    """Compute in one process, once the cores have room for it beside what comes first: at least for one at a time."""
+    """Wait for a free slot without priority, and hold it until the block ends; there is always at least one."""
     global _beside
     with _changed:
         _changed.wait_for(lambda: _beside < max(PER_CORE * (os.cpu_count() or 1) - _first, 1))

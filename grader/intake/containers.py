@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import IO, NoReturn, Protocol
+from typing import IO, Any, NoReturn, Protocol
 
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.intake.names import MAX_DEPTH, tool_folder
@@ -73,20 +73,11 @@ class Readable(Protocol):
         """Return at most `size` bytes; b"" at the end."""
 
 
-class Container(Protocol):
-    """A folder or an archive."""
-
-    name: str
-
-    def entries(self) -> list[Entry]:
-        """Return all entries in the container's own order."""
-
-    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
-        """Yield the index and a stream of each wanted regular file; a stream is valid until the next one is read."""
-
-
-def open_container(path: Path) -> Container:
+def open_container(path: Path, leave_out: Collection[Path] = ()) -> Folder | Zip | Tar:
     """Return the container at `path`, recognised by its content, not by its name.
+
+    It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid
+    until the next one is read. Of a folder, the folders `leave_out` in it are left out, such as the grader's output.
 
     Raises:
         SubmissionError: `path` does not exist, or is neither a folder nor an archive that can be opened.
@@ -95,7 +86,7 @@ def open_container(path: Path) -> Container:
     shown = printable(path.name or str(path))
     try:
         if path.is_dir():
-            return Folder(path)
+            return Folder(path, leave_out)
         if not path.exists():
             raise SubmissionError(f"There is no file or folder {printable(str(path))}.", "Check the path.")
         if not path.is_file():
@@ -131,10 +122,6 @@ class Folder:
         self._path = path
         self._leave_out = {folder.resolve() for folder in leave_out}
         self._names: list[str] = []
-
-    def without(self, *folders: Path) -> Folder:
-        """Return this folder without these folders in it, such as the grader's own output."""
-        return Folder(self._path, folders)
 
     def entries(self) -> list[Entry]:
         """Return the files below the folder in alphabetical order; folders that are never kept are not entered."""
@@ -360,22 +347,10 @@ class _CappedStream:
         return data
 
 
-class _Decompressor(Protocol):
-    """What zlib, bz2 and lzma have in common."""
-
-    @property
-    def eof(self) -> bool: ...
-
-    @property
-    def unused_data(self) -> bytes: ...
-
-    def decompress(self, data: bytes, max_length: int = ..., /) -> bytes: ...
-
-
 class _PackedStream:
     """What a compressed file unpacks to. Several streams in one file are read as one, as gzip, bzip2 and xz do."""
 
-    def __init__(self, file: IO[bytes], new: Callable[[], _Decompressor], magic: bytes) -> None:
+    def __init__(self, file: IO[bytes], new: Callable[[], Any], magic: bytes) -> None:
         self._file = file
         self._new = new
         self._magic = magic
@@ -389,7 +364,7 @@ class _PackedStream:
             packed = self._file.read(64 * 1024) if hungry else self._packed
             if hungry and not packed:
                 raise EOFError("the packed stream ends early")
-            data = self._decompressor.decompress(packed, size)
+            data: bytes = self._decompressor.decompress(packed, size)
             self._packed = getattr(self._decompressor, "unconsumed_tail", b"")
             if data:
                 return data
@@ -412,12 +387,8 @@ class _FollowedByMore(Exception):
     """A compressed stream is followed by something that is not such a stream."""
 
 
-def _gzip() -> _Decompressor:
-    return zlib.decompressobj(wbits=31)
-
-
-_PACKED: dict[bytes, Callable[[], _Decompressor]] = {
-    b"\x1f\x8b": _gzip,
+_PACKED: dict[bytes, Callable[[], Any]] = {
+    b"\x1f\x8b": lambda: zlib.decompressobj(wbits=31),
     b"BZh": bz2.BZ2Decompressor,
     b"\xfd7zXZ\x00": lambda: lzma.LZMADecompressor(memlimit=MAX_LZMA_MEMORY),
 }

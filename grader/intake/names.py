@@ -7,7 +7,7 @@ import unicodedata
 # Made by tools, never written by a student, and often large. Left out of every submission.
 _TOOL_FOLDERS = frozenset(
     {
-        *("__MACOSX", "__pycache__", "node_modules", "site-packages", "dist-packages"),
+        *("__MACOSX", "__pycache__", "node_modules", "htmlcov", "site-packages", "dist-packages"),
         *(".git", ".hg", ".svn", ".venv", ".tox", ".nox", ".eggs"),
         *(".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", ".ipynb_checkpoints", ".vscode", ".idea"),
     }

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from xml.etree.ElementTree import Element
+
+from catkin_pkg.condition import evaluate_condition
 
 from grader.intake.xml_reader import read_xml
 
 MAX_BYTES = 256 * 1024  # that of rclcpp, a long one, has 4 KB
+_MAX_CONDITION = 200
+_CONDITION_VALUES = {"ROS_VERSION": "2", "ROS_DISTRO": "jazzy", "ROS_PYTHON_VERSION": "3"}
 
 
 @dataclass(frozen=True)
 class PackageXml:
-    """The content of a package.xml. If it could not be read, `problem` says why (with the line); the rest is empty."""
+    """The content of a package.xml, without what its `condition` leaves out of ROS 2 Jazzy.
+
+    If it could not be read, `problem` says why (with the line); the rest is empty.
+    """
 
     name: str = ""
     format: str = ""
@@ -33,37 +41,22 @@ class PackageXml:
 
 def read_package_xml(path: Path) -> PackageXml:
     """Return the content of `path`; for a file that is not XML, a PackageXml with only a `problem`."""
-    reader = _Reader()
-    problem = read_xml(path, MAX_BYTES, reader.start, reader.end, reader.text.append)
-    return PackageXml(problem=problem) if problem else reader.result()
+    try:
+        root = read_xml(path, MAX_BYTES)
+    except ValueError as error:
+        return PackageXml(problem=str(error))
+    if root.tag != "package":
+        return PackageXml()
+    elements = tuple((child.tag, "".join(child.itertext()).strip()) for child in root if _counts(child))
+    names = [text for tag, text in elements if tag == "name"]
+    build_types = [(child.text or "").strip() for child in root.findall("export/build_type") if _counts(child)]
+    return PackageXml(names[0] if names else "", root.get("format", "1"), (build_types or [""])[-1], elements)
 
 
-@dataclass
-class _Reader:
-    """Collects the text of the elements below `package`, and the build type below `export`."""
-
-    text: list[str] = field(default_factory=list)
-    _open: list[str] = field(default_factory=list)
-    _elements: list[tuple[str, str]] = field(default_factory=list)
-    _format: str = ""
-    _build_type: str = ""
-
-    def result(self) -> PackageXml:
-        names = [text for tag, text in self._elements if tag == "name"]
-        return PackageXml(names[0] if names else "", self._format, self._build_type, tuple(self._elements))
-
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
-        if not self._open:
-            self._format = attributes.get("format", "1") if tag == "package" else ""
-        self._open.append(tag)
-        self.text.clear()
-
-    def end(self, tag: str) -> None:
-        text = "".join(self.text).strip()
-        if self._open[:1] == ["package"]:
-            if len(self._open) == 2:
-                self._elements.append((tag, text))
-            elif self._open == ["package", "export", "build_type"]:
-                self._build_type = text
-        self._open.pop()
-        self.text.clear()
+def _counts(element: Element) -> bool:
+    """Return whether an element's condition (REP 149) holds here. One that cannot be read does; it is reported."""
+    condition = element.get("condition", "")
+    try:
+        return not condition or len(condition) > _MAX_CONDITION or evaluate_condition(condition, _CONDITION_VALUES)
+    except (ValueError, RecursionError):
+        return True

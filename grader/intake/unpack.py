@@ -46,10 +46,8 @@ def unpack(
         SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
         GraderError: `into` cannot be written, or `source` cannot be read.
     """
-    container = open_container(source)
+    container = open_container(source, leave_out=[into, *([leave_out] if leave_out else [])])
     packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
-    if isinstance(container, Folder):
-        container = container.without(into, *([leave_out] if leave_out else []))
     entries = container.entries()
     if check is not None:
         check(container.name, entries, limits.total_bytes)

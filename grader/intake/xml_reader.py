@@ -1,10 +1,10 @@
-"""Read a submission's XML as a stream: with a size limit, and no DOCTYPE (so no entities), and no tree in memory."""
+"""Read a submission's XML: with a size limit, and without a DOCTYPE, so that no entity is expanded."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from xml.parsers import expat
+from typing import NoReturn
+from xml.etree import ElementTree
 
 from grader.sanitize import printable
 
@@ -13,34 +13,30 @@ class _DoctypeFound(Exception):
     """A document type was declared, which allows entity expansion."""
 
 
-def read_xml(
-    path: Path,
-    max_bytes: int,
-    start: Callable[[str, dict[str, str]], None],
-    end: Callable[[str], None] | None = None,
-    text: Callable[[str], object] | None = None,
-) -> str:
-    """Feed the tags, attributes and text of a file to the callbacks; return why it cannot be read, or ""."""
+class _Builder(ElementTree.TreeBuilder):
+    def doctype(self, *_: object) -> NoReturn:
+        raise _DoctypeFound
+
+
+def read_xml(path: Path, max_bytes: int) -> ElementTree.Element:
+    """Return the root element of a file.
+
+    Raises:
+        ValueError: it cannot be read; the message is a predicate such as "is not XML: no element found".
+    """
     try:
         with path.open("rb") as stream:
             data = stream.read(max_bytes + 1)
     except OSError as error:
-        return f"cannot be read: {error.strerror}"
+        raise ValueError(f"cannot be read: {error.strerror}") from error
     if len(data) > max_bytes:
         kilobytes = max_bytes // 1024
-        return f"is larger than {f'{kilobytes // 1024} MB' if kilobytes >= 1024 else f'{kilobytes} KB'}"
-    parser = expat.ParserCreate()
-    parser.StartDoctypeDeclHandler = _refuse
-    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
+        size = f"{kilobytes // 1024} MB" if kilobytes >= 1024 else f"{kilobytes} KB"
+        raise ValueError(f"is larger than {size}")
     try:
-        parser.Parse(data, True)
+        return ElementTree.fromstring(data, ElementTree.XMLParser(target=_Builder()))
     except _DoctypeFound:
-        return "declares a DOCTYPE, which is not allowed"
-    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise ValueError("declares a DOCTYPE, which is not allowed") from None
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
         # ValueError and LookupError: encodings that expat cannot read or that Python does not know.
-        return f"is not XML: {printable(str(error))}"
-    return ""
-
-
-def _refuse(*_: object) -> None:
-    raise _DoctypeFound
+        raise ValueError(f"is not XML: {printable(str(error))}") from error

@@ -1,26 +1,23 @@
 """Equivalent mutants: changes of a source that keep its behaviour. A test that fails on one checks something else.
 
-An equivalent mutant changes what a mutant could change: a number, a comparison, a condition, a call, a name. What a
-module does, returns, raises and publishes stays the same; its bytes, its hash and its syntax tree differ.
+An equivalent mutant changes what a mutant could change: a number, a comparison, a condition, a call. What a module
+does, returns, raises and publishes stays the same; its bytes, its hash and its syntax tree differ.
 """
 
 from __future__ import annotations
 
 import ast
+import itertools
 from collections.abc import Iterator
 from functools import lru_cache
 
 from grader.mutation.source_text import MODULE, Change, SourceText, Spot
-from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring
+from grader.python_ast import TOO_COMPLEX, called, is_docstring
 
 EQUIVALENT = "equivalent"
 WEAK = "weakly equivalent"
 """Another text with the same bytecode: chosen only where there is no other equivalent mutant."""
 
-# Names in these cannot be renamed by replacing the `Name` nodes of a function.
-_NOT_RENAMED_IN = (
-    Function, ast.Lambda, ast.ClassDef, ast.Global, ast.Nonlocal, ast.JoinedStr, ast.alias, ast.MatchAs, ast.MatchStar,
-)  # fmt: skip
 _MIRRORED: dict[type[ast.cmpop], str] = {
     ast.Lt: ">", ast.LtE: ">=", ast.Gt: "<", ast.GtE: "<=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -42,7 +39,6 @@ def _all_equivalents(source: SourceText, spot: Spot) -> Iterator[Change]:
     yield from _comparison(source, spot)
     yield from _condition(source, spot)
     yield from _statement(source, spot)
-    yield from _local_name(source, spot)
 
 
 def _number(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -95,31 +91,6 @@ def _statement(source: SourceText, spot: Spot) -> Iterator[Change]:
         yield source.change(spot, EQUIVALENT, f"the value of `{short}` was put into a variable first", new)
 
 
-def _local_name(source: SourceText, spot: Spot) -> Iterator[Change]:
-    """Rename a local variable: the whole function body is replaced at once."""
-    node = spot.node
-    if not isinstance(node, Function):
-        return
-    inner = [n for statement in node.body for n in ast.walk(statement)]
-    if any(isinstance(n, _NOT_RENAMED_IN) for n in inner):
-        return
-    if any(isinstance(n, ast.Name) and n.id in ("locals", "vars", "eval", "exec", "dir") for n in inner):
-        return
-    stored = {n.id for n in inner if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    fixed = {a.arg for a in [*node.args.args, *node.args.kwonlyargs, *node.args.posonlyargs]}
-    fixed |= {n.name for n in inner if isinstance(n, ast.ExceptHandler) and n.name}
-    for name in sorted(name for name in stored - fixed if not name.startswith("__")):
-        uses = sorted(source.span(n) for n in inner if isinstance(n, ast.Name) and n.id == name)
-        start, end = source.span(node.body[0])[0], source.span(node.body[-1])[1]
-        new, at = "", start
-        for first, last in uses:
-            new, at = new + source.piece(at, first) + _free_name(source, name), last
-        new += source.piece(at, end)
-        body = Spot(node.body[0], (*spot.parents, node), node.body[0], spot.function)
-        yield source.change(body, EQUIVALENT, f"the local variable `{name}` was renamed", new, (start, end))
-        return
-
-
 def _is_plain(node: ast.AST) -> bool:
     """Return whether the order of evaluation cannot matter in an expression."""
     allowed = (
@@ -138,12 +109,9 @@ def _shares_line(spot: Spot, node: ast.stmt) -> bool:
     return getattr(above, "lineno", 0) == node.lineno or called(above) != ""
 
 
-def _free_name(source: SourceText, base: str = "answer") -> str:
+def _free_name(source: SourceText) -> str:
     """Return a name that the module does not use."""
-    number = 2
-    while f"{base}{number}" in source.names:
-        number += 1
-    return f"{base}{number}"
+    return next(name for number in itertools.count(2) if (name := f"answer{number}") not in source.names)
 
 
 def compiles(source: SourceText, change: Change) -> bool:

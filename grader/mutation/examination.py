@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from grader.mutation.equivalent_mutants import WEAK, compiles, equivalent_mutants
-from grader.mutation.jobs import Job, JobPool, JobResult
+from grader.mutation.jobs import Job, JobResult, JobRunner
 from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change
 from grader.mutation.verdicts import Verdicts
@@ -51,7 +51,7 @@ def examinations(verdicts: Verdicts, noticed: Sequence[JobResult], fill_up: bool
     return jobs
 
 
-def judge(verdicts: Verdicts, pool: JobPool, result: JobResult) -> list[Change]:
+def judge(verdicts: Verdicts, runner: JobRunner, result: JobResult) -> list[Change]:
     """Record how an examination came out; return the mutants to try again because a test proved unreliable."""
     job = result.job
     assert job.examines is not None
@@ -63,7 +63,7 @@ def judge(verdicts: Verdicts, pool: JobPool, result: JobResult) -> list[Change]:
         return []  # known by now; the mutants concerned are tried again anyway
     # A test failed although the behaviour is the same. Does it fail on the original, again, and on another one?
     other = _equivalent_for(verdicts, job.examines, but=job.change)
-    original, again, other_one = pool.run(
+    original, again, other_one = runner.run(
         [Job(change, job.selections, job.examines, _PATIENCE) for change in (None, job.change, other)]
     )
     if original.noticed_by and result.module not in verdicts.run_whole:

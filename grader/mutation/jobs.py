@@ -11,7 +11,7 @@ from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change, SourceText
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.warm_worker import Team
+from grader.student_tests.warm_worker import WorkerPool
 from grader.student_tests.worker_report import ModuleRun
 
 _LONGEST = 60.0  # seconds for the tests of one module on one mutant
@@ -72,30 +72,30 @@ class JobResult:
     source_readers: frozenset[str] = frozenset()
 
 
-class JobPool:
-    """Runs jobs by a team of workers until a point in time (of time.monotonic); later jobs are not tried."""
+class JobRunner:
+    """Runs jobs by a pool of workers until a point in time (of time.monotonic); later jobs are not tried."""
 
-    def __init__(self, team: Team, package: TestedPackage, until: float) -> None:
-        self._team, self._package, self._until = team, package, until
+    def __init__(self, workers: WorkerPool, package: TestedPackage, until: float) -> None:
+        self._workers, self._package, self._until = workers, package, until
         self._lock = threading.Lock()
-        self.size = team.size
+        self.size = workers.size
         self.seconds_spent = 0.0
         """The sum over all jobs, as on a quiet machine."""
 
     def run(self, jobs: Sequence[Job]) -> list[JobResult]:
         """Return the jobs' results, in the jobs' order."""
-        return self._team.map(self._run_one, jobs)
+        return self._workers.map(self._run_one, jobs)
 
     def _run_one(self, job: Job) -> JobResult:
         if time.monotonic() > self._until:
             return JobResult(job, tried=False)
-        result = run_job(self._team, self._package, job)
+        result = run_job(self._workers, self._package, job)
         with self._lock:
             self.seconds_spent += result.seconds
         return result
 
 
-def run_job(team: Team, package: TestedPackage, job: Job) -> JobResult:
+def run_job(workers: WorkerPool, package: TestedPackage, job: Job) -> JobResult:
     """Run a job's tests, module by module, until one fails."""
     files = package.files(job.change)
     seconds, count = 0.0, 0
@@ -103,7 +103,7 @@ def run_job(team: Team, package: TestedPackage, job: Job) -> JobResult:
     for selection in job.selections:
         known = package.reach[selection.module].seconds
         limits = {name: job.patience * min(2.0 + 8 * known.get(name, 0.0), _LONGEST) for name in selection.tests}
-        ran = team.run(
+        ran = workers.run(
             ModuleRequest(
                 selection.module, files=files, select=selection.tests, first_failure=True, limits=limits,
                 limit=10.0 * job.patience, total=job.patience * min(20.0 + 8 * sum(known.values()), _LONGEST),

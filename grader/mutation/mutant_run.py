@@ -11,7 +11,7 @@ from grader.course import Course
 from grader.evidence import Mutant, Mutation, short_name
 from grader.host import turns
 from grader.mutation.examination import examinations, judge
-from grader.mutation.jobs import Job, JobPool, JobResult, TestedPackage
+from grader.mutation.jobs import Job, JobResult, JobRunner, TestedPackage
 from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector, choose
 from grader.mutation.source_text import MODULE, Change, is_too_complex, parse
@@ -21,7 +21,7 @@ from grader.student_tests import package_modules
 from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_results import ModuleReach
 from grader.student_tests.padding import code_of, padding
-from grader.student_tests.warm_worker import start_team
+from grader.student_tests.warm_worker import start_workers
 
 MUTANTS = 50  # that tests reach; the others take no time. docs/course.md says how well these stand for all
 WORKERS = 2
@@ -80,8 +80,8 @@ def mutate(
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
         life = _HARD_LIMIT * seconds + 600.0
-        with turns.first(size), start_team(package, install, size, seconds=life, kept_runs=kept_runs) as team:
-            quiet_seconds = _rounds(verdicts, chosen, JobPool(team, tested, until), seconds, progress)
+        with turns.first(size), start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as pool:
+            quiet_seconds = _rounds(verdicts, chosen, JobRunner(pool, tested, until), seconds, progress)
     else:
         for change in chosen:
             verdicts.note_mutant(JobResult(Job(change, ())))
@@ -125,7 +125,7 @@ def _of_unreadable_modules(texts: Mapping[str, str | None], count: int) -> list[
 
 
 def _rounds(
-    verdicts: Verdicts, chosen: Sequence[Change], pool: JobPool, seconds: float, progress: Callable[[str], None]
+    verdicts: Verdicts, chosen: Sequence[Change], runner: JobRunner, seconds: float, progress: Callable[[str], None]
 ) -> float:
     """Try the mutants round by round while the budget lasts; return the seconds spent.
 
@@ -140,23 +140,23 @@ def _rounds(
         jobs = [Job(change, verdicts.selection(change)) for change in batch]
         jobs += examinations(verdicts, noticed, fill_up=not batch or verdicts.noticed <= ROUND)
         verdicts.rng.shuffle(jobs)
-        before = pool.seconds_spent
-        results = pool.run(jobs)
-        noticed, again = _judge_round(verdicts, pool, results)
+        before = runner.seconds_spent
+        results = runner.run(jobs)
+        noticed, again = _judge_round(verdicts, runner, results)
         for change in again:
             verdicts.note_not_tried(change)
         waiting += again
         tried += len(batch)
         progress(f"mutants: {min(tried, len(chosen))} of {len(chosen)} tried, {verdicts.noticed} noticed")
         # Another round costs about as much as this one.
-        needed = pool.seconds_spent + (pool.seconds_spent - before)
-        if needed > seconds * pool.size or not all(result.tried for result in results):
+        needed = runner.seconds_spent + (runner.seconds_spent - before)
+        if needed > seconds * runner.size or not all(result.tried for result in results):
             waiting = []
-    return pool.seconds_spent / pool.size
+    return runner.seconds_spent / runner.size
 
 
 def _judge_round(
-    verdicts: Verdicts, pool: JobPool, results: Sequence[JobResult]
+    verdicts: Verdicts, runner: JobRunner, results: Sequence[JobResult]
 ) -> tuple[list[JobResult], list[Change]]:
     """Record a round's results; return those of noticed mutants, and the mutants to try again."""
     # A test may read the source only in runs without coverage.
@@ -165,7 +165,7 @@ def _judge_round(
     # Examinations first: they decide whether what a test noticed in this round counts.
     for result in sorted((r for r in results if r.tried), key=lambda result: result.job.examines is None):
         if result.job.examines is not None:
-            again += [] if verdicts.convicted else judge(verdicts, pool, result)
+            again += [] if verdicts.convicted else judge(verdicts, runner, result)
         elif verdicts.selection(result.job.changed) != result.job.selections:
             again.append(result.job.changed)  # other tests are to be run by now
         else:

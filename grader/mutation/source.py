@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
-from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Source, Subject
 from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
 
 
-class Mutants:
+class Mutants(Source):
     """Mutates the package and runs its own tests on the mutants."""
 
     name = "mutation"
-    phase = Phase.RUN
     uses = frozenset({StudentTestRuns.name})
-
-    def serves(self, settings: Settings) -> frozenset[str]:
-        """Return the requirements whose checks read which mutants were noticed."""
-        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return which mutants were noticed."""

@@ -10,7 +10,7 @@ from grader.notebook.bench import bench, mine
 from grader.notebook.feedback import Checked
 from grader.notebook.matrix import mutant_matrix
 from grader.notebook.tables import tries
-from grader.notebook.workspace import find, open_workspace
+from grader.notebook.workspace import course, find, open_workspace
 
 if TYPE_CHECKING:
     from grader.notebook.session import Run
@@ -49,7 +49,7 @@ def check(*requirements: str, fresh: bool = False) -> Checked:
 
 
 def run_node(
-    node: str = "robot_controller",
+    node: str = "",
     world: str | World = "open_field",
     *,
     program: str = "",
@@ -64,7 +64,7 @@ def run_node(
     closes the first run. If the node does not work, the robot stands still, and one line says why.
 
     Args:
-        node: the executable, "robot_controller" or "sensor_processor".
+        node: the executable, by default the first of the contract's nodes.
         program: a Python file that makes this node, to be run in place of the executable.
         world: a world's name (`sim.world_names()`) or a World.
         seed: the seed of the sensors' noise.
@@ -76,7 +76,7 @@ def run_node(
 
     return session.start(
         find(),
-        node,
+        node or next(iter(course().nodes)),
         world,
         program=program,
         seed=seed,

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import before_begin, pieces
+from grader.notebook import alt_text, before_begin, checkpoints, pieces
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 
@@ -21,6 +21,10 @@ class CellHooks:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._backups = FileBackups(workspace)
+
+    def draw(self) -> None:
+        """Give figures that are about to be shown their words."""
+        alt_text.describe_figures(sys.modules["IPython"].get_ipython())
 
     def before(self, info: Any) -> None:
         """Update the environment and the imported modules, and back up a file that the cell overwrites."""
@@ -44,6 +48,10 @@ class CellHooks:
                 if path := target(whole):
                     path.parent.mkdir(parents=True, exist_ok=True)
                 magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
+                if path and path.is_relative_to(package := self._workspace.package):
+                    written = path.relative_to(package).as_posix()
+                    if meant := checkpoints.meant_by(written):
+                        print(f"The course has no file {written}; did you mean {meant}?")
 
         return write
 
@@ -60,17 +68,30 @@ def install(workspace: Workspace) -> None:
     if shell is None:
         return
     hooks = CellHooks(workspace)
-    for event, callback in (("pre_run_cell", hooks.before), ("post_run_cell", hooks.after)):
+    for event, callback in (
+        ("pre_run_cell", hooks.before),
+        ("post_execute", hooks.draw),
+        ("post_run_cell", hooks.after),
+    ):
         for older in list(shell.events.callbacks[event]):
             if isinstance(getattr(older, "__self__", None), CellHooks):
                 shell.events.unregister(event, older)
         shell.events.register(event, callback)
+    transforms = shell.input_transformers_cleanup
+    if without_comments_above_a_magic not in transforms:
+        transforms.insert(0, without_comments_above_a_magic)
     before_begin.install()
     warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     for name in before_begin.WRITES:
         original = before_begin.original(shell)
         shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
+
+
+def without_comments_above_a_magic(lines: list[str]) -> list[str]:
+    """Return a cell's lines without comments above its `%%` line: below them IPython looks for a line magic."""
+    first = next((n for n, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), 0)
+    return lines[first:] if lines and lines[first].startswith("%%") else lines
 
 
 _USUAL_FORMAT = warnings.formatwarning
@@ -86,16 +107,16 @@ def format_warning(message: Warning | str, category: type[Warning], filename: st
 def forget_changed_modules(package: Path) -> None:
     """Forget the student's imported modules if one of their files has changed since.
 
-    Python reads a module once, so a cell that imports it again would get the old one.
+    Python reads a module once, so a cell that imports it again would get the old one. A folder without `__init__.py`
+    is forgotten, too: it would go on handing out the old modules in it.
     """
     loaded = {
-        name: Path(file)
+        name: Path(file) if (file := getattr(module, "__file__", None)) else None
         for name, module in list(sys.modules.items())
         if name.partition(".")[0] == course().package
-        and (file := getattr(module, "__file__", None))
-        and Path(file).is_relative_to(package)
     }
-    stamps = {name: _stamp(path) for name, path in loaded.items()}
+    loaded = {name: path for name, path in loaded.items() if path is None or path.is_relative_to(package)}
+    stamps = {name: _stamp(path) for name, path in loaded.items() if path is not None}
     if any(_STAMPS.get(name, stamp) != stamp for name, stamp in stamps.items()):
         for name in loaded:
             sys.modules.pop(name, None)

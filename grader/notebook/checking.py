@@ -18,7 +18,7 @@ from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
-from grader.scoring.rubric import RUBRIC, Requirement, Rubric
+from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
@@ -36,7 +36,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     Raises:
         ValueError: there is no such requirement.
     """
-    whole = rubric.load(RUBRIC)
+    whole = rubric.load(course().rubric)
     wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements)]
     notebook = os.environ.get(NOTEBOOK, "")
     stand_ins = {r.id: found for r in wanted if (found := so_far.stand_in(r.id, notebook))}
@@ -84,7 +84,8 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
 
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
-        rubric=whole, cache=building.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
+        rubric=whole, course=course(), cache=building.cache_folder(),
+        requirements=tuple(requirement.id for requirement in wanted),
         mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True, keep_runs=True,
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip

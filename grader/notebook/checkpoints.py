@@ -6,6 +6,7 @@ checkout, an entry point names the function that makes them out of the solutions
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import json
 import shutil
@@ -16,6 +17,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from grader.course import Course
 from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook.file_backups import FileBackups
@@ -42,14 +44,17 @@ class Checkpoint:
     optional: tuple[str, ...] = ()
 
 
-@cache
 def table() -> Mapping[str, Checkpoint]:
     """Return the course's notebooks, each with its files."""
-    rows = course().notebook_table["notebooks"]
+    return _table(course())
+
+
+@cache
+def _table(course: Course) -> Mapping[str, Checkpoint]:
+    rows = course.notebook_table["notebooks"]
     return {name: Checkpoint(**{kind: tuple(paths) for kind, paths in row.items()}) for name, row in rows.items()}
 
 
-@cache
 def _by_number() -> Mapping[str, Checkpoint]:
     return {name[:2]: checkpoint for name, checkpoint in table().items()}
 
@@ -77,6 +82,15 @@ def written_in(path: str) -> str:
     return next(found, "")
 
 
+def meant_by(path: str) -> str:
+    """Return the course's file that a path of the package is nearly, "" if it is one of them, or like none."""
+    known = [name for files in _by_number().values() for name in (*files.exercises, *files.given)]
+    if path in known or Path(path).stem.startswith("__"):
+        return ""
+    same_name = [name for name in known if Path(name).name == Path(path).name]
+    return next(iter(same_name or difflib.get_close_matches(path, known, n=1, cutoff=0.9)), "")
+
+
 def paths_before(notebook: str) -> list[str]:
     """Return the files that the notebooks before this one write, in the course's order."""
     last = number(notebook)
@@ -101,7 +115,8 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     """
     key = number(notebook)
     try:
-        files = files_after(f"{int(key) - 1:02}") if key > "00" else {}
+        earlier = [each for each in _by_number() if each < key]
+        files = files_after(earlier[-1]) if earlier else {}
     except GraderError as error:
         return f"start_at({key!r}): {error}"
     package = workspace.package

@@ -65,6 +65,8 @@ class Answer:
         if self.ours:
             return f"{self.id} could not be judged"
         verdict = "passed so far" if self.so_far else "passed" if self.passed else "not yet"
+        if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
+            return f"{self.id} {verdict} (its points come with a later notebook: {self.worth})"
         return f"{self.id} {verdict} ({self.points} of {self.worth})"
 
 
@@ -111,8 +113,10 @@ def _lines(answer: Answer) -> list[str]:
 
 
 def _card(answer: Answer) -> str:
-    colour = OURS if answer.ours else GOOD if answer.passed else PART if float(answer.points) > 0 else BAD
-    sign = "!" if answer.ours else "✓" if answer.passed else "◐" if float(answer.points) > 0 else "○"
+    whole = answer.passed and (float(answer.points) > 0 or not answer.so_far)
+    part = answer.passed or float(answer.points) > 0
+    colour = OURS if answer.ours else GOOD if whole else PART if part else BAD
+    sign = "!" if answer.ours else "✓" if whole else "◐" if part else "○"
     head = (
         f'<div><span style="color:{colour};font-weight:700">{sign} {html.escape(answer.headline)}</span>'
         f' <span style="font-weight:600">{html.escape(answer.title)}</span></div>'

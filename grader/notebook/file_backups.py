@@ -1,7 +1,8 @@
 """Keep every text that a `%%writefile` or `%%into` cell overwrites, and tell which notebook wrote a file last.
 
 Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, the file is copied into `kept/` in the
-workspace. A file that a later notebook has written is not replaced by an earlier one, unless the cell says `-f`.
+workspace. A file that a later notebook has written, or that `%%into` has put functions into, is not replaced unless
+the cell says `-f`.
 """
 
 from __future__ import annotations
@@ -16,18 +17,20 @@ from pathlib import Path
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 
-_WRITES = re.compile(r"\s*%%(?:writefile|file|into) +([^\n]+)")
+_WRITES = re.compile(r"(?:\s*#[^\n]*\n)*\s*%%(writefile|file|into) +([^\n]+)")
+_INTO = "into"
 FORCE = "-f"
-"""Lets a cell replace the file of a later notebook."""
-_FLAGS = ("-a", "--append", FORCE)
-_WRITTEN = "written.json"  # path -> checksum of the text that a cell last wrote there, and that cell's notebook
+"""Lets a cell replace the file of a later notebook, or one that holds pieces."""
+APPENDS = {"-a", "--append"}
+_FLAGS = {*APPENDS, FORCE}
+_WRITTEN = "written.json"  # path -> checksum of the text that a cell last wrote there, that cell's notebook and magic
 
 
 def target(cell: str) -> Path | None:
     """Return the file that a cell's `%%writefile` or `%%into` writes, None for another cell."""
     match = _WRITES.match(cell)
     try:
-        words = [word for word in shlex.split(match[1]) if word not in _FLAGS] if match else []
+        words = [word for word in shlex.split(match[2]) if word not in _FLAGS] if match else []
     except ValueError:  # an unclosed quotation mark; %%writefile will report it
         return None
     return Path(words[0]).expanduser().resolve() if len(words) == 1 else None
@@ -61,12 +64,18 @@ class FileBackups:
         content = _content(path) if path is not None else None
         if path is None or not content or FORCE in cell.partition("\n")[0].split():
             return ""
-        later = self._written(path)[1]
-        if later <= notebook or content == cell.partition("\n")[2].encode():
+        _, later, last = self._written(path)
+        magic = _magic(cell)
+        if content == cell.partition("\n")[2].encode():
+            return ""
+        if later > notebook:
+            why = f"notebook {later} has written it since, and this cell has the version of notebook {notebook}"
+        elif later == notebook and last == _INTO != magic and not APPENDS & {*cell.partition("\n")[0].split()}:
+            why = "it holds functions that you have put in since, and this cell would empty them"
+        else:
             return ""
         return (
-            f"{path.name} was not replaced: notebook {later} has written it since, and this cell has the version of "
-            f"notebook {notebook}. To replace it all the same, begin the cell with {cell.split()[0]} {FORCE}."
+            f"{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {FORCE}."
         )
 
     def after(self, cell: str, notebook: str = "") -> None:
@@ -74,12 +83,12 @@ class FileBackups:
         path = target(cell)
         content = _content(path) if path is not None else None
         if path is not None and content is not None:
-            self._note({self._name(path): [_sum(content), notebook]})
+            self._note({self._name(path): [_sum(content), notebook, _magic(cell)]})
 
     def note_laid_out(self, notebooks: Mapping[str, str]) -> None:
         """Note the package's files that the course has laid out, with the notebook that each is from, and no others."""
         files = {name: _content(self._workspace.package / name) or b"" for name in notebooks}
-        self._note({name: [_sum(content), notebooks[name]] for name, content in files.items()}, alone=True)
+        self._note({name: [_sum(content), notebooks[name], ""] for name, content in files.items()}, alone=True)
 
     def _note(self, written: dict[str, list[str]], *, alone: bool = False) -> None:
         before = self._all_written()
@@ -88,10 +97,12 @@ class FileBackups:
             ignored_by_colcon(self._folder)
             (self._folder / _WRITTEN).write_text(json.dumps(now, indent=1), encoding="utf-8")
 
-    def _written(self, path: Path) -> tuple[str, str]:
-        """Return the checksum of the text that a cell last wrote to a file, and that cell's notebook; "" if unknown."""
-        found = self._all_written().get(self._name(path))
-        return (str(found[0]), str(found[1])) if isinstance(found, list) and len(found) == 2 else ("", "")
+    def _written(self, path: Path) -> tuple[str, str, str]:
+        """Return the checksum of the text that a cell last wrote to a file, its notebook and magic; "" if unknown."""
+        match self._all_written().get(self._name(path)):
+            case [checksum, notebook, *magic]:
+                return str(checksum), str(notebook), str(magic[0]) if magic else ""
+        return "", "", ""
 
     def _name(self, path: Path) -> str:
         """Return the file's path in the package, or its absolute path if it is elsewhere."""
@@ -115,6 +126,11 @@ class FileBackups:
         except (OSError, ValueError):
             return {}
         return found if isinstance(found, dict) else {}
+
+
+def _magic(cell: str) -> str:
+    match = _WRITES.match(cell)
+    return match[1] if match else ""
 
 
 def _content(path: Path) -> bytes | None:

@@ -25,6 +25,8 @@ def load(workspace: Workspace) -> None:
     is set for those that ROS looks up by name later.
     """
     package = course().package
+    if not course().interfaces:
+        return
     if any(f"{package}.{kind}" in sys.modules for kind in _KINDS):
         return
     install = building.build_contract(building.cache_folder(), course()).install
@@ -38,6 +40,14 @@ def load(workspace: Workspace) -> None:
             if any(type_.startswith(kind) for type_ in course().interfaces):
                 importlib.import_module(f"{package}.{kind}")
         _load_type_support()
+
+
+def text(type_: str) -> str:
+    """Return the definition of a type as a contract names it: "srv/SetSpeed" or "std_srvs/srv/SetBool"."""
+    own = type_ in course().interfaces
+    *package, kind, name = type_.split("/")
+    file = course().interface_file(type_) if own else f"{package[0]}/{kind}/{name}.{kind}"
+    return ((course().contract if own else ros_env.PREFIX / "share") / file).read_text(encoding="utf-8")
 
 
 def _load_libraries(paths: list[Path]) -> None:

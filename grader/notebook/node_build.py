@@ -21,8 +21,8 @@ def install(workspace: Workspace, node: str) -> Path:
         SubmissionError: the package lacks something, does not build, or does not install the node.
         GraderError: this host cannot build.
     """
-    wanted = (*prerequisites.BUILDS, course().nodes[node].module) if node in course().nodes else prerequisites.BUILDS
-    gap = prerequisites.first_missing(workspace.package, wanted, os.environ.get(NOTEBOOK, ""))
+    modules = [course().nodes[node].module] if node in course().nodes else []
+    gap = prerequisites.first_missing(workspace.package, (*course().builds, *modules), os.environ.get(NOTEBOOK, ""))
     if gap is not None:
         raise SubmissionError(f"{gap.seen}; {gap.try_}")
     built = building.build([workspace.package], building.cache_folder(), course())

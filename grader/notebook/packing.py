@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import os
 import posixpath
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from grader import building, pipeline
 from grader.errors import SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
-from grader.intake.copy_plan import BUILD_MARKERS, BUILD_NAMES, VENV_MARKER, SizeLimits
+from grader.intake.containers import Folder
+from grader.intake.copy_plan import SizeLimits, plan_copy
 from grader.intake.submission import open_submission
 from grader.notebook import workspace
 from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, points
-from grader.scoring.rubric import RUBRIC
 from grader.scoring.scorecard import Outcome
 
-_CACHES = {"__pycache__", "htmlcov", "node_modules"}
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
 _LISTED = 40
 
@@ -101,10 +101,11 @@ def submit(
             f"There is nothing to hand in: {package.name} holds no package.xml. "
             "Write one in notebook 01, or name another folder with `--package`."
         )
-    target = (out or _beside(package) / f"{workspace.course().package}.zip").resolve()
+    course = workspace.course()
+    target = (out or _beside(package) / f"{course.package}.zip").resolve()
     sizes = _pack(package, target)
     with tempfile.TemporaryDirectory(prefix="submit-") as scratch:
-        taken = open_submission(target, Path(scratch) / "submission", workspace.course())
+        taken = open_submission(target, Path(scratch) / "submission", course)
         found = PackedSubmission(
             target,
             sizes,
@@ -115,7 +116,7 @@ def submit(
         )
         if not check:
             return found
-        settings = pipeline.Settings(rubric.load(RUBRIC), building.cache_folder(), progress=progress)
+        settings = pipeline.Settings(rubric.load(course.rubric), building.cache_folder(), course, progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
 
@@ -123,8 +124,7 @@ def submit(
 def needed() -> tuple[str, ...]:
     """Return the paths of the files without which no package can be graded."""
     found = workspace.course()
-    builds = ("package.xml", "CMakeLists.txt") if "CMakeLists.txt" in found.layout else ("package.xml", "setup.py")
-    return (*builds, *(node.module for node in found.nodes.values()))
+    return (*found.builds, *(node.module for node in found.nodes.values()))
 
 
 def _workspace_package() -> Path:
@@ -140,51 +140,27 @@ def _beside(package: Path) -> Path:
 
 def _pack(package: Path, target: Path) -> dict[str, int]:
     """Write the package's own files into the zip, below one folder, and return their sizes in bytes."""
-    files = {path.relative_to(package).as_posix(): path for path in sorted(_own_files(package))}
+    top = workspace.course().package
+    files = _own_files(package)
     interfaces = package.with_name(workspace.course().interfaces_package)
     if (interfaces / "package.xml").is_file():  # interfaces in a package of their own, which the grader accepts
-        files |= {f"../{path.relative_to(package.parent).as_posix()}": path for path in sorted(_own_files(interfaces))}
-    _refuse_large(files)
-    top = workspace.course().package
-    write_zip(
-        target,
-        {
-            posixpath.normpath(f"{top}/{name}"): Entry(path.read_bytes(), os.access(path, os.X_OK))
-            for name, path in files.items()
-        },
-    )
-    return {name: path.stat().st_size for name, path in files.items()}
+        files |= {f"../{interfaces.name}/{name}": path for name, path in _own_files(interfaces).items()}
+    entries = {name: Entry(path.read_bytes(), os.access(path, os.X_OK)) for name, path in files.items()}
+    write_zip(target, {posixpath.normpath(f"{top}/{name}"): entry for name, entry in entries.items()})
+    return {name: len(entry.content) for name, entry in entries.items()}
 
 
-def _own_files(folder: Path) -> Iterator[Path]:
-    """Yield the files of the package, without build trees, caches, environments and version control."""
-    for path in folder.iterdir():
-        if path.is_symlink() or path.suffix in (".pyc", ".zip"):
-            continue
-        if path.is_file():
-            if not path.name.startswith(".") or path.name in _KEPT_DOTS:
-                yield path
-        elif path.is_dir() and not _made_by_a_tool(path):
-            yield from _own_files(path)
+def _own_files(package: Path) -> dict[str, Path]:
+    """Return the files that the grader would take in, by their paths, without archives and what is hidden.
 
-
-def _made_by_a_tool(folder: Path) -> bool:
-    """Return whether a tool made the folder. A student's own `log` is not: a build tree has a marker in it."""
-    if folder.name.startswith(".") or folder.name in _CACHES or folder.name.endswith(".egg-info"):
-        return True
-    names = {path.name for path in folder.iterdir()}
-    return VENV_MARKER in names or (folder.name in BUILD_NAMES and bool(names & BUILD_MARKERS))
-
-
-def _refuse_large(files: dict[str, Path]) -> None:
-    limits = SizeLimits()
-    sizes = {name: path.stat().st_size for name, path in files.items()}
-    if sum(sizes.values()) > limits.total_bytes or len(sizes) > limits.files:
-        largest = max(sizes, key=lambda name: sizes[name])
-        raise SubmissionError(
-            f"The package has {len(sizes)} files and {_size(sum(sizes.values()))}, more than the grader accepts. "
-            f"The largest is {largest} with {_size(sizes[largest])}; move files that are not source out of the package."
-        )
+    Raises:
+        SubmissionError: they are more, or larger, than a submission may be.
+    """
+    limits = SizeLimits(file_bytes=sys.maxsize)  # a file that is too large is named, not left out
+    plan = plan_copy(package.name, Folder(package).entries(), limits)
+    names = (PurePosixPath(name) for name in plan.files.values() if not name.endswith(".zip"))
+    shown = (n for n in names if n.name in _KEPT_DOTS or not any(part.startswith(".") for part in n.parts))
+    return {str(name): package / name for name in sorted(shown)}
 
 
 def _count(number: int, what: str) -> str:

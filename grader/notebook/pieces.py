@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import difflib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,7 +59,8 @@ def merged(text: str, piece: str) -> str:
     A function that is new goes to the end of its class or of the module.
 
     Raises:
-        ValueError: `piece` holds something else than functions and methods, or a method of a class that `text` lacks.
+        ValueError: `piece` holds something else than functions and methods, a method of a class that `text` lacks, a
+            method without its class, or a name that is nearly one of `text`.
         SyntaxError: one of the two is no valid Python; or another of python_ast.UNPARSABLE.
     """
     _refuse_all_but_functions(piece)
@@ -68,6 +70,7 @@ def merged(text: str, piece: str) -> str:
         if found.name in wanted:
             lines[found.start : found.end] = wanted.pop(found.name)
     for name, new in wanted.items():
+        _refuse_a_slip(text, name, new)
         _append(lines, name, new)
     return "\n".join(lines) + "\n"
 
@@ -87,6 +90,19 @@ def _refuse_all_but_functions(piece: str) -> None:
         if other := next((item for item in inner if not isinstance(item, python_ast.Function)), None):
             what = ast.unparse(other).splitlines()[0]
             raise ValueError(f"only functions can go in; `{what}` belongs into the cell that writes the file")
+
+
+def _refuse_a_slip(text: str, name: str, new: list[str]) -> None:
+    """Refuse a new function that is a method without its class, or a name of the file with a typing error."""
+    if "." not in name and any(line.startswith(("def ", "async def ")) and "(self" in line for line in new):
+        raise ValueError(
+            f"`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it"
+        )
+    owner, _, method = name.rpartition(".")
+    beside = [last for o, _, last in (found.name.rpartition(".") for found in definitions(text)) if o == owner]
+    near = difflib.get_close_matches(method, beside, n=1, cutoff=0.8)
+    if near and not name.startswith("test_"):
+        raise ValueError(f"the file has no function `{method}`; did you mean `{near[0]}`?")
 
 
 def _append(lines: list[str], name: str, new: list[str]) -> None:
@@ -109,7 +125,8 @@ def into(line: str, cell: str) -> None:
         print(f"There is no {name or 'file'} yet. Run the cell above that writes it, then this one again.")
         return
     try:
-        text = merged(path.read_text(encoding="utf-8"), cell)
+        before = path.read_text(encoding="utf-8")
+        text = merged(before, cell)
     except SyntaxError as error:
         where, text = (error.lineno or 0) + 1, (error.text or "").strip()
         print(f"Nothing was written. Line {where} of this cell: {error.msg}: {text}")
@@ -118,4 +135,6 @@ def into(line: str, cell: str) -> None:
         print(f"Nothing was written: {error}.")
         return
     path.write_text(text, encoding="utf-8")
-    print(f"{name} has now: {', '.join(found.name for found in definitions(cell))}")
+    there = {found.name for found in definitions(before)}
+    names = [found.name + ("" if found.name in there else " (added)") for found in definitions(cell)]
+    print(f"{name} has now: {', '.join(names)}")

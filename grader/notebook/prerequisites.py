@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import difflib
 import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,8 +18,6 @@ from grader.notebook import checkpoints, so_far
 from grader.notebook.workspace import course
 from grader.trials.request import DEAF
 
-BUILDS = ("package.xml", "CMakeLists.txt")
-"""Files without which no package builds."""
 _RUN_IT = "look at what the node does and prints: `run_node()`, then `run.output`"
 _PLACE = re.compile(r"\.py:\d+|\bline \d+")  # a file or a line, without which last words say little
 
@@ -39,7 +38,7 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
     """
     own = bool(notebook) and requirement == course().requirement_of("check_structure")
     needs: Mapping[str, Sequence[str]] = course().notebook_table["needs"]
-    wanted = so_far.layout(notebook) if own else needs.get(requirement, BUILDS)
+    wanted = so_far.layout(notebook) if own else needs.get(requirement, course().builds)
     return first_missing(package, wanted, notebook, finished=own and notebook < "10")
 
 
@@ -82,6 +81,7 @@ def first_error(found: Build) -> str:
 def advice(because: str) -> str:
     """Return what to do about the reason why a check could not be judged."""
     built = course().requirement_of("check_build")
+    by_cmake = "CMakeLists.txt" in course().layout
     if named := re.search(r"\(([A-Z]+\d+)\)", because):
         return f'fix {named[1]} first: `check("{named[1]}")` says more'
     if "not tried yet" in because:
@@ -91,9 +91,11 @@ def advice(because: str) -> str:
     if because.endswith("is not in the package"):
         return "write it, in that folder of the package"
     if "there is no launch/" in because or "there is no config/" in because:
-        return f'install it with install(DIRECTORY launch config ...) in CMakeLists.txt; `check("{built}")` says more'
+        how = "install(DIRECTORY launch config ...) in CMakeLists.txt" if by_cmake else "data_files in setup.py"
+        return f'install it with {how}; `check("{built}")` says more'
     if "there is no executable" in because:
-        return f'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("{built}")` says more'
+        how = "install(PROGRAMS ...) in CMakeLists.txt" if by_cmake else "entry_points in setup.py"
+        return f'install it with {how}; `check("{built}")` says more'
     if "there is no service" in because or "there is no action" in because:
         return "complete the exercise that provides it, and run its cell"
     if HOLDS_ON in because or DEAF in because:
@@ -134,9 +136,10 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
             if path in seen or (package / path.removesuffix(".py")).is_dir():
                 continue
             if not (package / path).is_file():
-                return Gap(
-                    f"{name} imports {module}, and there is no {path}", _expected(path), _how_to_get(path, notebook)
-                )
+                there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
+                meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
+                try_ = f"did you mean {meant[0]}?" if meant else _how_to_get(path, notebook)
+                return Gap(f"{name} imports {module}, and there is no {path}", _expected(path), try_)
             seen.add(path)
             todo.append(path)
     return None

@@ -13,11 +13,14 @@ import time
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import SimpleNamespace, TracebackType
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
 
 from grader import building
 from grader.checks.judge import holding_on
+from grader.course import definition
 from grader.errors import KitError
 from grader.notebook import interface_types, node_build
 from grader.notebook.feedback import Progress
@@ -56,7 +59,7 @@ class GoalResult:
 
 @dataclass(frozen=True)
 class NodeExit:
-    """The end of a node after Ctrl-C: wall seconds, exit code (None if it had to be killed), last cmd_vel or None."""
+    """The end of a node after Ctrl-C: wall seconds, exit code (None if it had to be killed), last command or None."""
 
     seconds: float
     exit_code: int | None
@@ -89,7 +92,9 @@ class Run:
         self._workspace = workspace
         self._program = program
         self._parameters, self._remappings = dict(parameters), dict(remappings)
-        self.simulator = Simulator(load_world(world) if isinstance(world, str) else world, PROFILES[profile], seed=seed)
+        self.simulator = Simulator(
+            load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed
+        )
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
         self._process: NodeProcess | None = None
@@ -97,6 +102,7 @@ class Run:
         self._live: weakref.ref[Live] | None = None
         self._output = ""
         self._closed = False
+        self._sources: dict[Path, int] = {}
         self._begin()
 
     # ------------------------------------------------------------- time
@@ -108,6 +114,11 @@ class Run:
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
         """Let simulated time pass, `seconds` or until `until()` is true, and return everything recorded so far."""
+        if self._process is not None and self._sources != (now := _sources(self._workspace.package)):
+            self._sources = now
+            print(
+                "your package has changed since this run began, and the node is still the old one; call run_node again"
+            )
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
@@ -133,15 +144,28 @@ class Run:
 
     # ------------------------------------------------------------- client calls
 
-    def set_speed(self, speed: float) -> Any:
-        """Call set_speed and return its response: `.success` and `.message`."""
-        answer, why = self._call("set_speed", speed=float(speed))
-        return answer or SimpleNamespace(success=False, message=why)
+    def __getattr__(self, name: str) -> Any:
+        """Return a function that calls one of the contract's services, by its name with or without "get_"."""
+        services = {} if name.startswith("_") else _services()
+        service = next((service for service in services if name in (service, service.removeprefix("get_"))), None)
+        if service is None:
+            raise AttributeError(f"a run has no {name}; its services are {', '.join(services)}")
+        return partial(self.call, service)
 
-    def status(self) -> Any:
-        """Call get_status and return its response: `.speed`, `.obstacle_detected`, `.pose` and `.status`."""
-        answer, why = self._call("get_status")
-        return answer or SimpleNamespace(speed=math.nan, obstacle_detected=False, pose=_pose(), status=why)
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(service.removeprefix("get_") for service in _services())]
+
+    def call(self, service: str, *values: object, **fields: object) -> Any:
+        """Call a service and return its response. The values are those of the request's fields, in their order.
+
+        Without an answer, the response says in its text why there is none.
+        """
+        kind = _services()[service]
+        request, response = definition.parts(interface_types.text(kind))
+        given = dict(zip(request, values, strict=False)) | fields
+        typed = {name: float(v) if request[name].startswith("float") else v for name, v in given.items()}  # type: ignore[arg-type]
+        answer, why = self._call(service, **typed)
+        return answer or SimpleNamespace(**{name: _blank(type_, why) for name, type_ in response.items()})
 
     def go_to(
         self, x: float, y: float, tolerance: float = 0.1, cancel_after: float | None = None, limit: float = 60.0
@@ -155,7 +179,9 @@ class Run:
             if stage is None or not stage.takes_goals:
                 print(f"not yet: {_no_action()}")
                 return GoalResult("no server", False, _pose())
-            goal = stage.navigate(x, y, tolerance)
+            goal = self._asked(lambda: stage.navigate(x, y, tolerance))
+            if goal is None:
+                return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
         while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
@@ -178,8 +204,8 @@ class Run:
             stage = self._active_stage()
             if stage is None:
                 return False, "there is no node"
-            answer = stage.set_parameter(name, value)
-        return bool(answer.accepted), answer.reason
+            answer = self._asked(lambda: stage.set_parameter(name, value))
+        return (False, self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
         """Return (t, message) for each message on a topic that the contract's nodes publish.
@@ -202,7 +228,7 @@ class Run:
             started = time.monotonic()
             stage.interrupt()
             seconds = stage.choices.get("seconds_to_end", round(time.monotonic() - started, 2))
-            code, commands = process.exit_code(), self._recorded["cmd_vel"]
+            code, commands = process.exit_code(), self._recorded.get(course().nodes[self.node].command, ())
         self.close()
         return NodeExit(seconds, code, commands[-1][1] if commands else None)
 
@@ -223,9 +249,7 @@ class Run:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
@@ -236,7 +260,7 @@ class Run:
 
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
-        self._recorder = Recorder(self.simulator)
+        self._recorder, self._sources = Recorder(self.simulator), _sources(self._workspace.package)
         self._recorded = {topic: [] for topic in _published()}
         with Progress() as progress:
             self._start_node(progress)
@@ -276,15 +300,21 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is not None:
-                from grader.notebook.watched_stage import TrialOver
-
-                try:
-                    stage.tick()
+                self._asked(stage.tick)
+                if not self.trouble:
                     return
-                except TrialOver as over:  # before the tick: from here on the robot stands still
-                    self.simulator.command(0.0, 0.0)
-                    self._give_up(self._why(str(over)))
             self._recorder.take(self.simulator.step(TICK_S))
+
+    def _asked(self, question: Callable[[], Any]) -> Any:
+        """Return what `question` returns; None if the node has ended, after which the robot stands still."""
+        from grader.notebook.watched_stage import TrialOver
+
+        try:
+            return question()
+        except TrialOver as over:
+            self.simulator.command(0.0, 0.0)
+            self._give_up(self._why(str(over)))
+            return None
 
     def _active_stage(self) -> WatchedStage | None:
         """Return the stage while its node runs, else None."""
@@ -294,7 +324,9 @@ class Run:
         """Return a service's response, or None and the reason."""
         with self._lock:
             stage = self._active_stage()
-            return (None, f"no node offers {service}") if stage is None else stage.ask(service, fields)
+            if stage is None:
+                return None, f"no node offers {service}"
+            return self._asked(lambda: stage.ask(service, fields)) or (None, self.trouble)
 
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
@@ -303,7 +335,9 @@ class Run:
             if stage is None or not stage.takes_goals:
                 return _no_action()
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-            goal = stage.navigate(place.x, place.y, 0.1)
+            goal = self._asked(lambda: stage.navigate(place.x, place.y, 0.1))
+        if goal is None:
+            return self.trouble
         if goal.accepted:
             return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
         return goal.problem or "the node rejected the goal"
@@ -341,6 +375,11 @@ class Run:
             view.stop()
 
 
+def _sources(package: Path) -> dict[Path, int]:
+    """Return when each module of the package was changed last."""
+    return {path: path.stat().st_mtime_ns for path in package.rglob("*.py")}
+
+
 def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     process.kill()
     stage.close()
@@ -356,6 +395,16 @@ def _last_line(process: NodeProcess | None) -> str:
 def _published() -> list[str]:
     """Return the topics that the contract's nodes publish."""
     return [topic for node in course().nodes.values() for topic in node.publishes]
+
+
+def _services() -> dict[str, str]:
+    """Return the services of the contract's nodes with their types."""
+    return {name: type_ for node in course().nodes.values() for name, type_ in node.services.items()}
+
+
+def _blank(type_: str, why: str) -> Any:
+    """Return the value of a field in place of an answer that did not come; a text says why."""
+    return _pose() if type_ == "geometry_msgs/Pose" else {"bool": False, "string": why}.get(type_, math.nan)
 
 
 def _no_action() -> str:

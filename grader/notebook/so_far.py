@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 
 from grader.notebook import checkpoints
 from grader.notebook.workspace import course
@@ -28,13 +27,11 @@ class StandIn:
     words: str
 
 
-@cache
 def waiting() -> Mapping[str, Later]:
     """Return the checks that the course's package cannot pass before a notebook, by their ids in the rubric."""
     return {check: Later(**row) for check, row in course().notebook_table["later"].items()}
 
 
-@cache
 def stand_ins() -> Mapping[str, StandIn]:
     """Return what is asked in place of requirements that need a node of a later notebook, by their ids."""
     return {name: StandIn(**row) for name, row in course().notebook_table["stand_ins"].items()}

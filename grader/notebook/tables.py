@@ -6,13 +6,25 @@ import ast
 import dataclasses
 import math
 import re
+import signal
 import sys
-from collections.abc import Mapping
+import threading
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 from grader import building
 from grader.notebook import interface_types, workspace
 from grader.notebook.feedback import Progress
+
+LIMIT_S = 10.0  # wall time of one call in a table
+_PLACE = f"/{workspace.course().package}/"
+
+
+class HangError(BaseException):
+    """A call has not come back; no `except Exception` in it may catch that."""
 
 
 class MissingError(AttributeError):
@@ -30,22 +42,74 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
         print(f"NOT YET  {of} cannot be run: {why}")
         return
     width = max(map(len, table))
-    right = 0
+    right, hung = 0, False
     for call, wanted in table.items():
         try:
-            got = eval(call, names)  # the author of the notebook wrote it
+            if hung:
+                raise MissingError
+            with _at_most(LIMIT_S):
+                got = eval(call, names)  # the author of the notebook wrote it
             fits = same(got, wanted)
             seen = shown(got)
         except MissingError:
             fits, seen = False, "-"
+        except HangError as error:
+            hung, fits, seen = True, False, str(error)
         except Exception as error:  # of the student's function; the other rows are still of interest
-            fits, seen = False, f"{type(error).__name__}: {error}"
+            fits, seen = False, _said(error, names)
         right += fits
         print(
             f"{'right  ' if fits else 'NOT YET'}  {call:{width}}  {seen}"
             + ("" if fits else f", wanted {shown(wanted)}")
         )
     print(f"{right} of {len(table)} right")
+
+
+def _said(error: Exception, names: Mapping[str, object]) -> str:
+    """Return an exception in a line, with what is behind it where Python's words do not say so."""
+    said = f"{type(error).__name__}: {error}"
+    if "task.Future object" in said or "'coroutine' object" in said:
+        return f"{said}: a future is not yet its result; `await` it"
+    inside = any(_PLACE in frame.filename for frame in traceback.extract_tb(error.__traceback__))
+    if isinstance(error, NameError) and not inside and error.name not in names:
+        return f"{said}: run the cells above this one first"
+    return said
+
+
+@contextmanager
+def _at_most(seconds: float) -> Iterator[None]:
+    """Raise a HangError in what has not ended after so many seconds, with its line. Outside the main thread, wait."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(_signal: int, frame: FrameType | None) -> None:
+        raise HangError(f"hangs at {_place(frame)}; `await` the future, or end the loop")
+
+    before, timer = signal.signal(signal.SIGALRM, stop), threading.Timer(seconds, _interrupt)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        signal.signal(signal.SIGALRM, before)
+
+
+def _interrupt() -> None:
+    """Signal the main thread, and wake the executor in which it may be waiting: the handler runs in Python code."""
+    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGALRM)
+    if "rclpy" in sys.modules:
+        import rclpy
+
+        rclpy.get_global_executor().wake()
+
+
+def _place(frame: FrameType | None) -> str:
+    """Return the innermost line in the package, or else in the notebook's own cells: "driver.py:88"."""
+    frames = [entry for entry in traceback.extract_stack(frame) if "/site-packages/" not in entry.filename]
+    own = [entry for entry in frames if _PLACE in f"/{entry.filename}"] or frames
+    return f"{Path(own[-1].filename).name}:{own[-1].lineno}, in `{own[-1].name}`"
 
 
 _INTERFACES = re.compile(rf"^from {workspace.course().package}\.(msg|srv|action) import", re.MULTILINE)

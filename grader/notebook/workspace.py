@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import building
-from grader.course import Course, kits_own, load
+from grader.course import Course
+from grader.course import find as find_course
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import domain
 
 VARIABLE = "ROS2_COURSE_WS"
-COURSE = "ROS2_COURSE"
-"""The environment variable with the folder of the course that the kernel is for, if it is not the kit's own."""
 NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
 """The environment variable in which `begin` notes the current notebook ("05")."""
 FRESH = "ROS2_COURSE_FRESH"
@@ -26,7 +25,7 @@ FRESH = "ROS2_COURSE_FRESH"
 
 def course() -> Course:
     """Return the course that this kernel is for."""
-    return load(Path(os.environ[COURSE])) if COURSE in os.environ else kits_own()
+    return find_course()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, Reached, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.bisect_failures import run_python, run_without_culprits
-from grader.quality.definitions import definitions_of_unreadable
 from grader.quality.left_by_build import with_installed
 from grader.quality.source_files import PythonFile
 from grader.sanitize import printable
@@ -54,16 +53,16 @@ def analyse_package(
         sources = source_files.find_in_both(package, interfaces, course)
         every = source_files.copy(with_installed(sources, install, course.nodes) if install else sources, scratch)
         good = [source for source in every if not source.problem]
-        found, unreadable = _facts(package, interfaces, good, scratch, course)
+        facts, unreadable = _facts(package, interfaces, good, scratch, course)
         # Linters see only what can be parsed: anything else would merely probe their weak spots.
-        readable = {file.path for file in found.files if not file.problem} - {source.path for source in unreadable}
+        readable = {file.path for file in facts.files if not file.problem} - {source.path for source in unreadable}
         good = [source for source in good if source.path in readable and not source.starts] if lint else []
         with ThreadPoolExecutor(2) as pool:
             style = pool.submit(run_without_culprits, lambda items: _flake8(items, scratch), good)
             docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
             (linted, too_hard), (violations, too_hard_too) = style.result(), docstrings.result()
         too_much = {source.path for source in (*unreadable, *too_hard, *too_hard_too)}
-        return _combine(found, every, too_much, linted or [], violations or {}, course)
+        return _combine(facts, every, too_much, linted or [], violations or {})
 
 
 def _facts(
@@ -83,11 +82,11 @@ def _facts(
             return None
         return evidence.from_json(done.stdout, Quality)
 
-    found, unreadable = run_without_culprits(run, good)
-    if found is None:
+    facts, unreadable = run_without_culprits(run, good)
+    if facts is None:
         manifest = Manifest(found=False, problems=["package.xml could not be read"])
-        found = run([]) or Quality(manifest=manifest, reached=Reached())
-    return found, unreadable
+        facts = run([]) or Quality(manifest=manifest, reached=Reached())
+    return facts, unreadable
 
 
 def _flake8(items: Sequence[PythonFile], scratch: Path) -> list[Finding] | None:
@@ -106,16 +105,16 @@ def _flake8(items: Sequence[PythonFile], scratch: Path) -> list[Finding] | None:
         _raise_if_broken("flake8", done)
         return None
     by_copy = {item.copy: item for item in items}
-    found = []
+    findings = []
     for line in done.stdout.splitlines():
         match = _LINE.match(line)
         if match and match.group(1) in by_copy:
             path, number, rule, words = match.groups()
-            found.append(Finding(by_copy[path].path, int(number), rule, printable(words.strip())))
-    if done.returncode == 1 and not found:
+            findings.append(Finding(by_copy[path].path, int(number), rule, printable(words.strip())))
+    if done.returncode == 1 and not findings:
         _raise_if_broken("flake8", done)
         return None
-    return found
+    return findings
 
 
 def _pep257(items: Sequence[PythonFile], scratch: Path) -> _Violations | None:
@@ -127,62 +126,54 @@ def _pep257(items: Sequence[PythonFile], scratch: Path) -> _Violations | None:
         _raise_if_broken("pydocstyle", done)
         return None
     paths = {item.copy: item.path for item in items}
-    found: _Violations = {}
+    violations: _Violations = {}
     for copy, start, line, rule, words in json.loads(done.stdout):
-        found.setdefault((paths[copy], start), []).append(Finding(paths[copy], line, rule, printable(words)))
-    return found
+        violations.setdefault((paths[copy], start), []).append(Finding(paths[copy], line, rule, printable(words)))
+    return violations
 
 
 def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -> None:
     """Raise a GraderError if the tool does not work at all, rather than not on this text."""
-    said = done.stdout[-500:] + done.stderr[-500:] if done else ""
-    if any(sign in said for sign in ("No module named", "required plugins", "ImportError", "config file does not")):
-        raise GraderError(f"{tool} does not work on this machine: {said.strip()}. Run `make setup`.")
+    output = done.stdout[-500:] + done.stderr[-500:] if done else ""
+    if any(sign in output for sign in ("No module named", "required plugins", "ImportError", "config file does not")):
+        raise GraderError(f"{tool} does not work on this machine: {output.strip()}. Run `make setup`.")
 
 
 def _combine(
-    found: Quality,
+    facts: Quality,
     every: Sequence[PythonFile],
     too_much: set[str],
     linted: Sequence[Finding],
     broken: _Violations,
-    course: Course,
 ) -> Quality:
-    files = _files(found, every, too_much)
+    files = _files(facts, every, too_much)
     readable = {file.path for file in files if not file.problem}
     linted = [finding for finding in linted if finding.path in readable]
     style = [finding for finding in linted if _RULES.match(finding.rule)]
     # pydocstyle gives a module and a definition on its first line the same line, as the worker does.
-    public = [_with_violations(item, broken) for item in found.definitions if item.path in readable]
-    # Code in a file that cannot be read counts as undocumented.
-    hidden = [
-        item
-        for source in every
-        if source.path not in readable
-        for item in definitions_of_unreadable(printable(source.path), source.data, course.package)
-    ]
+    public = [_with_violations(item, broken) for item in facts.definitions if item.path in readable]
     suppressions = [
         Finding(printable(source.path), line, "suppression", printable(words))
         for source in every
         for line, words in source.suppressions()
     ]
-    reached = found.reached or Reached()
+    reached = facts.reached or Reached()
     used = Counter(finding.path for finding in style if reached.covers(finding.path, finding.line))
     return replace(
-        found,
+        facts,
         reached=replace(reached, style=dict(used)),
         files=files,
         style=style[:_MAX_FINDINGS],
         style_count=len(style),
         complex=[finding for finding in linted if finding.rule == "C901"][:_MAX_FINDINGS],
         suppressions=suppressions[:_MAX_FINDINGS],
-        definitions=public + hidden[: reading_limits.MAX_DEFINITIONS],
+        definitions=public,
     )
 
 
-def _files(found: Quality, every: Sequence[PythonFile], too_much: set[str]) -> list[SourceFile]:
+def _files(facts: Quality, every: Sequence[PythonFile], too_much: set[str]) -> list[SourceFile]:
     """Return every file, ordered by path, with its lines and the reason why it cannot be read, if so."""
-    files = {file.path: file for file in found.files}
+    files = {file.path: file for file in facts.files}
     for source in every:
         known = files.get(source.path)
         problem = source.problem or (known.problem if known else "")

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from grader.python_ast import Function, called, last_name
+from grader.python_ast import Function, argument, called, last_name, literal_string
 from grader.quality.parsed_module import Imports, Module, imports
 
 # Calls that hand a function to the executor, which calls it back and does nothing else while it runs.
@@ -63,11 +63,10 @@ class CallGraph:
         found = []
         for node in self._nodes:
             for call in own_body(node.function):
-                if isinstance(call, ast.Call) and last_name(call.func) == "create_service":
-                    given = [*call.args[2:3], *(k.value for k in call.keywords if k.arg == "callback")]
-                    names = [*call.args[1:2], *(k.value for k in call.keywords if k.arg == "srv_name")]
-                    name = next((str(n.value) for n in names if isinstance(n, ast.Constant)), "")
-                    found += [(callback, name) for each in given for callback in self._named(node, each)]
+                if isinstance(call, ast.Call) and called(call) == "create_service":
+                    name = literal_string(argument(call, 1, "srv_name"))
+                    callback = argument(call, 2, "callback")
+                    found += [(named, name) for named in self._named(node, callback)] if callback else []
         return found
 
     def bases_of(self, owner: str) -> set[str]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
-from grader.course.model import JUDGED, role
+from grader.course.model import JUDGED
 from grader.evidence import Definition
 from grader.python_ast import Function, last_name
 from grader.quality.parsed_module import Module
@@ -15,38 +15,17 @@ from grader.quality.parsed_module import Module
 # One docstring is enough for a property and its setter, and for a function and its overloads.
 _SAME_THING = ("setter", "deleter", "getter", "overload")
 _MAX_DOCSTRING = 500
-_DEFINITION = re.compile(rb"[ \t]*(?:async[ \t]+)?(def|class)[ \t]+([A-Za-z]\w*)")
 
 
 def public_definitions(module: Module) -> Iterator[Definition]:
     """Yield what is public in a module of the package, a launch file or a script: no leading _ on the way to it."""
-    if not _is_judged(module.path, module.role):
+    parts = PurePosixPath(module.path).with_suffix("").parts
+    if module.role not in JUDGED or any(part.startswith("_") and part != "__init__" for part in parts):
         return
     if module.tree.body or module.stem != "__init__":
         words = _words(module.tree)
         yield Definition(module.path, 1, "module", module.name, bool(words), words=words)
     yield from _inside(module.path, module.tree.body, "")
-
-
-def definitions_of_unreadable(path: str, data: bytes, package: str) -> Iterator[Definition]:
-    """Yield the module and the public definitions that its lines begin with, as undocumented and unannotated."""
-    if not _is_judged(path, role(path, package)):
-        return
-    yield Definition(path, 1, "module", path, documented=False)
-    for number, line in enumerate(data.splitlines(), 1):
-        if match := _DEFINITION.match(line):
-            name = match[2][:200].decode("ascii")
-            if match[1] == b"class":
-                yield Definition(path, number, "class", name, documented=False)
-            else:
-                missing = ["the file cannot be read"]
-                yield Definition(path, number, "function", name, documented=False, unannotated=missing)
-
-
-def _is_judged(path: str, its_role: str) -> bool:
-    """Return whether this file can hold public names: it is not a test, and no part of its path begins with _."""
-    parts = PurePosixPath(path).with_suffix("").parts
-    return its_role in JUDGED and not any(part.startswith("_") and part != "__init__" for part in parts)
 
 
 def _inside(path: str, body: Sequence[ast.stmt], owner: str) -> Iterator[Definition]:

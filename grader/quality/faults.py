@@ -17,7 +17,7 @@ from grader.quality.faults_of_build import build_faults, interface_build_faults
 from grader.quality.faults_of_files import file_faults, interface_faults
 from grader.quality.faults_of_programs import program_faults
 from grader.quality.faults_of_start import start_faults
-from grader.quality.package_sources import read_sources
+from grader.quality.package_sources import PackageSources, read_sources
 from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 
@@ -27,19 +27,15 @@ _MAX_WORDS = 300
 
 
 def find_faults(
-    package: Path,
-    interfaces: Path | None,
-    modules: Sequence[Module],
-    unreadable: Sequence[SourceFile],
-    course: Course,
+    sources: PackageSources, interfaces: Path | None, modules: Sequence[Module], unreadable: Sequence[SourceFile]
 ) -> list[Fault]:
-    """Return the faults of the package in the folder `package`, the first cause first.
+    """Return the faults of a package, the first cause first.
 
     `interfaces` is its package of interfaces, if it has one; `unreadable` are its Python files that cannot be parsed.
     """
-    sources = read_sources(package, interfaces, course)
     every = itertools.chain(
-        _beside(interfaces, course), start_faults(sources, modules, unreadable), program_faults(sources, modules),
+        _beside(interfaces, sources.course),
+        start_faults(sources, modules, unreadable), program_faults(sources, modules),
         build_faults(sources), file_faults(sources, modules), interface_faults(sources),
     )  # fmt: skip
     found = itertools.islice(every, 2 * _MAX_FAULTS)  # looking for what was meant takes time

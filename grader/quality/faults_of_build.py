@@ -10,23 +10,22 @@ from grader import python_ast
 from grader.course import definition
 from grader.course.foreign_packages import absent
 from grader.evidence import Fault
-from grader.quality.cmake_text import CMakeText, Command
-from grader.quality.faults_of_programs import installed_files, is_unclear, value
+from grader.quality.cmake_text import Command
+from grader.quality.faults_of_programs import installed, installed_files, is_unclear
 from grader.quality.package_sources import PackageSources, similar
 
 _CMAKE, _XML, _SETUP = "CMakeLists.txt", "package.xml", "setup.py"
 _INSTALL_SHARED = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
-_FIELD = re.compile(r"^[ \t]*([a-z]\w*)/(?:msg/)?[A-Z]\w*", re.MULTILINE)
 _CMAKE_OWN = ("ament", "rosidl", "python", "Python", "Threads", "PkgConfig")
 
 
 def build_faults(sources: PackageSources) -> Iterator[Fault]:
     """Yield what keeps the package from being built, and then what it does not install."""
     yield from interface_build_faults(sources)
-    if sources.cmake is not None and sources.by_cmake:
+    if sources.by_cmake:
         if sources.cmake.unclosed is None:
-            yield from _uninstalled(sources, sources.cmake)
-    elif sources.cmake is None:
+            yield from _uninstalled(sources)
+    elif not sources.has_cmake:
         yield from _in_setup(sources)
     else:
         line = sources.line_of(_XML, "<build_type>")
@@ -41,8 +40,8 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
 def interface_build_faults(sources: PackageSources) -> Iterator[Fault]:
     """Yield what keeps a package, which may have nothing but interfaces, from being built."""
     yield from _in_xml(sources)
-    if sources.cmake is not None and sources.by_cmake:
-        yield from _in_cmake(sources, sources.cmake)
+    if sources.by_cmake:
+        yield from _in_cmake(sources)
     yield from _illegal_fields(sources)
 
 
@@ -72,18 +71,18 @@ def _in_xml(sources: PackageSources) -> Iterator[Fault]:
         yield Fault(_XML, 0, "build", text, cure, shown_as=["rosidl_interface_packages"])
 
 
-def _in_cmake(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
+def _in_cmake(sources: PackageSources) -> Iterator[Fault]:
+    cmake = sources.cmake
     if cmake.unclosed is not None:
         text = f"`{cmake.unclosed.name}(` is never closed"
         cure = "put a closing parenthesis after its last argument"
         yield Fault(_CMAKE, cmake.unclosed.line, "build", text, cure, shown_as=['missing ending ")"'])
         return
-    projects = cmake.named("project")
-    if not projects:
+    if not cmake.named("project"):
         yield Fault(_CMAKE, 0, "build", "there is no `project(...)`", f"project({sources.name}) in the second line")
-    yield from _packages(sources, cmake)
-    yield from _generated(sources, cmake)
-    yield from _installed_paths(sources, cmake)
+    yield from _packages(sources)
+    yield from _generated(sources)
+    yield from _installed_paths(sources)
     for command in cmake.named("ament_python_install_package"):
         inits = f"{command.arguments[0]}/__init__.py" if command.arguments else ""
         if command.is_plain and "PACKAGE_DIR" not in command.arguments and inits and inits not in sources.paths:
@@ -104,11 +103,11 @@ def _illegal_fields(sources: PackageSources) -> Iterator[Fault]:
             yield Fault(path, line, "build", words, "a line is a type and a name: float32 speed", shown_as=shown)
 
 
-def _packages(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
+def _packages(sources: PackageSources) -> Iterator[Fault]:
     """Yield the packages that CMakeLists.txt needs and that are not here."""
     if "std_msgs" not in sources.known:
         return  # this machine has its ROS packages elsewhere
-    for command in cmake.named("find_package"):
+    for command in sources.cmake.named("find_package"):
         name = command.arguments[0] if command.arguments else ""
         if not command.is_plain or not name or "REQUIRED" not in command.arguments:
             continue
@@ -117,16 +116,16 @@ def _packages(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
             yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[f'"{name}"'])
 
 
-def _generated(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
+def _generated(sources: PackageSources) -> Iterator[Fault]:
     """Yield what is wrong with the interfaces that are to be generated."""
-    commands = cmake.named("rosidl_generate_interfaces")
+    commands = sources.cmake.named("rosidl_generate_interfaces")
     if not commands:
         if sources.interfaces and not is_unclear(sources):
             text = f"there is no `rosidl_generate_interfaces`, so {sources.interfaces[0]} becomes no type"
             cure = "rosidl_generate_interfaces(${PROJECT_NAME} with the files"
             yield Fault(_CMAKE, 0, "interfaces", text, cure, lacks=sources.interfaces)
         return
-    if not any("rosidl_default_generators" in found.arguments[:1] for found in cmake.named("find_package")):
+    if not any("rosidl_default_generators" in found.arguments[:1] for found in sources.cmake.named("find_package")):
         cure = "find_package(rosidl_default_generators REQUIRED) before it"
         text = "`rosidl_generate_interfaces` is not known here"
         yield Fault(_CMAKE, commands[0].line, "build", text, cure, shown_as=['command "rosidl_generate_interfaces"'])
@@ -154,12 +153,8 @@ def _dependencies(sources: PackageSources, command: Command) -> Iterator[Fault]:
     """
     if "DEPENDENCIES" in command.arguments:
         return
-    used = {
-        match[1]: path
-        for path in sources.interfaces
-        for match in _FIELD.finditer(sources.read(path))
-        if match[1] != sources.name
-    }
+    used = {name: path for path in sources.interfaces for _, name in definition.packages(sources.read(path))}
+    used.pop(sources.name, None)
     if used:
         name = min(used)
         text = f"`rosidl_generate_interfaces` has no DEPENDENCIES, and {used[name]} uses `{name}`"
@@ -167,10 +162,10 @@ def _dependencies(sources: PackageSources, command: Command) -> Iterator[Fault]:
         yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[f"'{other}'" for other in used])
 
 
-def _installed_paths(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
+def _installed_paths(sources: PackageSources) -> Iterator[Fault]:
     """Yield what install() names and what is not there."""
     folders = {str(parent) for path in sources.paths for parent in PurePosixPath(path).parents}
-    for command in cmake.named("install"):
+    for command in sources.cmake.named("install"):
         if not command.is_plain or "OPTIONAL" in command.arguments:
             continue
         for name in installed_files(command):
@@ -182,30 +177,16 @@ def _installed_paths(sources: PackageSources, cmake: CMakeText) -> Iterator[Faul
                 yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[path])
 
 
-def _uninstalled(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
+def _uninstalled(sources: PackageSources) -> Iterator[Fault]:
     """Yield the contract's launch and config files that nothing installs where `ros2 launch` looks."""
-    shared = {PurePosixPath(path).name for command in cmake.named("install") for path in _shared(sources, command)}
+    places = [place for command in sources.cmake.named("install") for _, place in installed(sources, command)]
+    shares = [("share", name) for name in sources.names]
+    shared = {place.name for place in places if place.parts[:2] in shares}
     wanted = (path for path in sources.course.shared if path in sources.paths)
     lost = [path for path in wanted if PurePosixPath(path).name not in shared]
     if lost and not is_unclear(sources):
         text = f"nothing installs {', '.join(f'`{path}`' for path in lost)} in share/{sources.name}"
         yield Fault(_CMAKE, 0, "install", text, _INSTALL_SHARED, lacks=lost)
-
-
-def _shared(sources: PackageSources, command: Command) -> Iterator[str]:
-    """Yield the contract's paths of launch and config files that install() puts into the share folder."""
-    destination = PurePosixPath(value(command, "DESTINATION"))
-    if destination.parts[:1] != ("share",) or not set(destination.parts[1:2]) & sources.names:
-        return
-    inside = PurePosixPath(*destination.parts[2:])
-    for name in installed_files(command):
-        if command.arguments[0] != "DIRECTORY":
-            yield str(inside / PurePosixPath(name).name)
-            continue
-        top = inside if name.endswith("/") else inside / PurePosixPath(name).name
-        for path in sources.paths:
-            if path.startswith(f"{name.rstrip('/')}/"):
-                yield str(top / PurePosixPath(path).relative_to(name))
 
 
 def _in_setup(sources: PackageSources) -> Iterator[Fault]:

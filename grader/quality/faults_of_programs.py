@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import itertools
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import PurePosixPath
 
 from grader.course import role
@@ -13,6 +13,7 @@ from grader.evidence import Fault
 from grader.quality.cmake_text import Command
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module, imports
+from grader.quality.reachability import makes_a_node
 
 _CMAKE, _SETUP = "CMakeLists.txt", "setup.py"
 _SCRIPTS = re.compile(r"console_scripts|project\.scripts|^[ \t]*scripts[ \t]*=", re.MULTILINE)
@@ -30,7 +31,7 @@ def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterat
     texts = "\n".join(map(sources.read, (_CMAKE, _SETUP, "setup.cfg", "pyproject.toml")))
     missing = [node for node in nodes if (node not in made if made is not None else not _names(texts, node))]
     yield from _without(sources, modules, [node for node in missing if not files[node]])
-    if sources.cmake is not None and not sources.by_cmake:
+    if sources.has_cmake and not sources.by_cmake:
         return  # package.xml comes first
     there = {node: files[node] for node in missing if files[node] and made is not None}
     if there and sources.by_cmake:
@@ -46,11 +47,9 @@ def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterat
 def programs(sources: PackageSources) -> set[str] | None:
     """Return the names of the programs that the package installs for `ros2 run`, None where they cannot be read off."""
     if sources.by_cmake:
-        assert sources.cmake is not None
         if sources.cmake.unclosed is not None or is_unclear(sources):
             return None
-        installs = sources.cmake.named("install")
-        return {program(sources, command, name) for command in installs for name in installed_files(command)}
+        return _made_by(sources, _installs(sources))
     setup, elsewhere = sources.setup, sources.read("setup.cfg") + sources.read("pyproject.toml")
     if setup is None or not setup.complete or _SCRIPTS.search(elsewhere):
         return None
@@ -65,8 +64,8 @@ def _file(sources: PackageSources, modules: Sequence[Module], node: str) -> str:
     """Return the path of the program or the module of a node, "" if there is neither; CMake installs the program."""
     paths = {module.path for module in modules} | {path for path in sources.paths if path.endswith(".py")}
     named = [path for path in paths if PurePosixPath(path).name in (node, f"{node}.py")]
-    found = [path for path in named if role(path, sources.course.package) in ("module", "script")]
-    return min(found, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
+    files = [path for path in named if role(path, sources.course.package) in ("module", "script")]
+    return min(files, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
 
 
 def _without(sources: PackageSources, modules: Sequence[Module], missing: list[str]) -> Iterator[Fault]:
@@ -79,20 +78,11 @@ def _without(sources: PackageSources, modules: Sequence[Module], missing: list[s
     which = f"this is the package `{sources.name}`, and it" if sources.name != course.package else "the package"
     text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
     cure = f"write {wanted}, or hand in the package that has them"
-    if nodes := [module.path for module in modules if module.stem not in course.nodes and _is_node(module)]:
+    others = [module for module in modules if module.role in ("module", "script") and module.stem not in course.nodes]
+    if nodes := [module.path for module in others if makes_a_node(module.tree)]:
         text += f"; its nodes are in {', '.join(nodes[:3])}"
         cure = f"the assignment's nodes belong in {wanted}"
     yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
-
-
-def _is_node(module: Module) -> bool:
-    """Return whether a module makes a node of its own."""
-    parts = [*ast.walk(module.tree)]
-    makers = [base for part in parts if isinstance(part, ast.ClassDef) for base in part.bases]
-    makers += [part.func for part in parts if isinstance(part, ast.Call)]
-    found = imports(module)
-    names = {found.meaning(maker) for maker in makers}
-    return module.role in ("module", "script") and not names.isdisjoint({"rclpy.node.Node", "rclpy.create_node"})
 
 
 def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Collection[str]) -> Iterator[Fault]:
@@ -138,7 +128,7 @@ def _without_the_bit(sources: PackageSources) -> Iterator[Fault]:
     """Yield the programs that CMakeLists.txt installs as if they were data."""
     for command in _installs(sources):
         if command.is_plain and command.arguments[0] == "FILES" and "PERMISSIONS" not in command.arguments:
-            made = {program(sources, command, name) for name in installed_files(command)}
+            made = _made_by(sources, [command])
             for node in (node for node in sources.course.nodes if node in made):
                 text = f"install(FILES ...) makes `{node}` no program: it lacks the executable bit"
                 cure = "install(PROGRAMS ...) instead of install(FILES ...)"
@@ -216,15 +206,16 @@ def _left_out(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fa
 
 
 def _installs(sources: PackageSources) -> list[Command]:
-    return sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else []
+    return sources.cmake.named("install") if sources.by_cmake else []
 
 
 def is_unclear(sources: PackageSources) -> bool:
     """Return whether something may be installed that cannot be read off: by variables, loops or other commands."""
     others = ("ament_python_install_package", "ament_auto_package", "include", "add_subdirectory", "function", "macro")
     unclear = [command for command in _installs(sources) if not command.is_plain]
-    named = sources.cmake.named(*others) if sources.cmake is not None else []
-    return bool(named) or any("${PYTHON_INSTALL_DIR}" not in " ".join(command.arguments) for command in unclear)
+    return bool(sources.cmake.named(*others)) or any(
+        "${PYTHON_INSTALL_DIR}" not in " ".join(command.arguments) for command in unclear
+    )
 
 
 def installed_files(command: Command) -> list[str]:
@@ -234,18 +225,34 @@ def installed_files(command: Command) -> list[str]:
     return list(itertools.takewhile(lambda argument: argument not in _ENDS_INSTALL, command.arguments[1:]))
 
 
-def value(command: Command, keyword: str) -> str:
+def installed(sources: PackageSources, command: Command) -> Iterator[tuple[str, PurePosixPath]]:
+    """Yield each file that an install() names or that is in a folder that it names, and where it puts that."""
+    destination = PurePosixPath(_value(command, "DESTINATION"))
+    for name in installed_files(command):
+        if command.arguments[0] != "DIRECTORY":
+            yield name, destination / (_value(command, "RENAME") or PurePosixPath(name).name)
+            continue
+        top = destination if name.endswith("/") else destination / PurePosixPath(name).name
+        inside = (path for path in sources.paths if path.startswith(f"{name.rstrip('/')}/"))
+        yield from ((path, top / PurePosixPath(path).relative_to(name)) for path in inside)
+
+
+def program_folders(sources: PackageSources) -> list[PurePosixPath]:
+    """Return where `ros2 run` looks for the programs of a package."""
+    return [PurePosixPath("lib", name) for name in sources.names]
+
+
+def _value(command: Command, keyword: str) -> str:
     """Return the argument of a command that follows `keyword`, "" if there is none."""
     after = iter(command.arguments)
     return next((next(after, "") for argument in after if argument == keyword), "")
 
 
-def program(sources: PackageSources, command: Command, name: str) -> str:
-    """Return the name under which install() puts a file where `ros2 run` looks, "" if it does not."""
-    places = {f"lib/{own}" for own in sources.names}
-    if command.arguments[0] == "DIRECTORY" or value(command, "DESTINATION").rstrip("/") not in places:
-        return ""
-    return value(command, "RENAME") or PurePosixPath(name).name
+def _made_by(sources: PackageSources, commands: Iterable[Command]) -> set[str]:
+    """Return the names of the files that install() commands put where `ros2 run` looks."""
+    folders = program_folders(sources)
+    places = (place for command in commands for _, place in installed(sources, command))
+    return {place.name for place in places if place.parent in folders}
 
 
 def program_files(sources: PackageSources) -> set[str]:
@@ -256,20 +263,20 @@ def program_files(sources: PackageSources) -> set[str]:
 
 def defined(tree: ast.Module) -> set[str]:
     """Return the names that a module defines at its top level, with "*" if it may define any."""
-    found: set[str] = set()
+    names: set[str] = set()
     todo: list[ast.AST] = [*tree.body]
     while todo:
         node = todo.pop()
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            found.add(node.name)
+            names.add(node.name)
             if node.name == "__getattr__":
-                found.add("*")
+                names.add("*")
             continue
         if isinstance(node, ast.Import | ast.ImportFrom):
-            found |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            found.add(node.id)
+            names.add(node.id)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("globals", "exec"):
-            found.add("*")
+            names.add("*")
         todo += ast.iter_child_nodes(node)
-    return found
+    return names

@@ -12,10 +12,10 @@ from pathlib import PurePosixPath
 from grader.course import role
 from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
-from grader.quality.faults_of_programs import defined, program_files
+from grader.quality.faults_of_programs import defined, installed, program_files, program_folders
 from grader.quality.manifest import optional_imports
 from grader.quality.package_sources import INTERFACE_SUFFIXES, PackageSources, similar
-from grader.quality.parsed_module import Module
+from grader.quality.parsed_module import Module, absolute
 
 _RUNS = ("module", "script")
 _GENERATED = ("msg", "srv", "action")
@@ -60,31 +60,13 @@ def _shadows(sources: PackageSources) -> Iterator[Fault]:
                 f"is installed over the generated {where}" if len(parts) == 3 else f"is hidden by the generated {where}"
             )
             yield Fault(path, 0, "start", f"it {what}", "give it another name: rosidl makes that module")
-    beside = set(_beside_programs(sources))
-    for name in sorted(beside):
-        module = name.removesuffix(".py").partition("/")[0]
-        if module not in own and name in (f"{module}.py", f"{module}/__init__.py") and _is_known(module, sources):
-            text = f"it is installed beside the executables, where it hides the module `{module}` of Python or ROS"
-            yield Fault(_place(sources, name), 0, "start", text, "give it another name, or install it elsewhere")
-
-
-def _place(sources: PackageSources, name: str) -> str:
-    return next((path for path in sources.paths if path == name or path.endswith(f"/{name}")), name)
-
-
-def _beside_programs(sources: PackageSources) -> Iterator[str]:
-    """Yield the names under which Python files are installed in the folder of the executables."""
-    for command in sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else ():
-        if not any(argument.rstrip("/") in {f"lib/{own}" for own in sources.names} for argument in command.arguments):
-            continue
-        for argument in command.arguments[1:]:
-            name = PurePosixPath(argument).name
-            if argument in sources.paths:
-                yield name
-            for path in sources.paths if command.arguments[0] == "DIRECTORY" else ():
-                if path.startswith(f"{argument.rstrip('/')}/") and path.endswith(".py"):
-                    rest = path.removeprefix(f"{argument.rstrip('/')}/")
-                    yield rest if argument.endswith("/") else f"{name}/{rest}"
+    commands = sources.cmake.named("install") if sources.by_cmake else []
+    for path, place in sorted({pair for command in commands for pair in installed(sources, command)}):
+        module = place.parent if place.name == "__init__.py" else place.with_suffix("")
+        hides = place.suffix == ".py" and module.parent in program_folders(sources) and module.name not in own
+        if hides and _is_known(module.name, sources):
+            text = f"it is installed beside the executables, where it hides the module `{module.name}` of Python or ROS"
+            yield Fault(path, 0, "start", text, "give it another name, or install it elsewhere")
 
 
 def _is_known(name: str, sources: PackageSources) -> bool:
@@ -106,15 +88,7 @@ def _imports(module: Module) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]
         if isinstance(node, ast.Import) and id(node) not in optional:
             yield from ((alias.name, node) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and id(node) not in optional:
-            yield _source(module, node), node
-
-
-def _source(module: Module, node: ast.ImportFrom) -> str:
-    """Return the dotted module that an import takes names from; a relative one is made absolute."""
-    if not node.level:
-        return node.module or ""
-    folders = PurePosixPath(module.path).parts[:-1]
-    return ".".join([*folders[: len(folders) - node.level + 1], *([node.module] if node.module else [])])
+            yield absolute(module, node), node
 
 
 class _Names:

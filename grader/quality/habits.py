@@ -22,6 +22,7 @@ _WAITS = {
     "wait_for_service": "`wait_for_service`", "wait_for_server": "`wait_for_server`",
     "send_goal": "an action client's `send_goal`",
 }  # fmt: skip
+_SLEEPS = ("time.sleep", "get_clock().sleep_for", "get_clock().sleep_until")
 _WALL_CLOCKS = ("time.time", "time.monotonic", "time.perf_counter", "datetime.datetime.now", "datetime.datetime.utcnow")
 SLEEP_IN_TEST = "sleep-in-test"
 
@@ -78,8 +79,11 @@ def _in_callbacks(graph: CallGraph) -> Iterator[Finding]:
         for part in own_body(node.function):
             if isinstance(part, ast.Call):
                 meaning = imported.meaning(part.func)
-                if meaning == "time.sleep":
-                    yield Finding(node.module.path, part.lineno, "sleep-in-callback", f"`time.sleep` {where}")
+                # `time.sleep` without the import raises a NameError, in the callback.
+                called_as = f".{ast.unparse(part.func)}"
+                slept = next((name for name in _SLEEPS if name == meaning or called_as.endswith(f".{name}")), "")
+                if slept:
+                    yield Finding(node.module.path, part.lineno, "sleep-in-callback", f"`{slept}` {where}")
                 elif meaning in _WALL_CLOCKS:
                     yield Finding(node.module.path, part.lineno, "wall-clock", f"`{meaning}` {where}")
                 elif what := _waits(part, meaning):

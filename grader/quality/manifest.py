@@ -7,17 +7,16 @@ import re
 import sys
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
 from catkin_pkg.package import InvalidPackage, parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
-from grader.course import Course
+from grader.course import definition
 from grader.course.foreign_packages import ROS_1
 from grader.evidence import Manifest
-from grader.intake.package_xml import MAX_BYTES, PackageXml, read_package_xml
 from grader.python_ast import argument, called, is_docstring, last_name, literal_string
-from grader.quality import cmake_text
+from grader.quality.package_sources import PackageSources
 from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 
@@ -25,8 +24,6 @@ _DEPENDS = (
     "depend", "build_depend", "build_export_depend", "buildtool_depend", "buildtool_export_depend", "exec_depend",
     "test_depend", "doc_depend",
 )  # fmt: skip
-_FIELD = re.compile(r"^\s*([A-Za-z]\w*)(?:/(?:msg/)?[A-Za-z]\w*)?(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
-_CMAKE = re.compile(r"^[^#\n]*?\bfind_package\s*\(\s*([a-z][a-z0-9_]*)\b", re.MULTILINE)
 # Calls in launch files that name a package: by the keyword `package`, or first.
 _BY_KEYWORD = {"Node", "LifecycleNode", "ComposableNode", "ExecutableInPackage"}
 _FIRST = {
@@ -42,40 +39,37 @@ _PLACEHOLDER = re.compile(
 )
 _NO_NAME = re.compile(r"\s*(?:todo|your[ _-]?name)\s*(?:<|$)|.*>\s*(?:todo|your[ _-]?name)\s*$", re.IGNORECASE)
 _ADDRESS = re.compile(r"(?<![\w.+-])[\w.+-]+@[\w.-]+")
-_MAX_TEXT = 256 * 1024
 _MAX_PLACES = 3
 _MAX_NAMES = 200
 
 
-def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module], course: Course) -> Manifest:
-    """Return what package.xml says, and what the package has and uses. `files` are the package's own files."""
-    cmake = _read(package / "CMakeLists.txt") if "CMakeLists.txt" in files else ""
-    path = package / "package.xml"
-    found = "package.xml" in files
-    xml = read_package_xml(path) if found else PackageXml()
-    problems, maintainers = _validity(path) if found and not xml.problem else ([], [])
+def read_manifest(sources: PackageSources, modules: Sequence[Module]) -> Manifest:
+    """Return what package.xml says, and what the package has and uses."""
+    xml, found = sources.xml, "package.xml" in sources.paths
+    problems, maintainers = _validity(sources) if not xml.problem else ([], [])
     licences = [printable(licence) for licence in xml.texts("license")]
     return Manifest(
         found=found,
-        problems=[f"package.xml {xml.problem}"] if xml.problem else problems,
+        problems=[f"package.xml {xml.problem}"] if found and xml.problem else problems,
         format=xml.format,
         maintainers=maintainers,
         placeholders=[person for person in maintainers if _is_placeholder(person)],
         licences=licences,
         spdx=[_is_spdx(licence) for licence in licences],
         build_type=printable(xml.build_type),
-        has_cmake="CMakeLists.txt" in files,
-        generates_interfaces="rosidl_generate_interfaces" in cmake,
+        has_cmake=sources.has_cmake,
+        generates_interfaces="rosidl_generate_interfaces" in sources.read("CMakeLists.txt"),
         declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MAX_NAMES],
         declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MAX_NAMES],
-        used=dict(sorted(_uses(package, files, modules, xml.name, course).items())[:_MAX_NAMES]),
+        used=dict(sorted(_uses(sources, modules).items())[:_MAX_NAMES]),
     )
 
 
-def _validity(path: Path) -> tuple[list[str], list[str]]:
+def _validity(sources: PackageSources) -> tuple[list[str], list[str]]:
     """Return what ROS's own parser rejects in package.xml, and "name <address>" of each maintainer."""
+    text = sources.read("package.xml")
     try:
-        package = parse_package_string(path.read_bytes()[:MAX_BYTES], filename="package.xml")
+        package = parse_package_string(text.encode(), filename="package.xml")
     except InvalidPackage as error:
         lines = [line.strip(" -\t") for line in str(error).splitlines() if line.strip()]
         # The first line may only say in which file.
@@ -85,7 +79,7 @@ def _validity(path: Path) -> tuple[list[str], list[str]]:
         problems = [printable(f"package.xml cannot be read ({type(error).__name__})")]
     else:
         return [], [printable(f"{person.name} <{person.email}>") for person in package.maintainers[:5]]
-    return problems, re.findall(r"<maintainer\b[^<>]*>[^<]*", _read(path))[:5]
+    return problems, re.findall(r"<maintainer\b[^<>]*>[^<]*", text)[:5]
 
 
 def _is_placeholder(person: str) -> bool:
@@ -102,45 +96,42 @@ def _is_spdx(licence: str) -> bool:
     return True
 
 
-def _uses(
-    package: Path, files: Sequence[str], modules: Sequence[Module], package_name: str, course: Course
-) -> dict[str, list[str]]:
+def _uses(sources: PackageSources, modules: Sequence[Module]) -> dict[str, list[str]]:
     """Return the packages that code, launch files, CMake and interfaces use, each with places; not the package itself.
 
     That goes for a package under another name, too: package.xml cannot ask for itself.
     """
     found: dict[str, list[str]] = defaultdict(list)
-    python = [PurePosixPath(path).with_suffix("") for path in files if path.endswith(".py")]
-    itself = {course.package, package_name}
+    python = [PurePosixPath(path).with_suffix("") for path in sources.paths if path.endswith(".py")]
+    itself = {sources.course.package, sources.xml.name}
     own = {*itself, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
     own |= {folder for module in modules if module.role == "module" for folder in module.path.split("/")[:-1]}
-    built = _build_words(package, modules)
-    used = [module for module in modules if _belongs(module, files, itself, built, course)]
-    named = [*_in_python(used, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
-    for name, place in named:
+    built = _build_words(sources, modules)
+    used = [module for module in modules if _belongs(module, sources, itself, built)]
+    for name, place in [*_in_python(used, own), *_in_cmake(sources), *_in_interfaces(sources)]:
         if name not in itself and place not in found[name] and len(found[name]) < _MAX_PLACES:
             found[name].append(place)
     return {name: places for name, places in found.items() if places}
 
 
-def _build_words(package: Path, modules: Sequence[Module]) -> set[str]:
+def _build_words(sources: PackageSources, modules: Sequence[Module]) -> set[str]:
     """Return the words that CMakeLists.txt and setup.py use for what they build and install."""
-    commands = cmake_text.read(_read(package / "CMakeLists.txt")).commands
-    texts = [argument for command in commands for argument in command.arguments]
+    texts = [argument for command in sources.cmake.commands for argument in command.arguments]
     for tree in (module.tree for module in modules if module.role == "setup"):
         texts += [literal_string(part) for node in tree.body if not is_docstring(node) for part in ast.walk(node)]
     return {word for text in texts for word in re.split(r"\W+", text)}
 
 
-def _belongs(module: Module, files: Sequence[str], names: set[str], built: set[str], course: Course) -> bool:
+def _belongs(module: Module, sources: PackageSources, names: set[str], built: set[str]) -> bool:
     """Return whether a file is part of what package.xml speaks for. `built` are the words of the files that build it.
 
     A package inside the package has a package.xml of its own, and a script that nothing installs runs on no robot.
     """
+    files = sources.paths
     parents = [parent.as_posix() for parent in PurePosixPath(module.path).parents][:-1]
     if any(f"{parent}/package.xml" in files for parent in parents):
         return False
-    if module.path in course.layout or module.role in ("launch", "test") or (parents and parents[-1] in names):
+    if module.path in sources.course.layout or module.role in ("launch", "test") or (parents and parents[-1] in names):
         return True
     if parents and f"{parents[0]}/__init__.py" in files:
         return True
@@ -184,32 +175,16 @@ def optional_imports(tree: ast.Module) -> set[int]:
     return found
 
 
-def _in_cmake(package: Path, files: Sequence[str]) -> Iterator[tuple[str, str]]:
-    if "CMakeLists.txt" in files:
-        cmake = _read(package / "CMakeLists.txt")
-        for match in _CMAKE.finditer(cmake):
-            yield match.group(1), f"CMakeLists.txt:{cmake.count(chr(10), 0, match.start(1)) + 1}"
+def _in_cmake(sources: PackageSources) -> Iterator[tuple[str, str]]:
+    for command in sources.cmake.named("find_package"):
+        name = command.arguments[0] if command.arguments else ""
+        if re.fullmatch(r"[a-z][a-z0-9_]*", name):
+            yield name, f"CMakeLists.txt:{command.line}"
 
 
-def _in_interfaces(package: Path, files: Sequence[str]) -> Iterator[tuple[str, str]]:
+def _in_interfaces(sources: PackageSources) -> Iterator[tuple[str, str]]:
     """Yield the packages of the field types. A package of interfaces declares its own dependencies."""
-    for path in files:
-        parts = PurePosixPath(path)
-        if parts.suffix not in (".msg", ".srv", ".action") or len(parts.parts) != 2:
-            continue
-        for number, line in enumerate(_read(package / path).splitlines()[:500], 1):
-            match = _FIELD.match(line[:500])
-            if match and "/" in line.partition("#")[0].split()[0]:
-                yield match.group(1), f"{path}:{number}"
-            elif match and match.group(1) == "Header":
-                yield "std_msgs", f"{path}:{number}"
-    if any(PurePosixPath(path).suffix in (".msg", ".srv", ".action") for path in files) and "CMakeLists.txt" in files:
+    for path in sources.interfaces:
+        yield from ((name, f"{path}:{line}") for line, name in definition.packages(sources.read(path)))
+    if sources.interfaces and sources.has_cmake:
         yield "rosidl_default_runtime", "the generated interfaces"
-
-
-def _read(path: Path) -> str:
-    try:
-        with path.open("rb") as stream:
-            return stream.read(_MAX_TEXT).decode("utf-8", "replace")
-    except OSError:
-        return ""

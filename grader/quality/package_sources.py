@@ -19,7 +19,7 @@ from grader.quality import cmake_text
 from grader.quality.source_files import package_files
 
 INTERFACE_SUFFIXES = (".msg", ".srv", ".action")
-_MAX_TEXT = 64 * 1024
+_MAX_TEXT = 256 * 1024
 _ENTRY_POINT = re.compile(r"\s*(?P<name>[\w.-]+)\s*=\s*(?P<module>[\w.]+)\s*:\s*(?P<function>[\w.]+)\s*")
 
 
@@ -65,7 +65,7 @@ class PackageSources:
     folder: Path
     paths: tuple[str, ...]
     xml: PackageXml
-    cmake: cmake_text.CMakeText | None
+    cmake: cmake_text.CMakeText
     setup: SetupPy | None
     built: frozenset[str]
     known: frozenset[str] = field(repr=False)
@@ -79,13 +79,17 @@ class PackageSources:
     @property
     def names(self) -> frozenset[str]:
         """Return its names by package.xml and by project(), which are the same in a package that is right."""
-        projects = self.cmake.named("project") if self.cmake is not None else []
-        return frozenset({self.name, *(command.arguments[0] for command in projects if command.arguments)})
+        return frozenset({self.name, *(c.arguments[0] for c in self.cmake.named("project") if c.arguments)})
+
+    @property
+    def has_cmake(self) -> bool:
+        """Return whether it has a CMakeLists.txt."""
+        return "CMakeLists.txt" in self.paths
 
     @property
     def by_cmake(self) -> bool:
         """Return whether colcon builds it with CMakeLists.txt."""
-        return self.cmake is not None and self.xml.build_type != "ament_python"
+        return self.has_cmake and self.xml.build_type != "ament_python"
 
     @cached_property
     def interfaces(self) -> list[str]:
@@ -115,14 +119,14 @@ def read_sources(folder: Path, interfaces: Path | None, course: Course) -> Packa
     paths = tuple(package_files(folder, course))
     has_xml = "package.xml" in paths
     xml = read_package_xml(folder / "package.xml") if has_xml else PackageXml(problem="is not there")
-    sources = PackageSources(course, folder, paths, xml, None, None, frozenset(), frozenset())
+    sources = PackageSources(course, folder, paths, xml, cmake_text.CMakeText(()), None, frozenset(), frozenset())
     built = {sources.name}
     if interfaces is not None:
         built.add(read_package_xml(interfaces / "package.xml").name or interfaces.name)
     share = ros_env.PREFIX / "share"
     return PackageSources(
         course, folder, paths, xml,
-        cmake=cmake_text.read(sources.read("CMakeLists.txt")) if "CMakeLists.txt" in paths else None,
+        cmake=cmake_text.read(sources.read("CMakeLists.txt")) if sources.has_cmake else sources.cmake,
         setup=_setup_py(sources.read("setup.py")) if "setup.py" in paths else None,
         built=frozenset(built),
         known=frozenset(path.parent.name for path in share.glob("*/package.xml")),
@@ -140,8 +144,8 @@ def similar(name: str, others: Iterable[str]) -> str:
     for at, part in enumerate(parts):
         rest = (parts[:at], parts[at + 1 :])
         near = {theirs[at]: other for theirs, other in split if (theirs[:at], theirs[at + 1 :]) == rest}
-        if found := difflib.get_close_matches(part, near, 1, 0.75):
-            return near[found[0]]
+        if matches := difflib.get_close_matches(part, near, 1, 0.75):
+            return near[matches[0]]
     return ""
 
 
@@ -195,13 +199,10 @@ def _text(node: ast.expr | None, values: Mapping[str, ast.expr]) -> str | None:
 
     It is a literal, a variable that holds one, a sum of these, or a formatted string.
     """
-    terms: list[ast.expr | None] = []
-    node = _followed(node, values)
-    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        terms.insert(0, node.right)
-        node = node.left
-    terms = [*node.values, *terms] if isinstance(node, ast.JoinedStr) else [node, *terms]
-    values_of = [part.value if isinstance(part, ast.FormattedValue) else part for part in terms]
+    parts = python_ast.terms(_followed(node, values))
+    if isinstance(parts[0], ast.JoinedStr):
+        parts[:1] = parts[0].values
+    values_of = [part.value if isinstance(part, ast.FormattedValue) else part for part in parts]
     texts = [literal_string(_followed(part, values)) for part in values_of]
     return "".join(texts) if all(texts) else None
 
@@ -219,10 +220,10 @@ def _entry_points(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tupl
     )
     scripts = _followed(scripts, values)
     entries = scripts.elts if isinstance(scripts, ast.List | ast.Tuple) else []
-    found = []
+    entry_points = []
     for entry in entries:
         if text := _text(entry, values):
             match = _ENTRY_POINT.fullmatch(text)
-            found.append(EntryPoint(text, entry.lineno, **(match.groupdict() if match else {})))
+            entry_points.append(EntryPoint(text, entry.lineno, **(match.groupdict() if match else {})))
     every = isinstance(scripts, ast.List | ast.Tuple | None) and None not in node.keys
-    return found, every and len(found) == len(entries)
+    return entry_points, every and len(entry_points) == len(entries)

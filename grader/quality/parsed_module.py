@@ -5,14 +5,13 @@ from __future__ import annotations
 import ast
 import io
 import tokenize
-import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import PurePosixPath
 
 from grader.course import role
-from grader.python_ast import Function, is_docstring
+from grader.python_ast import Function, is_docstring, tree_of
 
 _MAX_DEPTH = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
 _NOT_CODE = {
@@ -67,9 +66,7 @@ def parse(path: str, data: bytes, package: str) -> Module:
         ValueError: it is not valid Python; the message says where and why.
     """
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a stray "\d" in a string is a matter for the linter
-            tree = ast.parse(data)
+        tree = tree_of(data)
         _refuse_depth(tree)
         lines = _code_lines(data, tree)
         constants = lines & set(_constant_lines(tree.body))

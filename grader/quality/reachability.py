@@ -19,9 +19,10 @@ from typing import TypeGuard
 
 from grader.course import Course, role
 from grader.intake.package_xml import read_package_xml
-from grader.python_ast import Function, called, first_line, is_docstring, last_name, parse
+from grader.python_ast import Function, called, first_line, inner, is_docstring, last_name, parse, terms
 from grader.quality import source_files
 from grader.quality.parsed_module import Imports, Module, imports, installed_as
+from grader.sandbox import untrusted
 
 # Methods that rclpy calls on a node by themselves, beside those that are registered by name.
 _CALLED_BY_RCLPY = {
@@ -42,6 +43,7 @@ _LOOKS_UP = {"getattr", "hasattr", "methodcaller", "attrgetter", "import_module"
 _LISTS_NAMES = {"dir", "vars", "globals", "locals", "getmembers"}
 _LISTS_MODULES = {"iter_modules", "walk_packages"}
 _WORD = re.compile(r"[^\W\d][\w.]*")
+_MAX_SETTINGS = 100_000  # bytes
 _MAX_STRING = 300  # a longer string is prose
 _LOOKUPS_AT_MOST = 200  # each goes through all names of the package
 
@@ -111,10 +113,7 @@ def _programs(package: Path, course: Course) -> Iterator[Module]:
 
 def _settings(package: Path) -> str:
     """Return the text of setup.cfg, which may name entry points."""
-    path = package / "setup.cfg"
-    if not path.is_file() or path.is_symlink() or path.stat().st_size > 100_000:
-        return ""
-    return path.read_text(errors="replace")
+    return untrusted.read_text(package / "setup.cfg", _MAX_SETTINGS, errors="replace") or ""
 
 
 def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Module], settings: str) -> str:
@@ -133,8 +132,8 @@ def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Mod
     by_name = {module.name: path for path, module in modules.items()}
     entry_points = [settings, *(text for program in programs for text in _strings(program.tree))]
     for text in entry_points:
-        if (found := re.search(rf"\b{node}\s*=\s*([\w.]+)\s*:", text)) and found[1] in by_name:
-            return by_name[found[1]]
+        if (match := re.search(rf"\b{node}\s*=\s*([\w.]+)\s*:", text)) and match[1] in by_name:
+            return by_name[match[1]]
     started = sorted(imports(program).modules) if program is not None else []
     return next((by_name[name] for name in started if name in by_name and "." in name), "")
 
@@ -142,13 +141,13 @@ def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Mod
 def _started_by(program: Module | None, programs: Sequence[Module]) -> list[Module]:
     """Return a program and the files among `programs` that it imports by their names, directly or not."""
     by_stem = {each.stem: each for each in programs if each.role == "script"}
-    found, todo = dict[str, Module](), [program] if program is not None else []
+    started, todo = dict[str, Module](), [program] if program is not None else []
     while todo:
-        here = todo.pop()
-        found[here.stem] = here
-        names = {name.partition(".")[0] for name in imports(here).modules}
-        todo += [by_stem[name] for name in names & by_stem.keys() - found.keys()]
-    return list(found.values())
+        module = todo.pop()
+        started[module.stem] = module
+        names = {name.partition(".")[0] for name in imports(module).modules}
+        todo += [by_stem[name] for name in names & by_stem.keys() - started.keys()]
+    return list(started.values())
 
 
 def makes_a_node(tree: ast.AST) -> bool:
@@ -219,7 +218,7 @@ class _Names:
     # -- reading
 
     def _define(self, path: str, body: Sequence[ast.stmt]) -> None:
-        todo = list(body)
+        todo: list[ast.AST] = list(body)
         while todo:
             statement = todo.pop()
             if isinstance(statement, Function):
@@ -230,9 +229,9 @@ class _Names:
                 value = getattr(statement, "value", None)
                 parts = (value,) if value is not None and names != ["__all__"] else ()
                 self._definitions[path] += [_Definition(path, name, parts, range(0)) for name in names]
-            elif inner := list(_blocks(statement)):
+            elif blocks := inner(statement):
                 self._at_import[path] += _header(statement)
-                todo += inner
+                todo += blocks
             elif not is_docstring(statement):
                 self._at_import[path].append(statement)
 
@@ -245,7 +244,7 @@ class _Names:
     def _add_class(self, path: str, class_: ast.ClassDef) -> None:
         lines = range(first_line(class_), (class_.end_lineno or class_.lineno) + 1)
         methods = [item for item in class_.body if isinstance(item, Function)]
-        inner = [item for item in class_.body if isinstance(item, ast.ClassDef)]
+        classes = [item for item in class_.body if isinstance(item, ast.ClassDef)]
         rest = [item for item in class_.body if not isinstance(item, Function | ast.ClassDef)]
         parts = (*class_.bases, *class_.keywords, *class_.decorator_list, *rest)
         names = [called(item) or last_name(item) for item in class_.decorator_list]
@@ -254,14 +253,14 @@ class _Names:
         self._definitions[path].append(_Definition(path, class_.name, parts, lines, "", handed_on))
         for method in methods:
             self._add_function(path, method, class_.name)
-        for item in inner:
+        for item in classes:
             self._add_class(path, item)
 
     # -- classes
 
     def classes_in(self, path: str) -> list[ast.ClassDef]:
         """Return the classes that a module defines."""
-        return [class_ for found in self._classes.values() for where, class_ in found if where == path]
+        return [class_ for classes in self._classes.values() for where, class_ in classes if where == path]
 
     def _family(self, name: str) -> tuple[set[str], set[str]]:
         """Return the package's classes that a class is or inherits from, and the names of the others above it."""
@@ -325,11 +324,11 @@ class _Names:
 
     def reach_program(self, program: Module) -> None:
         """A program imports modules and uses names."""
-        found = imports(program)
-        for path in self._imported(found.modules):
+        imported = imports(program)
+        for path in self._imported(imported.modules):
             self.reach_module(path)
-        self.mention(original for _, original in found.names.values() if original)
-        self.mention(name for part in ast.walk(program.tree) for name in _names(part))
+        self.mention(original for _, original in imported.names.values() if original)
+        self.mention(last_name(part) for part in ast.walk(program.tree))
         for text in _strings(program.tree):
             self.reach_strings(text)
 
@@ -350,7 +349,7 @@ class _Names:
 
     def unreached(self) -> dict[str, frozenset[int]]:
         """Return the lines of what was not reached, by module."""
-        found: dict[str, frozenset[int]] = {}
+        lines_of: dict[str, frozenset[int]] = {}
         for path, module in self._modules.items():
             if path not in self._reached_modules:
                 last = max((getattr(item, "end_lineno", 0) or 0 for item in module.tree.body), default=0)
@@ -359,8 +358,8 @@ class _Names:
                 left = (each for each in self._definitions[path] if id(each) not in self._reached)
                 lines = {line for each in left for line in each.lines}
             if lines:
-                found[path] = frozenset(lines)
-        return found
+                lines_of[path] = frozenset(lines)
+        return lines_of
 
     def _imported(self, names: Iterable[str]) -> Iterator[str]:
         """Yield the paths of imported modules, with the packages they are in."""
@@ -407,10 +406,9 @@ class _Names:
         self._is_following = False
 
     def _follow_one(self, path: str, top: ast.AST) -> None:
-        docstrings = {id(string) for node in ast.walk(top) for string in _docstring(node)}
-        for part in _walk_without(top, docstrings):
-            self.mention(self._original(path, name) for name in _names(part))
-            self.mention(_names(part))
+        for part in _walk_code(top):
+            name = last_name(part)
+            self.mention((name, self._original(path, name)))
             if isinstance(part, ast.Call):
                 self._follow_lookup(path, part)
             elif isinstance(part, ast.Constant) and _is_name(part.value):
@@ -448,7 +446,7 @@ def _bodies(tree: ast.Module) -> Iterator[int]:
             yield from range(max(first_line(first), node.lineno + 1), (node.end_lineno or node.lineno) + 1)
 
 
-def _plain_names(statement: ast.stmt) -> list[str]:
+def _plain_names(statement: ast.AST) -> list[str]:
     """Return the names to which a statement gives a value without calling anything; [] for any other statement."""
     targets: list[ast.expr] = []
     if isinstance(statement, ast.Assign):
@@ -461,24 +459,8 @@ def _plain_names(statement: ast.stmt) -> list[str]:
     return names if len(names) == len(targets) else []
 
 
-def _blocks(statement: ast.stmt) -> Iterator[ast.stmt]:
-    """Yield the statements inside an `if`, `try`, `with` or loop at the top of a module."""
-    if isinstance(statement, ast.If | ast.Try | ast.With | ast.For | ast.While):
-        yield from statement.body
-        yield from getattr(statement, "orelse", [])
-        yield from getattr(statement, "finalbody", [])
-        for handler in getattr(statement, "handlers", []):
-            yield from handler.body
-
-
-def _header(statement: ast.stmt) -> list[ast.AST]:
+def _header(statement: ast.AST) -> list[ast.AST]:
     return [part for part in ast.iter_child_nodes(statement) if isinstance(part, ast.expr | ast.withitem)]
-
-
-def _names(node: ast.AST) -> list[str]:
-    if isinstance(node, ast.Name):
-        return [node.id]
-    return [node.attr] if isinstance(node, ast.Attribute) else []
 
 
 def _strings(tree: ast.AST) -> list[str]:
@@ -486,22 +468,14 @@ def _strings(tree: ast.AST) -> list[str]:
     return [value for value in nodes if isinstance(value, str) and len(value) <= _MAX_STRING]
 
 
-def _pattern(node: ast.AST) -> re.Pattern[str] | None:
+def _pattern(node: ast.expr) -> re.Pattern[str] | None:
     """Return what an f-string can come to, or a sum with a string; None for anything else, and if that is anything."""
-    parts = node.values if isinstance(node, ast.JoinedStr) else _terms(node)
+    parts = node.values if isinstance(node, ast.JoinedStr) else terms(node)
     texts = [str(part.value) if isinstance(part, ast.Constant) else None for part in parts]
     if (len(texts) < 2 and not isinstance(node, ast.JoinedStr)) or not any(texts):
         return None
     # As for a shell's "*", which takes linear time whatever the student has put between.
     return re.compile(fnmatch.translate("".join("*" if text is None else glob.escape(text) for text in texts)))
-
-
-def _terms(node: ast.AST) -> list[ast.expr]:
-    found: list[ast.expr] = []
-    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        found.insert(0, node.right)
-        node = node.left
-    return [node, *found] if found and isinstance(node, ast.expr) else []
 
 
 def _bare(base: ast.expr) -> ast.expr:
@@ -522,15 +496,11 @@ def _is_dunder(name: str) -> bool:
     return name.startswith("__") and name.endswith("__")
 
 
-def _docstring(node: ast.AST) -> list[ast.stmt]:
-    """Return the statement that is a function's or a class's docstring, if it has one."""
-    return [item for item in node.body[:1] if is_docstring(item)] if isinstance(node, Function | ast.ClassDef) else []
-
-
-def _walk_without(top: ast.AST, left_out: set[int]) -> Iterator[ast.AST]:
+def _walk_code(top: ast.AST) -> Iterator[ast.AST]:
+    """Yield a node and all below it, without docstrings and other bare strings."""
     todo = [top]
     while todo:
         node = todo.pop()
-        if id(node) not in left_out:
+        if not is_docstring(node):
             yield node
             todo += ast.iter_child_nodes(node)

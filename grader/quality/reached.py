@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from grader.course import Course
 from grader.evidence import Reached, SourceFile
@@ -34,7 +34,7 @@ def reached_code(
         course=course,
     )
     # Other programs may run beside the contract's, and are not what is measured.
-    programs = {*course.nodes, "demo"}
+    programs = {*course.nodes, PurePosixPath(course.demonstration).stem}
     known = {module.path: module for module in modules}
     counted = {file.path: file.lines for file in files if not file.problem}
     inside, gaps = [], {}

@@ -9,24 +9,18 @@ from grader.course import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
 from grader.quality.unreadable_code import UNREADABLE
-from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Phase, Source, Subject, served
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
 _MUCH = 100  # lines of code, and at least half as many as the nodes use
 
 
-class PackageText:
+class PackageText(Source):
     """Reads the package, with linters where a requirement is about style."""
 
     name = "quality"
     phase = Phase.TEXT
-    uses: frozenset[str] = frozenset()
-
-    def serves(self, settings: Settings) -> frozenset[str]:
-        """Return the requirements whose checks read the package's text."""
-        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the facts of the package's text."""

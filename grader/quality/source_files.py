@@ -31,7 +31,6 @@ _SUPPRESSION = re.compile(
     rb"|fmt:\s*(?:off|skip)|nosec\b|(?:isort|yapf):\s*(?:skip|off|disable)",
     re.IGNORECASE,
 )
-_NOQA = re.compile(rb"noqa", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ def _is_of_tools(folder: Path, course: Course) -> bool:
 
 
 def copy(sources: list[PythonFile], folder: Path) -> list[PythonFile]:
-    """Copy the readable sources below `folder`, with `noqa` misspelt, and return all sources with their copies' paths.
+    """Copy the readable sources below `folder`, and return all sources with their copies' paths.
 
     Each goes into a folder of its own, under its own name without odd characters, to keep the tools' output readable.
     """
@@ -178,15 +177,9 @@ def copy(sources: list[PythonFile], folder: Path) -> list[PythonFile]:
         name = re.sub(r"[^\w.]", "_", Path(source.path).name, flags=re.ASCII)[-80:].removesuffix(".py") + ".py"
         place = folder / f"{number:04}" / name
         place.parent.mkdir()
-        # Some plugins of flake8 look for "noqa" themselves, so disabling it in flake8 is not enough.
-        place.write_bytes(b"".join(_without_noqa(line) for line in source.data.splitlines(keepends=True)))
+        place.write_bytes(source.data)
         copied.append(replace(source, copy=f"{number:04}/{name}"))
     return copied
-
-
-def _without_noqa(line: bytes) -> bytes:
-    code, mark, comment = line.partition(b"#")
-    return code + mark + _NOQA.sub(b"nqoa", comment)
 
 
 def _problem(data: bytes) -> str:

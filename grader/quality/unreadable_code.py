@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
+from pathlib import PurePosixPath
 
 from grader.evidence import Finding
 from grader.python_ast import called, last_name, literal_string
@@ -22,11 +23,11 @@ _PROCESS_FAMILIES = ("os.exec", "os.spawn", "os.posix_spawn", "subprocess.", "as
 _INTERPRETERS = ("python", "sh", "bash", "dash", "env", "perl", "exec", "xargs")
 
 
-def unreadable_code(modules: Sequence[Module]) -> Iterator[Finding]:
+def unreadable_code(modules: Sequence[Module], demonstration: str) -> Iterator[Finding]:
     """Yield each place of the package's modules and programs, but the demonstration, that runs what cannot be read."""
     names = {module.name for module in modules}
     for module in modules:
-        if module.role == "module" or (module.role == "script" and module.stem != "demo"):
+        if module.role == "module" or (module.role == "script" and module.stem != PurePosixPath(demonstration).stem):
             for line, what in sorted(set(_in_module(module, names))):
                 yield Finding(module.path, line, UNREADABLE, what)
 

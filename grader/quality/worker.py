@@ -16,7 +16,6 @@ from typing import Any
 from grader import evidence
 from grader.course import Course, load
 from grader.evidence import reading_limits
-from grader.intake.package_xml import read_package_xml
 from grader.quality.call_graph import CallGraph
 from grader.quality.definitions import public_definitions
 from grader.quality.duplicates import duplicated_blocks
@@ -26,6 +25,7 @@ from grader.quality.habits import bad_habits
 from grader.quality.interfaces import created_interfaces
 from grader.quality.junit_report import names_of_tests, read_report
 from grader.quality.manifest import read_manifest
+from grader.quality.package_sources import read_sources
 from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import Module, installed_as, parse
 from grader.quality.reached import kept, reached_code
@@ -45,8 +45,8 @@ def main() -> int:
     course, package, interfaces, listing = sys.argv[1:]
     sources, starting = json.loads(Path(listing).read_text())
     beside = Path(interfaces) if interfaces else None
-    found = package_facts(Path(package), beside, sources, starting, course=load(Path(course)))
-    print(json.dumps(_cut(json.loads(evidence.to_json(found)))))
+    facts = package_facts(Path(package), beside, sources, starting, course=load(Path(course)))
+    print(json.dumps(_cut(json.loads(evidence.to_json(facts)))))
     return 0
 
 
@@ -66,11 +66,12 @@ def package_facts(
 
     Each source is a path with that of its copy; those that are `starting` others are not measured (`PythonFile`).
     """
-    name = read_package_xml(package / "package.xml").name
+    text = read_sources(package, interfaces, course)
+    name = text.xml.name
     modules, files = _parse(sources, course)
     starters, _ = _parse(starting, course)
     modules = installed_as(modules, name)
-    paths = package_files(package, course)
+    paths = text.paths
     graph = CallGraph(modules)
     texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in [*sources, *starting]}
     reached = reached_code(package, modules, starters, texts, files, course)
@@ -80,13 +81,14 @@ def package_facts(
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
-    found = evidence.Quality(
-        manifest=read_manifest(package, paths, modules, course),
+    unreadable = unreadable_code([*modules, *starters], course.demonstration)
+    facts = evidence.Quality(
+        manifest=read_manifest(text, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
         definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
-        habits=[*unreadable_code([*modules, *starters]), *bad_habits(modules, graph)][:_MAX_ENTRIES],
+        habits=[*unreadable, *bad_habits(modules, graph)][:_MAX_ENTRIES],
         functions=replace(
             function_use(graph, course.functions), calls=function_use(CallGraph(used), course.functions).calls
         ),
@@ -96,14 +98,14 @@ def package_facts(
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,
-        faults=find_faults(package, interfaces, modules, [file for file in files if file.problem], course),
+        faults=find_faults(text, interfaces, modules, [file for file in files if file.problem]),
     )
     if interfaces is not None:
         # The contract's interface files, and what builds them, count wherever they are in the submission.
         moved = ("CMakeLists.txt", "msg", "srv", "action")
         inside = [path for path in package_files(interfaces, course) if path.split("/")[0] in moved]
-        found = replace(found, paths=sorted({*found.paths, *map(printable, inside)}))
-    return found
+        facts = replace(facts, paths=sorted({*facts.paths, *map(printable, inside)}))
+    return facts
 
 
 def _parse(sources: Sources, course: Course) -> tuple[list[Module], list[evidence.SourceFile]]:

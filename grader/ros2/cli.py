@@ -131,7 +131,6 @@ def _parser(name: str | None) -> argparse.ArgumentParser:
         description="ros2 of the ROS 2 course kit: the commands of the real one, on Python wheels alone.",
         epilog="Example: ros2 topic echo --once /odom",
     )
-    parser.add_argument("--use-python-default-buffering", action="store_true", help=argparse.SUPPRESS)
     commands = parser.add_subparsers(title="Commands", metavar=MORE)
     for command, text in COMMANDS.items():
         below = commands.add_parser(command, help=text, aliases=[a for a, c in ALIASES.items() if c == command])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import signal
 import sys
@@ -82,20 +81,7 @@ def _is_real(path: Path) -> bool:
         return False
 
 
-def real_module() -> bool:
-    """Return whether the real command can be imported, though no program of that name is on PATH."""
-    if os.environ.get(KEEP_OWN) == "1":
-        return False
-    try:
-        return importlib.util.find_spec("ros2cli.cli") is not None
-    except ImportError:
-        return False
-
-
 def step_aside(words: list[str]) -> None:
     """Replace this process by the real command, if there is one; else return."""
     if (path := real_command()) is not None:
         os.execv(path, [str(path), *words])
-    if real_module():
-        start = "import sys; from ros2cli.cli import main; sys.argv[0] = 'ros2'; sys.exit(main())"
-        os.execv(sys.executable, [sys.executable, "-c", start, *words])

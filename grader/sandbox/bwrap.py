@@ -63,6 +63,9 @@ class Sandbox:
     """Those of `read_only` into which the grader writes while the command runs."""
     trusted: bool = False
     """It runs nothing of a submission, so it keeps the user who grades; root's cache of compiled files stays root's."""
+    as_init: bool = False
+    """The command is the first process of the pid namespace: nothing in the sandbox can stop or kill it, and it has to
+    wait for processes that have lost their parents."""
 
 
 def _namespaces(network: bool, user: int | None) -> list[str]:
@@ -100,7 +103,7 @@ def bwrap_command(box: Sandbox, info_fd: int, filter_fd: int, user: int | None) 
     writable = [] if user is None else ["--perms", "1777"]
     arguments = [
         "bwrap", *_namespaces(box.network, user), "--die-with-parent", "--new-session", "--seccomp", str(filter_fd),
-        "--info-fd", str(info_fd), "--clearenv",
+        "--info-fd", str(info_fd), "--clearenv", *(["--as-pid-1"] if box.as_init else []),
         "--dev", "/dev", *writable, *_memory_disk("/dev/shm", 256 * MIB), "--remount-ro", "/dev",
         *writable, *_memory_disk("/tmp", 1024 * MIB), *writable, *_memory_disk("/home", 256 * MIB),
         *writable, "--dir", str(HOME), *writable, *_memory_disk("/run", 16 * MIB), "--dir", "/var/tmp",

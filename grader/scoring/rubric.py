@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -214,13 +213,9 @@ class _Reader(YamlReader):
         return name
 
     def _points(self, node: yaml.Node) -> float:
-        text = self.text(node)
-        try:
-            points = float(text)
-        except ValueError:
-            points = math.nan
-        if not 0 <= points < math.inf:
-            self.fail(node, f"{text} is not a number of points")
+        points = float(self.points(node))
+        if points < 0:
+            self.fail(node, f"{points:g} is not a number of points")
         return points
 
 

@@ -19,6 +19,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from grader.course import Course, find
+from grader.course import load as load_course
 from grader.errors import EXIT_USAGE, GraderError
 from grader.host import provenance
 from grader.scoring import rubric
@@ -80,7 +82,13 @@ def _passed(runs: Sequence[GradingRun], name: str) -> str:
 
 
 def grade_repeatedly(
-    submission: Path, log: Path, count: int, *, stress: bool, requirements: Sequence[str] = ()
+    submission: Path,
+    log: Path,
+    count: int,
+    *,
+    stress: bool,
+    requirements: Sequence[str] = (),
+    course: Course | None = None,
 ) -> Iterator[GradingRun]:
     """Yield `count` runs: first those in `log`, then new ones, each added to the log as soon as it has ended.
 
@@ -92,7 +100,7 @@ def grade_repeatedly(
     for number in range(len(done), count):
         under_stress = stress and number % 2 == 1
         with load_on_every_core() if under_stress else contextlib.nullcontext():
-            found = _grade(submission, number, under_stress, requirements)
+            found = _grade(submission, number, under_stress, requirements, course or find())
         if done and _what(found) != _what(done[0]):
             raise GraderError(
                 f"{log} has runs of another submission, of other requirements or of another version of the kit. "
@@ -136,10 +144,11 @@ def load_on_every_core() -> Iterator[None]:
             each.wait()
 
 
-def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[str]) -> GradingRun:
-    kit = provenance.kit_hash()
+def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[str], course: Course) -> GradingRun:
+    kit = provenance.kit_hash(course.folder)
     with tempfile.TemporaryDirectory(prefix="flakiness-") as folder:
-        command = [sys.executable, "-m", "grader.selftest.flakiness", str(submission), folder, ",".join(requirements)]
+        command = [sys.executable, "-m", "grader.selftest.flakiness", str(submission), folder]
+        command += [",".join(requirements), str(course.folder)]
         late = {LATE_VARIABLE: str(_LATE_S)} if stress else {}
         ended = subprocess.run(
             command, env={**os.environ, **late}, capture_output=True, text=True, timeout=_GRADING_SECONDS, check=False
@@ -167,13 +176,14 @@ def add(verbs: Any) -> None:
         help="grade a submission many times and report what is flaky",
         description="Grade a submission N times, each time in a process of its own, and report how often each\n"
         "requirement passed. With --stress, every second run has all cores loaded and discovery delayed.",
-        epilog="Example:  grader flakiness solution_pkg/ros2_robot_controller --runs 30 --stress\n"
+        epilog="Example:  grader flakiness team07.zip --runs 30 --stress\n"
         "Exit status: 0 nothing is flaky, 1 something is, 2 wrong usage, 3 an error of the kit or host.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
     parser.add_argument("--runs", type=int, default=10, help="how often to grade (default 10)")
     parser.add_argument("--stress", action="store_true", help="load every core in every second run")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
     parser.add_argument("--only", nargs="+", default=[], metavar="REQUIREMENT", help="grade only these requirements")
     parser.add_argument("--log", type=Path, help="continue the runs in this file (default: out/flakiness/NAME.jsonl)")
     parser.set_defaults(run=main)
@@ -184,7 +194,8 @@ def main(options: argparse.Namespace) -> int:
     if options.runs < 1:
         print("grader: --runs must be at least 1.", file=sys.stderr)
         return EXIT_USAGE
-    known = [requirement.id for requirement in rubric.load(rubric.RUBRIC).requirements]
+    course = find(options.course)
+    known = [requirement.id for requirement in rubric.load(course.rubric).requirements]
     if unknown := [name for name in options.only if name not in known]:
         print(f"grader: there is no requirement {unknown[0]!r}. There are {', '.join(known)}.", file=sys.stderr)
         return EXIT_USAGE
@@ -192,7 +203,7 @@ def main(options: argparse.Namespace) -> int:
     runs: list[GradingRun] = []
     try:
         for run in grade_repeatedly(
-            options.submission, log, options.runs, stress=options.stress, requirements=options.only
+            options.submission, log, options.runs, stress=options.stress, requirements=options.only, course=course
         ):
             runs.append(run)
             how = "under stress" if run.stress else "calm"
@@ -206,12 +217,13 @@ def main(options: argparse.Namespace) -> int:
     return 1 if flaky(runs) else 0
 
 
-def _grade_once(submission: Path, out: Path, requirements: str) -> None:
+def _grade_once(submission: Path, out: Path, requirements: str, course: Course) -> None:
     """Grade once, in this process."""
     from grader import building, pipeline, report
 
     settings = pipeline.Settings(
-        rubric=rubric.load(rubric.RUBRIC),
+        rubric=rubric.load(course.rubric),
+        course=course,
         cache=building.cache_folder(),
         requirements=tuple(filter(None, requirements.split(","))),
     )
@@ -219,4 +231,4 @@ def _grade_once(submission: Path, out: Path, requirements: str) -> None:
 
 
 if __name__ == "__main__":
-    _grade_once(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3])
+    _grade_once(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], load_course(Path(sys.argv[4])))

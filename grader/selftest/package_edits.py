@@ -6,10 +6,6 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from grader.course import kits_own
-
-PACKAGE = kits_own().package
-
 Change = Callable[[Path], None]
 """An edit of a package's folder."""
 
@@ -17,8 +13,8 @@ _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", "build", "i
 
 
 def copy(package: Path, folder: Path) -> Path:
-    """Copy a package's source below `folder` and return the copy."""
-    target = folder / PACKAGE
+    """Copy a package's source below `folder` and return the copy, which has the same name."""
+    target = folder / package.name
     shutil.copytree(package, target, ignore=_NOT_COPIED)
     return target
 

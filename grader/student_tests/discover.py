@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import builtins
 import re
-from collections.abc import Collection, Container, Iterable, Iterator
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from grader.evidence import TestModule
-from grader.python_ast import TOO_COMPLEX, Function, called, is_test, parse
+from grader.python_ast import TOO_COMPLEX, Function, called, is_test, last_name, parse
 
 FOLDERS = ("test", "tests")
 # What `ros2 pkg create` puts into every package, and the like: they call a linter and say nothing about the code.
@@ -26,13 +26,18 @@ def discover_tests(package: Path, nodes: Collection[str]) -> list[TestModule]:
     files = sorted(path for folder in FOLDERS for path in (package / folder).rglob("*.py") if path.is_file())
     trees = {path: tree for path in files if (tree := _read(path)) is not None}
     helpers = _asserting_names(trees.values())
+    nodes_of = (node for tree in trees.values() for node in ast.walk(tree))
+    classes = {node.name: node for node in nodes_of if isinstance(node, ast.ClassDef)}
+    cases = _test_cases(classes)
     found = []
     for path in files:
         if not (path.name.startswith("test_") or path.name.endswith("_test.py")):
             continue
         name = str(path.relative_to(package))
         try:
-            found.append(_describe(name, trees[path], helpers, nodes))
+            found.append(
+                _describe(name, list(_tests(trees[path], classes, cases)), ast.unparse(trees[path]), helpers, nodes)
+            )
         except (KeyError, *TOO_COMPLEX):  # it has no tree, or one that cannot be written out
             why = [f"{name} cannot be read as Python"]
             found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=why, reaches=False))
@@ -44,10 +49,8 @@ def is_run(module: TestModule) -> bool:
     return bool(module.tests) and not module.stub
 
 
-def _describe(name: str, tree: ast.Module, helpers: set[str], nodes: Collection[str]) -> TestModule:
-    tests = list(_tests(tree))
+def _describe(name: str, tests: Sequence[Function], code: str, helpers: set[str], nodes: Collection[str]) -> TestModule:
     silent = [test.name for test in tests if not _asserts(test, helpers)]
-    code = ast.unparse(tree)
     return TestModule(
         path=name,
         stub=bool(_LINTERS.search(code)) and not any(re.search(rf"\b{node}\b", code) for node in nodes),
@@ -63,17 +66,36 @@ def _read(path: Path) -> ast.Module | None:
     return parse(path.read_bytes()) if path.stat().st_size <= _READ_CAP else None
 
 
-def _tests(tree: ast.Module) -> Iterator[Function]:
-    """Yield the functions that pytest would collect."""
-    for node in tree.body:
-        if is_test(node):
-            yield node
-        if isinstance(node, ast.ClassDef) and (node.name.startswith("Test") or _is_unittest(node)):
-            yield from filter(is_test, node.body)
+def _tests(tree: ast.Module, classes: Mapping[str, ast.ClassDef], cases: Container[str]) -> Iterator[Function]:
+    """Yield the functions that pytest would collect: those of the module, of its classes, and of their bases.
+
+    `classes` are all that the tests write, by name, `cases` the names of those that are unittest's.
+    """
+    scopes: list[ast.Module | ast.ClassDef] = [tree]
+    seen = set[ast.AST]()
+    for scope in scopes:
+        yield from filter(is_test, scope.body)
+        classes_here = [node for node in scope.body if isinstance(node, ast.ClassDef)]
+        found = [node for node in classes_here if node.name.startswith("Test") or node.name in cases]
+        found += [classes[name] for name in map(last_name, getattr(scope, "bases", [])) if name in classes]
+        scopes += [node for node in dict.fromkeys(found) if node not in seen]
+        seen.update(found)
 
 
-def _is_unittest(node: ast.ClassDef) -> bool:
-    return any("TestCase" in ast.unparse(base) for base in node.bases)
+def _test_cases(classes: Mapping[str, ast.ClassDef]) -> set[str]:
+    """Return the names of unittest's classes of tests: those with a base called TestCase, and those built on them."""
+    below: dict[str, list[str]] = {}
+    for node in classes.values():
+        for base in node.bases:
+            below.setdefault(last_name(base), []).append(node.name)
+    found = [name for name in below if name.endswith("TestCase")]
+    cases: set[str] = set()
+    while found:
+        name = found.pop()
+        if name not in cases:
+            cases.add(name)
+            found += below.get(name, ())
+    return cases
 
 
 def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:

@@ -1,7 +1,7 @@
-"""Runs of the package's own tests, kept by all that decides them: after an edit of one module only its runs are new.
+"""Keep runs of test modules from one check in a notebook to the next: only runs that an edit can change are repeated.
 
-Of the other test modules those decide a run that it was seen to open. For the checks in a notebook: a grading takes no
-run's result from another grading.
+A run is found by a hash of all that decides it: the request, the package, the module itself, and the files beside the
+tests. Another test module decides it only if the run has opened that. Gradings take no result from each other.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from grader.student_tests.worker_report import REPORTS, ModuleRun, read_run
 class _Report:
     """What a worker wrote in a run: the text of each file, by its suffix, and coverage's data as base64.
 
-    `opened` are the test modules that the run opened, and their texts' hashes.
+    `opened` maps the paths of the test modules that the run opened to hashes of their texts.
     """
 
     texts: dict[str, str]
@@ -34,13 +34,13 @@ class _Report:
 
 
 class KeptRuns:
-    """Runs to be taken from `kept` instead of a worker. Safe to use from several threads.
+    """The kept runs of a package's tests. Safe to use from several threads.
 
     Args:
-        kept: what is kept from one check to the next.
+        kept: the storage.
         package: the package's source folder.
         program: a hash of everything of the package but its tests.
-        folder: where files of kept runs are laid out, an empty folder.
+        folder: an empty folder in which the files of kept runs are written for a moment.
     """
 
     def __init__(self, kept: Kept, package: Path, program: str, folder: Path) -> None:
@@ -61,7 +61,10 @@ class KeptRuns:
         return len(self._asked)
 
     def find(self, request: ModuleRequest) -> ModuleRun | None:
-        """Return a run that was kept for a request; None where it is asked for again, to see whether it is steady."""
+        """Return the kept run for a request, None if there is none.
+
+        Also None when this run is asked for again: that is done to see whether its results are steady.
+        """
         key = self._key(request)
         with self._lock:
             if key in self._asked:
@@ -76,7 +79,7 @@ class KeptRuns:
         return self._laid_out(request, kept[0])
 
     def note(self, request: ModuleRequest, out: Path, number: int, ran: ModuleRun) -> None:
-        """Remember the first run for a request, unless it is worth another try; its files are in `out`."""
+        """Note the first run for a request, unless it may well go another way next time; its files are in `out`."""
         failed = any(test.outcome in ("failed", "error") for test in ran.tests if test.id.startswith(request.module))
         if ran.culprit or not ran.finished or (failed and not request.select):
             return
@@ -92,7 +95,7 @@ class KeptRuns:
             self._new.setdefault(self._key(request), report)
 
     def keep(self) -> None:
-        """Keep what was noted so far, for later checks."""
+        """Store the runs that were noted so far."""
         while self._new:
             key, report = self._new.popitem()
             self._kept.keep(report, "run", key)
@@ -112,7 +115,7 @@ class KeptRuns:
         return replace(ran, coverage_data=data)
 
     def _key(self, request: ModuleRequest) -> str:
-        """Return a hash of what decides a run: the request, the package, and all of its tests but other modules."""
+        """Return a hash of what decides a run, but for the other test modules that it opens, which `find` compares."""
         own = {request.module, *request.beside}
         seen = [f"{path} {text if path in own or not _is_module(path) else ''}" for path, text in self._files.items()]
         parts = [self._program, request.to_json(), json.dumps(sorted(request.files.items())), *seen]
@@ -121,12 +124,12 @@ class KeptRuns:
 
 def _test_files(package: Path) -> dict[str, str]:
     """Return hashes of all files in folders of tests, by their paths in the package."""
-    found = {}
+    hashes = {}
     for path in sorted(package.rglob("*")):
         relative = path.relative_to(package)
         if {"test", "tests"} & set(relative.parts) and "__pycache__" not in relative.parts and path.is_file():
-            found[str(relative)] = hashlib.sha256(untrusted.read_bytes(path) or b"").hexdigest()
-    return found
+            hashes[str(relative)] = hashlib.sha256(untrusted.read_bytes(path) or b"").hexdigest()
+    return hashes
 
 
 def _is_module(path: str) -> bool:

@@ -12,12 +12,10 @@ from grader.evidence import Flag
 from grader.host import ros_env
 from grader.quality.reachability import Reachability, reachability
 from grader.student_tests import package_modules
+from grader.student_tests.canary import Reach
 
 _FLAGGED_LINES = 30  # a helper that its author has forgotten is shorter
 _FLAGGED_SHARE = 0.2  # of the lines that the tests run
-
-Reach = Mapping[str, Mapping[int, frozenset[str]]]
-"""The tests that reached each line of each module."""
 
 
 def code_of(package: Path, install: Path, course: Course) -> Reachability:

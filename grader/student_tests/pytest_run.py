@@ -1,4 +1,7 @@
-"""Run one test module with pytest, in a fork of the worker, and write reports. Imports nothing of the grader."""
+"""Run one test module with pytest, in a fork of the worker, and write down what happens.
+
+Runs in the sandbox and imports nothing of the grader.
+"""
 
 from __future__ import annotations
 
@@ -50,18 +53,18 @@ Request = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Prepared:
-    """What no submission can change and every run needs: made once, before the forks."""
+    """What every run needs, made once, before any code of a submission is loaded."""
 
     config: Config
     """pytest's, with its own plugins only."""
     pytests_own: set[int]
     """The ids of pytest's modules and classes: by id, because anything can be given any name and origin."""
     watch: Callable[..., None]
-    """That of `source_read_hook`."""
+    """The function of this name in `source_read_hook`."""
 
 
 def prepare() -> Callable[[int, Request, Path], None]:
-    """Return `run_module`, with pytest and coverage ready to run in a fork."""
+    """Do once what takes time at each start of pytest and coverage; return `run_module`, to be called in a fork."""
     things = things_of_pytest()
     look_only_at_fixtures(things)
     hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
@@ -78,7 +81,7 @@ def prepare() -> Callable[[int, Request, Path], None]:
 
 
 def run_module(prepared: Prepared, number: int, request: Request, modules: Path) -> None:
-    """Let pytest run one module, write what it reports, and exit so that no exit handler can add to it."""
+    """Run one module with pytest, write the reports of this run to OUT, and end the process without exit handlers."""
     os.setsid()
     resource.setrlimit(resource.RLIMIT_CPU, (int(request["total"]) + 5,) * 2)
     log = os.open(OUT / f"{number}.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -97,7 +100,7 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
     write = None
     if request["coverage"]:
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
-        # It would look at each of the modules imported so far, of which none is the package's.
+        # Saves a look at each imported module; none of them is the package's.
         measure._warn_preimported_source = False
         write = reach_writer(OUT / f"{number}.reach", measure)
         measure.start()
@@ -145,13 +148,13 @@ def run_pytest(prepared: Prepared, recorder: Recorder, request: Request) -> int:
 
 
 def compile_module(path: Path, data: bytes) -> tuple[Path, bytes] | None:
-    """Return byte code of a module, and where Python looks for it; None if it cannot be compiled without a warning."""
+    """Return where Python looks for a module's byte code, and that; None if compiling fails or gives a warning."""
     code = compiled(lambda: compile(data, str(path), "exec", dont_inherit=True))
     return (Path(cache_from_source(str(path))), byte_code(code, data)) if code else None
 
 
 def compile_tests(path: Path, data: bytes) -> tuple[Path, bytes] | None:
-    """Return the same for a test module or a conftest.py, with its assertions rewritten as pytest does."""
+    """Return the same for a test module or a conftest.py, with assertions rewritten as pytest does."""
 
     def rewritten() -> CodeType:
         tree = ast.parse(data, str(path))
@@ -164,7 +167,7 @@ def compile_tests(path: Path, data: bytes) -> tuple[Path, bytes] | None:
 
 
 def compiled(make: Callable[[], CodeType]) -> CodeType | None:
-    """Return the code, or None where the run itself is to show an error or a warning."""
+    """Return the code that `make` makes, None if that fails or gives a warning, which the run itself is to show."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -174,12 +177,12 @@ def compiled(make: Callable[[], CodeType]) -> CodeType | None:
 
 
 def byte_code(code: CodeType, data: bytes) -> bytes:
-    """Return a .pyc file that is valid for exactly this text, whatever the time of the file."""
+    """Return the content of a .pyc file that Python uses only while the source has exactly this text."""
     return bytes(importing._code_to_hash_pyc(code, source_hash(data), True))  # type: ignore[attr-defined]
 
 
 def things_of_pytest() -> list[ModuleType | type]:
-    """Return pytest's own modules and their classes. To be called before any other code is loaded."""
+    """Return pytest's own modules and their classes. Call it before any code of a submission is loaded."""
     for name in default_plugins:
         importlib.import_module(name if name.startswith("_pytest.") else f"_pytest.{name}")
     home = str(Path(pytest.__file__).parents[1])
@@ -190,7 +193,7 @@ def things_of_pytest() -> list[ModuleType | type]:
 
 
 def look_only_at_fixtures(things: Sequence[ModuleType | type]) -> None:
-    """Let pytest find its own fixtures at once. At each start it looks at all names in its plugins, 25 ms in all."""
+    """Make pytest look only at the fixtures of its plugins, not at all their names: saves 25 ms at each start."""
     fixtures_of = {id(thing): fixtures for thing in things if (fixtures := only_fixtures(thing))}
     parse = FixtureManager.parsefactories
 
@@ -204,7 +207,7 @@ def look_only_at_fixtures(things: Sequence[ModuleType | type]) -> None:
 
 
 def only_fixtures(thing: ModuleType | type) -> ModuleType | None:
-    """Return a module with a thing's fixtures and nothing else; None for a class with some, which need its instance."""
+    """Return a module that has only the fixtures of `thing`; None for a class with fixtures, which need an instance."""
     homes = thing.__mro__ if isinstance(thing, type) else (thing,)
     found = {
         name: value for home in homes for name, value in vars(home).items() if type(value) is FixtureFunctionDefinition
@@ -217,7 +220,7 @@ def only_fixtures(thing: ModuleType | type) -> ModuleType | None:
 
 
 class Recorder:
-    """A pytest plugin that records reports as they come, and tells coverage which test is running."""
+    """A pytest plugin that writes each report as it comes, and sets coverage's context to the test that runs."""
 
     def __init__(self, stream: IO[str], order: Sequence[str], measure: coverage.Coverage | None) -> None:
         self.stream = stream
@@ -226,7 +229,7 @@ class Recorder:
         self.tests: list[str] = []
         self.current = ""
         self.context = ""
-        """The test to which lines count at the moment, "" for none or for all of them, or IMPORT."""
+        """The test to which the lines that run now are attributed, "" for none or all of them, or IMPORT."""
 
     def write(self, **entry: Any) -> None:
         """Write one line and flush it: whatever ends this process, the host knows what happened until then."""
@@ -236,7 +239,7 @@ class Recorder:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_ignore_collect(self) -> bool:
-        """Ignore what was not requested. pytest asks only about that, and would look at each file beside the module."""
+        """Ignore every file that was not requested; pytest asks about no other."""
         return True
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
@@ -264,7 +267,7 @@ class Recorder:
         self.write(start=nodeid)
 
     def pytest_runtest_logfinish(self) -> None:
-        """Count the lines that follow to no test."""
+        """Attribute the lines that run from here on to no test."""
         self.count_to("")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -276,7 +279,7 @@ class Recorder:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any]) -> Generator[None, object, object]:
-        """Count the lines of a fixture that several tests share to all of them, not to the test that came first."""
+        """Attribute the lines of a fixture that several tests share to all of them, not to the first that uses it."""
         module = sys.modules.get(getattr(fixturedef.func, "__module__", "") or "")
         if fixturedef.scope == "function" or "/_pytest/" in (getattr(module, "__file__", "") or ""):
             return (yield)
@@ -288,7 +291,7 @@ class Recorder:
             self.count_to(self.current)
 
     def count_to(self, name: str) -> None:
-        """Count the lines that follow to the test `name`, "" for none."""
+        """Attribute the lines that run from here on to the test `name`, "" for none."""
         self.context = name
         if self.measure is not None:
             with contextlib.suppress(coverage.CoverageException):  # a test has stopped it
@@ -302,7 +305,7 @@ def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
 
 
 def count_imports(recorder: Recorder, folders: tuple[str, ...]) -> None:
-    """Count what runs while a module of the package is imported to that, whoever imports it."""
+    """Attribute the lines that run while a module below `folders` is imported to IMPORT, not to a test."""
     execute = importing.SourceFileLoader.exec_module
 
     def exec_module(self: importing.SourceFileLoader, module: ModuleType) -> None:
@@ -318,7 +321,7 @@ def count_imports(recorder: Recorder, folders: tuple[str, ...]) -> None:
 
 
 def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], None]:
-    """Return a function that records, once for each test and place, that the package's source is read there."""
+    """Return a function that records that a test reads the package's source at a place in the tests, each once."""
     noted: set[tuple[str, str, int]] = set()
     write, dumps = os.write, json.dumps
 
@@ -332,9 +335,9 @@ def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], N
 
 
 def noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
-    """Return an audit hook that records what tests start and open: programs' command lines, and names of test modules.
+    """Return an audit hook that records the command lines of started programs and the names of opened test modules.
 
-    A node that is killed in the end leaves no coverage, and yet the tests have reached it.
+    A node that a test starts and then kills leaves no coverage; its command line shows that it was reached.
     """
     noted: set[str] = set()
     write, dumps, decode = os.write, json.dumps, os.fsdecode
@@ -362,9 +365,9 @@ def noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
 def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[str]], None]:
     """Return a function that stops measuring and writes which tests reached which line: {file: {line: [test numbers]}}.
 
-    The number -1 stands for "in no test": on import, or in a program that a test has started. Lines that ran only while
-    the package was imported are listed again. The function is made before any test runs, and binds all that it calls,
-    so that no test can replace it.
+    -1 means no test: on import, or in a program that a test has started. Lines that ran only while the package was
+    imported are also listed as `imported`. The function has its own references to all that it calls, made before any
+    test runs, so that no test can replace them.
     """
     dumps, write_text = json.dumps, Path.write_text
     stop, save, get_data, fold = measure.stop, measure.save, measure.get_data, fold_in
@@ -390,16 +393,16 @@ def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[s
 
 
 def keep_out_of_executors() -> None:
-    """Let no tracer follow rclpy's executors while they look for what is ready, which runs no code of a package.
+    """Switch tracing off while an executor of rclpy looks for callbacks that are ready; no code of a package runs then.
 
-    That is most of what runs in a test of a node, and Python 3.11 runs at half its speed while it is traced.
+    Tests of nodes spend most of their time there, and Python 3.11 runs at half its speed while it is traced.
     """
     if (executors := sys.modules.get("rclpy.executors")) is None:
         return
     wait, tracer_of, trace = executors.Executor.wait_for_ready_callbacks, sys.gettrace, sys.settrace
 
     def resume() -> None:
-        """Let coverage's tracer, which takes part again from the next call on, not miss that its caller returns."""
+        """Give the tracer a frame, so that it sees its caller return."""
 
     def untraced(self: Any, *arguments: Any, **options: Any) -> Any:
         __tracebackhide__ = True  # from the authors of tests, in what pytest shows of a failure
@@ -417,9 +420,9 @@ def keep_out_of_executors() -> None:
 
 
 def fold_in(data: coverage.CoverageData) -> None:
-    """Add what was measured in programs that the tests started, so that the probes check it like the rest.
+    """Add what was measured in programs that the tests have started to the data of this process.
 
-    The host takes only one file of each run, that of this process.
+    The host reads only this process's file of each run, and checks all that is in it.
     """
     for path in sorted(OUT.glob("coverage.*")):
         if str(path) != data.data_filename():

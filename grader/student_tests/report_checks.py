@@ -17,7 +17,7 @@ from grader.student_tests import canary
 from grader.student_tests.canary import Probe, Reach
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import PACKAGE
-from grader.student_tests.warm_worker import Team
+from grader.student_tests.warm_worker import WorkerPool
 from grader.student_tests.worker_report import ModuleRun
 
 Sources = Mapping[str, tuple[str, list[str]]]
@@ -45,7 +45,7 @@ class Measured:
         return {name for lines in self.reach.values() for names in lines.values() for name in names}
 
 
-def sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
+def sabotage(workers: WorkerPool, measured: Measured, seconds: float) -> list[str]:
     """Return what is wrong with the reports on tests that were made to fail."""
     tests, module = measured.runs[0].tests, measured.module.path
     if measured.text is None:
@@ -56,33 +56,37 @@ def sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
         return []
     files = {str(PACKAGE / module): changed}
     request = ModuleRequest(module, files=files, select=names, limit=seconds, total=seconds)
-    again = team.run(request)
+    again = workers.run(request)
     if canary.is_silent(again, names):
-        again = team.run(request)  # once may be an accident
+        again = workers.run(request)  # once may be an accident
     problem = canary.judge_sabotage(again, names)
     return [problem] if problem else []
 
 
 def probe(
-    team: Team, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
+    workers: WorkerPool, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
 ) -> tuple[dict[str, list[str]], set[str]]:
     """Return for each module which probes contradict the reports on it, and the modules whose tests cannot fail."""
-    found: dict[str, list[str]] = {each.module.path: [] for each in measured}
-    probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
-    probed = [(each, tests) for each, tests in probed if each.text is not None]
+    contradicted: dict[str, list[str]] = {tested.module.path: [] for tested in measured}
+    probed = [
+        (tested, tests) for tested in measured if (tests := canary.probed_tests(tested.runs[0].tests, tested.rng))
+    ]
+    probed = [(tested, tests) for tested, tests in probed if tested.text is not None]
     together = _fit_together(probed, sources)
-    shared = _probe_together(team, together, sources, rng, seconds) if len(together) > 1 else []
+    shared = _probe_together(workers, together, sources, rng, seconds) if len(together) > 1 else []
     alone = [pair for pair in probed if not shared or pair not in together]
-    runs = {each.module.path: shared for each, _ in probed}
-    for (each, _), own in zip(
-        alone, team.map(lambda pair: _probe_alone(team, *pair, sources, seconds), alone), strict=True
+    runs = {tested.module.path: shared for tested, _ in probed}
+    for (tested, _), own in zip(
+        alone, workers.map(lambda pair: _probe_alone(workers, *pair, sources, seconds), alone), strict=True
     ):
-        found[each.module.path] += [problem for probe, ran in own if (problem := canary.judge_probe(ran, probe))]
-        runs[each.module.path] = own
-    return found, {
-        each.module.path
-        for each, tests in probed
-        if canary.is_idle(runs[each.module.path], [name for name in tests if name in each.reaching])
+        contradicted[tested.module.path] += [
+            problem for probe, ran in own if (problem := canary.judge_probe(ran, probe))
+        ]
+        runs[tested.module.path] = own
+    return contradicted, {
+        tested.module.path
+        for tested, tests in probed
+        if canary.is_idle(runs[tested.module.path], [name for name in tests if name in tested.reaching])
     }
 
 
@@ -93,29 +97,33 @@ def _fit_together(probed: Sequence[tuple[Measured, list[str]]], sources: Sources
     not those with a name that another one has, for pytest may take one for the other.
     """
     texts = _texts(sources)
-    called = [canary.functions_reached(texts, each.reach) for each, _ in probed]
+    called = [canary.functions_reached(texts, tested.reach) for tested, _ in probed]
     on_import = {place for _, importing in called for place in importing}
-    names = Counter(_name(each) for each, _ in probed)
+    names = Counter(_name(tested) for tested, _ in probed)
     return [
-        (each, tests)
-        for (each, tests), (in_tests, _) in zip(probed, called, strict=True)
-        if not in_tests & on_import and names[_name(each)] == 1
+        (tested, tests)
+        for (tested, tests), (in_tests, _) in zip(probed, called, strict=True)
+        if not in_tests & on_import and names[_name(tested)] == 1
     ]
 
 
 def _probe_together(
-    team: Team, probed: Sequence[tuple[Measured, list[str]]], sources: Sources, rng: random.Random, seconds: float
+    workers: WorkerPool,
+    probed: Sequence[tuple[Measured, list[str]]],
+    sources: Sources,
+    rng: random.Random,
+    seconds: float,
 ) -> list[tuple[Probe, ModuleRun]]:
     """Return how all modules ran at once on the probes; [] if they do not agree, so that each is probed alone."""
     reach: dict[str, dict[int, frozenset[str]]] = {}
-    for each, _ in probed:
-        for path, lines in each.reach.items():
+    for tested, _ in probed:
+        for path, lines in tested.reach.items():
             known = reach.setdefault(path, {})
             for line, tests in lines.items():
                 known[line] = known.get(line, frozenset()) | tests
-    first, *others = (each.module.path for each, _ in probed)
+    first, *others = (tested.module.path for tested, _ in probed)
     names = [name for _, tests in probed for name in tests]
-    limits = {name: limit for each, _ in probed for name, limit in _limits(each).items()}
+    limits = {name: limit for tested, _ in probed for name, limit in _limits(tested).items()}
 
     def agrees(probe: Probe, ran: ModuleRun) -> bool:
         # An import that raises keeps all tests from running; else every test must have run.
@@ -124,17 +132,17 @@ def _probe_together(
 
     made = canary.probes(_texts(sources), reach, rng)
     requests = [_request(first, probe, sources, names, limits, seconds, beside=others) for probe in made]
-    runs = list(zip(made, team.map(team.run, requests), strict=True))
+    runs = list(zip(made, workers.map(workers.run, requests), strict=True))
     return runs if all(agrees(probe, ran) for probe, ran in runs) else []
 
 
 def _probe_alone(
-    team: Team, measured: Measured, tests: list[str], sources: Sources, seconds: float
+    workers: WorkerPool, measured: Measured, tests: list[str], sources: Sources, seconds: float
 ) -> list[tuple[Probe, ModuleRun]]:
     """Return how a module ran on each probe."""
     made = canary.probes(_texts(sources), measured.reach, measured.rng)
     requests = (_request(measured.module.path, probe, sources, tests, _limits(measured), seconds) for probe in made)
-    return [(probe, team.run(request)) for probe, request in zip(made, requests, strict=True)]
+    return [(probe, workers.run(request)) for probe, request in zip(made, requests, strict=True)]
 
 
 def _request(

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 from grader.evidence import StudentTests, TestModule
-from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Source, Subject, served
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.suite_run import run_suite
 
 
-class StudentTestRuns:
+class StudentTestRuns(Source):
     """Runs the package's own tests. Hands over its SuiteRun: mutants are run with the tests that reach them."""
 
     name = "student tests"
-    phase = Phase.RUN
-    uses: frozenset[str] = frozenset()
-
-    def serves(self, settings: Settings) -> frozenset[str]:
-        """Return the requirements whose checks read the test runs."""
-        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the tests' results and what they cover."""

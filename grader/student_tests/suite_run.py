@@ -25,7 +25,7 @@ from grader.student_tests.module_results import ModuleReach, failures, flags, mo
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.padding import code_of, padding, padding_flags
 from grader.student_tests.report_checks import Measured
-from grader.student_tests.warm_worker import Team, start_team
+from grader.student_tests.warm_worker import WorkerPool, start_workers
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 WORKERS = 2
@@ -76,28 +76,28 @@ def run_suite(
         life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)
         count = min(WORKERS, len(wanted))
         stack.enter_context(turns.first(count))
-        team = stack.enter_context(start_team(package, install, count, seconds=life, kept_runs=kept_runs))
+        workers = stack.enter_context(start_workers(package, install, count, seconds=life, kept_runs=kept_runs))
 
         def measure(module: TestModule) -> Measured:
             # One for each module, so that what is drawn does not depend on which module comes first.
             rng = random.Random(f"canaries {seed} {module.path}")
-            measured = _measure_steadily(team, module, untrusted.read_python(package / module.path), rng, seconds)
-            measured.doubts.extend(report_checks.sabotage(team, measured, seconds))
+            measured = _measure_steadily(workers, module, untrusted.read_python(package / module.path), rng, seconds)
+            measured.doubts.extend(report_checks.sabotage(workers, measured, seconds))
             progress(module.path)
             return measured
 
         # The longest first, or the other workers wait for it at the end.
         longest_first = sorted(wanted, key=lambda module: -module.tests)
-        by_path = {found.module.path: found for found in team.map(measure, longest_first)}
+        by_path = {made.module.path: made for made in workers.map(measure, longest_first)}
         measured = [by_path[module.path] for module in wanted]
-        runs = {found.module.path: found.runs for found in measured}
+        runs = {made.module.path: made.runs for made in measured}
         every = [run for both in runs.values() for run in both]
         padded = padding(code, [run.reach for run in every])
-        contradicted, idle = report_checks.probe(team, measured, sources, random.Random(f"probes {seed}"), seconds)
+        contradicted, idle = report_checks.probe(workers, measured, sources, random.Random(f"probes {seed}"), seconds)
         covered, unexplained = combine(
-            package, install, team.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
+            package, install, workers.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
         )
-    doubts = [f"{found.module.path}: {doubt}" for found in measured for doubt in found.doubts]
+    doubts = [f"{made.module.path}: {doubt}" for made in measured for doubt in made.doubts]
     doubts += unexplained
     doubts += [f"{module}: {doubt}" for module, doubted in contradicted.items() for doubt in doubted]
     tests = StudentTests(
@@ -108,25 +108,29 @@ def run_suite(
         nodes=sorted(set[str]().union(*code.homes.values())),
     )
     firsts = {path: both[0] for path, both in runs.items()}
-    found = [*flags(doubts, firsts, code), *padding_flags(padded, [run.reach for run in every])]
-    return SuiteRun(tests, [module_reach(m, *runs[m.path]) for m in wanted], found)
+    flagged = [*flags(doubts, firsts, code), *padding_flags(padded, [run.reach for run in every])]
+    return SuiteRun(tests, [module_reach(m, *runs[m.path]) for m in wanted], flagged)
 
 
-def _measure_steadily(team: Team, module: TestModule, text: str | None, rng: random.Random, seconds: float) -> Measured:
+def _measure_steadily(
+    workers: WorkerPool, module: TestModule, text: str | None, rng: random.Random, seconds: float
+) -> Measured:
     """Return two runs of the module, which show what is steady, and the reasons to doubt them."""
-    first, doubts = _measure(team, module, rng, seconds)
+    first, doubts = _measure(workers, module, rng, seconds)
     runs = [first]
     if failures(first) and not first.timed_out:
         # Nodes that do not discover each other in time are not the test author's mistake: both runs count in T2.
-        second, more = _measure(team, module, rng, seconds)
+        second, more = _measure(workers, module, rng, seconds)
         runs.append(second)
         doubts += more
     elif not first.timed_out:
-        runs.append(team.run(ModuleRequest(module.path, limit=seconds, total=seconds)))
+        runs.append(workers.run(ModuleRequest(module.path, limit=seconds, total=seconds)))
     return Measured(module, text, runs, doubts, rng)
 
 
-def _measure(team: Team, module: TestModule, rng: random.Random, seconds: float) -> tuple[ModuleRun, list[str]]:
+def _measure(
+    workers: WorkerPool, module: TestModule, rng: random.Random, seconds: float
+) -> tuple[ModuleRun, list[str]]:
     """Return how a module ran under coverage, beside a canary, and why its reports are in doubt.
 
     A test that hangs or ends the process takes along what was measured of the others, so these run again without it.
@@ -136,14 +140,14 @@ def _measure(team: Team, module: TestModule, rng: random.Random, seconds: float)
         module.path, files={str(PACKAGE / beside.path): beside.text}, beside=[beside.path], coverage=True,
         limit=seconds, total=seconds,
     )  # fmt: skip
-    ran = team.run(request)
+    ran = workers.run(request)
     doubts = [canary.judge_canary(ran, beside)]
     collected, late = ran.collected, ran.timed_out
     excluded: list[TestResult] = []
     while ran.culprit in ran.collected and (left := _without_culprit(ran, beside, len(excluded))):
         words = "ran out of time" if ran.timed_out else f"ended the process that ran it, with status {ran.status}"
         excluded.append(TestResult(ran.culprit, "error", words, ran.seconds))
-        ran = team.run(replace(request, select=left))
+        ran = workers.run(replace(request, select=left))
         doubts.append(canary.judge_canary(ran, beside))
         late = late or ran.timed_out
     known = {test.id for test in (*ran.tests, *excluded)}

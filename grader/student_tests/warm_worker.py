@@ -1,6 +1,6 @@
-"""Warm workers: each waits in a sandbox and runs one module of the package's own tests at a time, as requested.
+"""Start workers in sandboxes, hand them requests to run test modules, and read what they report.
 
-The host's side of `worker.py`: it hands in requests and collects what was reported.
+This is the host's side of `worker.py`. A worker is warm: it has imported pytest and ROS 2 before the first request.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeVar
@@ -32,12 +32,10 @@ _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 _DATA_CAP = 100_000_000  # bytes
 _POLL_S = 0.005
-_LOOK_S = 0.2  # between two looks whether the worker has been stopped
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.
 _BUSY_FACTOR = 10.0
-_WORKERS_AT_MOST = 20  # each takes a second to start; a suite that kills more has lost its points anyway
-_STOPPED_SECONDS = 1.0  # after which a worker that has been stopped counts as dead
+_WORKERS_AT_MOST = 20  # each takes a second to start; a suite that ends more has lost its points anyway
 _HERE = Path(__file__).parent
 _ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1", "ROS_DOMAIN_ID": "7"}
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.pyc")
@@ -45,7 +43,7 @@ _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.
 
 @dataclass(frozen=True)
 class WarmWorker:
-    """A worker that waits for requests. Made by `start_team`."""
+    """A worker that waits for requests. Made by `start_workers`."""
 
     package: Path
     process: sandbox.Process
@@ -53,8 +51,6 @@ class WarmWorker:
     requests: Path
     out: Path
     count: list[int]
-    threads: list[int] = field(default_factory=list)
-    """The worker's threads, by their ids on the host."""
     kept_runs: KeptRuns | None = None
 
     def run(self, request: ModuleRequest) -> ModuleRun:
@@ -70,16 +66,11 @@ class WarmWorker:
         self._hand_in(number, request)
         began = time.monotonic()
         done = self.out / f"{number}.done"
-        # The worker keeps the time itself; this is for a worker that the submission has stopped or killed.
-        ran_last = looked = began
+        # The worker itself enforces the time limits.
+        deadline = began + _BUSY_FACTOR * request.total + _START_SECONDS
         while not done.exists() and self.alive:
             time.sleep(_POLL_S)
-            now = time.monotonic()
-            if now - looked < _LOOK_S:
-                continue
-            looked = now
-            ran_last = ran_last if self._is_stopped() else now
-            if now - began > _BUSY_FACTOR * request.total + _START_SECONDS or now - ran_last > _STOPPED_SECONDS:
+            if time.monotonic() > deadline:
                 self.process.kill()
         ran = read_run(self.out, number, time.monotonic() - began, self.package / request.module)
         ran = replace(ran, worker_lost=not self.alive)
@@ -105,12 +96,8 @@ class WarmWorker:
 
     @property
     def alive(self) -> bool:
-        """Return whether the worker still runs. A submission can kill it; then nothing more is reported."""
+        """Return whether the worker still runs. It ends when a test fills the disk, and reports nothing more."""
         return self.process.exit_code() is None
-
-    def _is_stopped(self) -> bool:
-        """Return whether the worker has been stopped by a signal or a debugger; only a test does that."""
-        return any(_state(thread) in ("T", "t") for thread in self.threads)
 
     def _hand_in(self, number: int, request: ModuleRequest) -> None:
         path = self.requests / f"{number}.json"
@@ -127,18 +114,15 @@ class WarmWorker:
                 output = self.process.output
                 raise GraderError(f"The process that runs the package's own tests did not start:\n{output}")
             self.process.kill()
-        elif not self.threads:
-            # No test has run yet, so every thread in the sandbox is the worker's.
-            self.threads.extend(self.process.thread_times())
         self.tree.keep_byte_code(untrusted.read_json(taken, _DATA_CAP), request.files)
         for file in (taken, tree, path):  # with the last one the tests begin
             file.unlink(missing_ok=True)
 
 
-class Team:
-    """Warm workers that share the runs among them, with another in the place of one that a test has killed.
+class WorkerPool:
+    """A fixed number of warm workers. One that a test has brought down is replaced, so that later tests lose nothing.
 
-    The tests after that one lose nothing. Safe to use from several threads.
+    Safe to use from several threads.
     """
 
     def __init__(self, start: Callable[[int], WarmWorker], size: int) -> None:
@@ -150,7 +134,7 @@ class Team:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of a worker, with its coverage settings."""
+        """Return the folder of one of the workers, which has the coverage settings."""
         worker = self._idle.get()
         self._idle.put(worker)
         return worker.out.parent
@@ -176,16 +160,16 @@ class Team:
 
 
 @contextlib.contextmanager
-def start_team(
+def start_workers(
     package: Path, install: Path, size: int, *, seconds: float, kept_runs: KeptRuns | None = None
-) -> Iterator[Team]:
+) -> Iterator[WorkerPool]:
     """Start `size` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
     with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
 
         def start(number: int) -> WarmWorker:
             return stack.enter_context(_start(package, install, folder / str(number), seconds, kept_runs))
 
-        yield Team(start, size)
+        yield WorkerPool(start, size)
 
 
 @contextlib.contextmanager
@@ -223,13 +207,8 @@ def _start(
         environment=environment,
         cwd="/ws/package",
         fed=(folder / "requests",),
+        as_init=True,
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
         yield WarmWorker(package, process, tree, folder / "requests", folder / "out", [0], kept_runs=kept_runs)
-
-
-def _state(thread: int) -> str:
-    """Return a thread's state as the letter in /proc, "" if it is gone."""
-    status = (untrusted.read_text(Path(f"/proc/{thread}/stat")) or "").rpartition(")")[2].split()
-    return status[0] if status else ""

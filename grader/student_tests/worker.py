@@ -1,11 +1,12 @@
-"""Serve requests in the sandbox: run each test module in a fork of one warm process. Imports nothing of the grader.
+"""Serve requests in the sandbox: run each test module in a fork of one process. Imports nothing of the grader.
 
 The worker imports once what every run needs (pytest, coverage, rclpy, the usual messages), and nothing of the
-submission. For each request a fork lays out the tree under test, which the host hands in, and ends; another fork lets
-pytest run one module (`pytest_run`). When that has ended, everything it started is killed. The worker itself never
-reads the tree: tests share its memory, and must not find in it what a mutant's original looks like.
+submission. For each request it forks twice. The first fork writes the tree under test, which the host hands in, to the
+sandbox's folders and ends; the second runs one module with pytest (`pytest_run`). When that has ended, the worker kills
+everything that it has started. No test can stop or kill the worker: it is the first process of its sandbox. It never
+reads the tree itself: a fork has a copy of its memory, in which tests must not find the text that was mutated.
 
-What is written to `out` comes from a process shared with the submission: it is data, and the host checks it.
+The files in `out` may have been written by the submission, so the host treats them as data and checks them.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
 POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
-_SET_DUMPABLE = 4  # <linux/prctl.h>
+_SET_DUMPABLE, _SET_CHILD_SUBREAPER = 4, 36  # <linux/prctl.h>
 
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
@@ -59,7 +60,8 @@ def main() -> None:
     inspect.getmodule(inspect.currentframe(), os.devnull)
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
-    set_dumpable(False)
+    set_dumpable(os.getpid() != 1)  # proot, below which a sandbox without namespaces is, has to read its memory
+    ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     number = 0
     while True:
         serve(number, await_request(number, modules, *compilers), modules, run_module)
@@ -67,12 +69,12 @@ def main() -> None:
 
 
 def set_dumpable(wanted: bool) -> None:
-    """Let this process's memory and descriptors be open to those that it forks, or not. See prctl(2)."""
+    """Set whether processes of the same user may read this process's memory and descriptors. See prctl(2)."""
     ctypes.CDLL(None).prctl(_SET_DUMPABLE, int(wanted), 0, 0, 0)
 
 
 def await_request(number: int, modules: Path, compile_module: Compile, compile_tests: Compile) -> Request:
-    """Return request `number` once its tree is laid out and the host has deleted both, so that no test finds them."""
+    """Return request `number` after its tree was laid out and the host has deleted both, so that no test finds them."""
     path = REQUESTS / f"{number}.json"
     while not path.exists():
         time.sleep(POLL_S)
@@ -86,7 +88,7 @@ def await_request(number: int, modules: Path, compile_module: Compile, compile_t
 
 
 def fork(work: Callable[[], None]) -> int:
-    """Return the id of a new process that does some work and ends, with status 99 if that fails."""
+    """Call `work`, which ends the process, in a fork; return its pid. It exits with 99 if `work` returns or raises."""
     pid = os.fork()
     if pid == 0:
         try:
@@ -98,7 +100,7 @@ def fork(work: Callable[[], None]) -> int:
 
 
 def lay_out(number: int, request: Request, modules: Path, compile_module: Compile, compile_tests: Compile) -> None:
-    """Make the folders what the tree under test says, compile what is to be imported, and tell the host of that.
+    """Write the tree under test to the sandbox's folders, compile its modules and tests, and report their byte code.
 
     Python and pytest compare byte code with the text before they use it.
     """
@@ -138,16 +140,28 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
 
     pid = fork(run)
     end = watch(pid, OUT / f"{number}.report", request)
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.kill(-1, signal.SIGKILL)  # everything but this process and the sandbox's init
+    kill_others()
     facts = {"status": end.status, "late": end.timed_out, "queued": round(end.queued_s, 3)}
     done = OUT / f"{number}.done"
     done.with_suffix(".part").write_text(json.dumps(facts))
     done.with_suffix(".part").rename(done)
 
 
+def kill_others() -> None:
+    """Kill all that the tests have started, and wait: this process is the parent of all that have lost theirs."""
+    if os.getpid() == 1:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.kill(-1, signal.SIGKILL)  # everything but this process
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            if os.getpid() != 1:  # a sandbox without a pid namespace
+                for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
+                    os.kill(int(child), signal.SIGKILL)
+            os.waitpid(-1, 0)
+
+
 def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
-    """Write `data` to `path` unless it is there. Nothing of a file tells whether it had to be written."""
+    """Make `path` a file with this content, times and mode. Nothing of it shows whether it had to be written."""
     if path.is_symlink() or not path.is_file() or path.stat().st_nlink > 1:
         remove(path)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -208,19 +222,12 @@ def watch(pid: int, report: Path, request: Request) -> End:
                 size, seen = report.stat().st_size, now
                 current = latest(report)
         limit = request["limits"].get(current, request["limit"])
-        if now - began > request["total"] or now - seen > limit or is_stopped(pid):
+        if now - began > request["total"] or now - seen > limit:
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
             os.close(end)
             return End(-signal.SIGKILL, current or "collection", queued)
         time.sleep(POLL_S)
-
-
-def is_stopped(pid: int) -> bool:
-    """Return whether a process has been stopped by a signal: it will never end by itself."""
-    with contextlib.suppress(OSError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
-    return False
 
 
 def waited_for_core(pid: int) -> float:

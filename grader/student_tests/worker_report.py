@@ -70,7 +70,7 @@ class ModuleRun:
     off before it could say which test reached what: such data cannot be checked."""
 
     worker_lost: bool = False
-    """Whether the worker has been killed in this run, which only a test does."""
+    """Whether the worker has ended in this run, which only a test brings about."""
 
     @property
     def culprit(self) -> str:

@@ -1,4 +1,4 @@
-"""The list of a course's trials: every function in its folder trials that is decorated with `@trial`."""
+"""The list of a course's trials: its functions that are decorated with `@trial`, and the stock ones."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from grader.course import Course
 from grader.course.reader import modules
 from grader.errors import GraderError
+from grader.trials import stock
 from grader.trials.plan import TrialPlan
 
 if TYPE_CHECKING:
@@ -20,11 +21,11 @@ Script = Callable[["Stage"], None]
 _PLAN = "trial_plan"
 
 
-def trial(*, serves: Iterable[str], **options: Any) -> Callable[[Script], Script]:
+def trial(*, serves: Iterable[str] = (), **options: Any) -> Callable[[Script], Script]:
     """Make the decorated script a trial, under its own name; its docstring is the trial's sentence.
 
     Args:
-        serves: the requirements that the trial is evidence for.
+        serves: the requirements that the trial is evidence for; see TrialPlan.
         options: other fields of TrialPlan. Without `node` it is about the contract's first node.
     """
 
@@ -52,10 +53,6 @@ def trials(course: Course) -> dict[str, TrialPlan]:
                 wrong = "another trial has this name" if plan.name in found else f"the contract has no node {node}"
                 raise GraderError(f"{module.__file__}: the trial {plan.name}: {wrong}. Rename it.")
             found[plan.name] = replace(plan, node=node)
+    for plan in stock.plans(course):
+        found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
     return found
-
-
-def serving(course: Course, requirements: Iterable[str]) -> dict[str, TrialPlan]:
-    """Return the trials of a course that serve at least one of the requirements."""
-    wanted = set(requirements)
-    return {name: plan for name, plan in trials(course).items() if wanted & set(plan.serves)}

@@ -1,11 +1,11 @@
-"""Decide which cores a trial runs on: observer and node together on one, in a notebook a slow node alone.
+"""Choose the cores of a trial: one core for observer and node in a grading, one for a slow node in a notebook.
 
-In lockstep, observer and node take turns. On two cores the first message of a tick wakes the node, which then spends a
-round of its executor on that message alone; on one it runs once the observer has said everything and waits. That saves
-a fifth of a trial's CPU time.
+In lockstep, observer and node alternate. On two cores the first message of a tick already wakes the node, and its
+executor spends a whole round on that message. On one core the node runs after the observer has sent all messages of
+the tick, which saves a fifth of the trial's CPU time.
 
-Python's threads take turns holding the GIL, too. On two cores each turn wakes the other core: a MultiThreadedExecutor
-that runs at 7 times real time on one core was measured at 0.4 to 2 times real time on two idle ones.
+Threads of Python alternate, too, because of the GIL. On two cores each change wakes the other core: a
+MultiThreadedExecutor ran at 7 times real time on one core, and at 0.4 to 2 times real time on two idle cores.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import random
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 
 _PERIOD = 20  # ticks that one measurement takes
 _SLOW_S = 0.025  # of work a tick: half a tick of simulated time
@@ -23,7 +24,7 @@ _WORTHWHILE = 0.7  # of the work before pinning, at most
 
 
 class Cores:
-    """The cores that trials may use, shared among those that run at the same time."""
+    """The cores for trials, with the number of trials that run on each now."""
 
     def __init__(self) -> None:
         self._used = Counter(dict.fromkeys(os.sched_getaffinity(0), 0))
@@ -31,7 +32,7 @@ class Cores:
 
     @contextlib.contextmanager
     def one(self) -> Iterator[int]:
-        """Yield a core that is among those that the fewest trials use, one of them at random."""
+        """Yield a core that the fewest trials use; of several, a random one."""
         with self._lock:
             fewest = min(self._used.values())
             core = random.choice([core for core, trials in self._used.items() if trials == fewest])
@@ -44,21 +45,38 @@ class Cores:
 
 
 def take_turns(one_thread: bool) -> None:
-    """Let this process, and a node with `one_thread` that it starts, go on when another thread on their core wakes up.
+    """Use SCHED_BATCH for a node with one thread, so that waking a thread does not preempt this process or the node.
 
-    A node with several threads is interrupted as usual: its MultiThreadedExecutor asks what is ready again and again
-    while the thread that it has woken waits for the core. `check F1 F2 F4 F8` of such a node took minutes, not 9 s.
+    A node with several threads keeps the usual policy: its MultiThreadedExecutor polls while the thread that it has
+    woken waits for the core. With SCHED_BATCH, `check F1 F2 F4 F8` of such a node took minutes instead of 9 s.
     """
     with contextlib.suppress(OSError):  # the order of a tick's messages is a matter of speed only
         os.sched_setscheduler(0, os.SCHED_BATCH if one_thread else os.SCHED_OTHER, os.sched_param(0))
 
 
+def hear_at_once() -> None:
+    """Let this process's threads that receive messages preempt whatever runs on their core.
+
+    A node that ends destroys its publisher within a millisecond of its last message. The news of that arrives at
+    another thread than the message, and if that is read first, the message is dropped: on one core, in two of three
+    trials.
+    """
+    for task in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(OSError):  # a thread that has ended
+            if not (task / "comm").read_text().startswith("dds.udp"):
+                continue
+            try:
+                os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(1))
+            except PermissionError:
+                os.sched_setscheduler(int(task.name), os.SCHED_OTHER, os.sched_param(0))
+
+
 class AffinityTuner:
-    """Measures a node every few ticks, pins it to one core if it is slow, and unpins it if that does not help.
+    """Measures the work of a trial per tick, pins a slow node to one core, and unpins it if that does not help.
 
     Args:
-        pin_to: lets all the node's threads run on these cores only.
-        clock: returns the seconds that the trial has worked so far.
+        pin_to: restricts all threads of the node to the given cores.
+        clock: returns for how many seconds the trial has worked so far.
     """
 
     def __init__(self, pin_to: Callable[[Iterable[int]], None], clock: Callable[[], float]) -> None:
@@ -70,7 +88,7 @@ class AffinityTuner:
         self._settled = len(self._cores) < 2
 
     def tick(self) -> None:
-        """Note that a tick in lockstep is over."""
+        """Count a tick in lockstep that has ended; decide once enough of them have been measured."""
         if self._settled:
             return
         if self._ticks == 0:

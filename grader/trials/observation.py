@@ -53,7 +53,6 @@ _ROLES = {
     "sensor_msgs/msg/Imu": "imu", "sensor_msgs/msg/BatteryState": "battery",
 }  # fmt: skip
 """What the robot publishes on a topic of this type."""
-_COMMAND = "geometry_msgs/msg/Twist"
 
 
 class TrialOver(Exception):
@@ -406,8 +405,7 @@ def _topics(course: Course, plan: TrialPlan) -> Topics:
 def _topics_of(node: Node) -> Topics:
     """Return the topics of the robot that a node has by its contract: one of each type."""
     names = {_ROLES[type_]: name for name, type_ in node.subscribes.items() if type_ in _ROLES}
-    command = next((name for name, type_ in node.publishes.items() if type_ == _COMMAND), "")
-    return Topics(**names, command=command, answer=node.answers_on, answer_s=node.answers_every_s)
+    return Topics(**names, command=node.command, answer=node.answers_on, answer_s=node.answers_every_s)
 
 
 def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:

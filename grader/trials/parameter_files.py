@@ -62,9 +62,9 @@ def _load(path: Path) -> Any:
         if path.is_symlink() or path.stat().st_size > _MAX_BYTES:
             return None
         text = path.read_text()
-        # Anchors can make a short file enormous, and no parameter file needs them.
-        anchored = "&" in text and any(isinstance(token, yaml.AnchorToken) for token in yaml.scan(text))
-        return None if anchored else yaml.safe_load(text)
+        # Aliases can make a short file enormous, and no node can load them.
+        aliased = "*" in text and any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text))
+        return None if aliased else yaml.safe_load(text)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, yaml.YAMLError,
             RecursionError):  # fmt: skip
         return None  # PyYAML raises more than YAMLError: `!!bool perhaps` is a KeyError

@@ -18,7 +18,8 @@ class TrialPlan:
         sentence: what happens in it, for the instructor.
         script: what is done; it takes a Stage.
         node: the node under test.
-        serves: the requirements that the trial is evidence for.
+        serves: the requirements that the trial is evidence for, beside those whose checks need trials of its `kind`.
+        kind: what a stock trial is about (stock.py), "" for any other.
         parameters: overrides of the node's parameters.
         params_file: the file in the package's config/ that the node is started with.
         beside: other executables that run beside the node, each with its remappings.
@@ -41,6 +42,7 @@ class TrialPlan:
     node: str = ""
     world: str = "lone_post"
     serves: tuple[str, ...] = ()
+    kind: str = ""
     parameters: Mapping[str, object] = field(default_factory=dict)
     params_file: str = ""
     beside: Mapping[str, Mapping[str, str]] = field(default_factory=dict)

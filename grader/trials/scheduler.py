@@ -1,4 +1,4 @@
-"""Run trials in parallel, each worker process in a network namespace of its own. This is the grader's side."""
+"""Run trials in parallel, each worker process in a network namespace of its own. The side of the grader."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ _CRASHED = {
     for status in (-crash, 128 + crash)
 }
 _STOP_S = 5.0
-SHORT_PATIENCE_S = 5.0  # start and end of a trial take 0.7 to 1.0 s in all; excludes time spent waiting for a CPU
-_TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
+SHORT_PATIENCE_S = 5.0  # without time spent waiting for a CPU; start and end of a trial together take 0.7 to 1.0 s
+_TRIAL_CAP_S = 900.0  # wall time; the limits inside a trial do not count time spent waiting for a CPU
 # Above 100 DDS would need ports beyond the range of some kernels' ephemeral ones; below 10 are those of people. Each
 # worker has its own: where there are no network namespaces, they alone keep trials apart.
 _DOMAINS = range(10, 101)
@@ -77,15 +77,15 @@ def run(
         install: the submission's install tree.
         contract: the install tree of the contract's interfaces.
         folder: where workers write the evidence, one file for each trial.
-        seed: decides speeds, places and noise.
-        workers: how many trials run at once; by default at most two for each core, because each waits at times, and at
-            most four. Trials that mostly wait run beside them.
+        seed: determines speeds, places and noise.
+        workers: how many trials run at once, by default up to two per core and up to four in all. Trials that mostly
+            wait run in addition to these.
         package: the package's source folder.
         ros_name: the name under which the package was installed, by default the course's.
         best_effort: whether the simulated sensors publish best effort.
-        fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
-        observers: what `start_observers` has yielded, if that was called before.
-        progress: called with the name of each trial that has ended.
+        fork_from: with this many trials or more, nodes are forked from a process that has imported rclpy.
+        observers: the result of `start_observers`, if it has already been called.
+        progress: called with the name of each trial when it ends.
 
     Raises:
         GraderError: this machine cannot run the trials.
@@ -120,9 +120,10 @@ def run(
 def start_observers(
     course: Course, contract: Path, folder: Path, trials: int, fork_from: int = FORK_FROM
 ) -> Iterator[Workers]:
-    """Start what observers, and from `fork_from` trials on nodes, are forked from: half a second and more of a core.
+    """Start the process that observers are forked from and, for `fork_from` or more trials, the one for nodes.
 
-    That needs nothing of a submission, so it may go on beside its build. `contract` and `folder` are as in `run`.
+    They take half a second of CPU time or more and need nothing of the submission, so they can start during its build.
+    `contract` and `folder` are as in `run`.
     """
     with contextlib.ExitStack() as stack:
         channels = []
@@ -133,7 +134,7 @@ def start_observers(
 
 
 def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:
-    """Return the plans, the long ones first and the others of each file spread evenly: they wait at the same point."""
+    """Return the long plans, then the others with each file's plans spread evenly: these wait at the same moments."""
     of_file = Counter(plan.script.__module__ for plan in plans)
     seen = Counter[str]()
     places = []
@@ -145,7 +146,7 @@ def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:
 
 
 def _worth_starting(trials: int) -> int:
-    """Return how many workers to start for so many trials."""
+    """Return how many workers to start for this number of trials."""
     return min(turns.PER_CORE * (os.cpu_count() or 1), 4, trials)
 
 
@@ -157,13 +158,13 @@ def _environment(contract: Path, folder: Path) -> dict[str, str]:
 
 
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
-    """Return the environment of a process that observes nodes, with the contract's interfaces first on its path."""
+    """Return the environment for a process that observes nodes; the contract's interfaces come first on its path."""
     return ros_env.environment(contract, home=home) | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(_DISCOVERY)}
 
 
 @dataclass(frozen=True)
 class _Trials:
-    """What all trials of a run share; `start` starts a worker, `found` collects their facts."""
+    """What all trials of a run have in common. `start` starts a worker; `found` collects the facts of each trial."""
 
     start: Callable[[str], Worker]
     install: Path
@@ -177,10 +178,10 @@ class _Trials:
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:
-        """Return how long a trial waits for its node: less if that has failed to come up twice, and never come up.
+        """Return how long a trial waits for its node: less if the node was absent in two trials and ready in none.
 
-        A package whose nodes never come up once took 262 s. The trial still runs: a node that comes up is tried.
-        Launched nodes are counted apart: a broken launch file says nothing of the nodes themselves.
+        Without this, a package whose nodes never start took 262 s. The trial still runs, in case its node does start.
+        Launched nodes count separately: a broken launch file says nothing about the nodes themselves.
         """
         earlier = [
             trial
@@ -192,9 +193,9 @@ class _Trials:
 
 
 class _Worker(threading.Thread):
-    """Feeds trials to one worker process until the queues are empty; starts a new process when that ends early.
+    """Sends trials to one worker process until the queues are empty, and starts a new process if that one dies.
 
-    Each trial is run in a context that `room` makes, which may wait before it begins.
+    Each trial runs in a context from `room`, such as a slot on a core, which it may have to wait for.
     """
 
     def __init__(
@@ -221,7 +222,7 @@ class _Worker(threading.Thread):
             self._stop()
 
     def _run_next(self) -> bool:
-        """Run a trial as soon as there is room for it; return False if there is none left."""
+        """Run the next trial once `room` admits it; return False if no trial is left."""
         with self._room():
             if (plan := self._next()) is None:
                 return False
@@ -230,7 +231,7 @@ class _Worker(threading.Thread):
         return True
 
     def _next(self) -> TrialPlan | None:
-        """Return the next trial from the first queue that has one, None if none has."""
+        """Return a trial from the first queue that is not empty, None if all are."""
         for each in self._todo:
             with contextlib.suppress(queue.Empty):
                 return each.get_nowait()
@@ -254,7 +255,7 @@ class _Worker(threading.Thread):
         if answer == plan.name:
             return evidence.from_json(out.read_text(), evidence.Trial)
         ended_by_itself = self._stop()
-        if out.is_file():  # the trial was over when its worker died
+        if out.is_file():  # the worker died after the trial
             return evidence.from_json(out.read_text(), evidence.Trial)
         status = process.returncode
         if status in _KILLED and ended_by_itself and not out_of_time:
@@ -262,12 +263,12 @@ class _Worker(threading.Thread):
         if status in _CRASHED:
             if not has_crashed:
                 return self._run_trial(plan, has_crashed=True)
-            # Once may be chance. A submission that crashes the observer every time scores nothing.
+            # One crash may be chance, so retry once; a submission that crashes the observer every time scores nothing.
             return not_started(plan, trials.seed, "", ended=OBSERVER_ENDED)
         return not_started(plan, trials.seed, f"the trial's worker ended (answer {answer!r}, status {status})")
 
     def _stop(self) -> bool:
-        """End the worker process, and return whether it ended without being killed by us."""
+        """End the worker process; return False if it had to be killed."""
         process, self._process = self._process, None
         if process is None:
             return True
@@ -286,7 +287,7 @@ class _Worker(threading.Thread):
 
 
 def _ask(process: Worker, request: TrialRequest) -> tuple[str, bool]:
-    """Return a worker's answer to a request ("" if it ended without one), and whether it was killed for its time."""
+    """Return a worker's answer to a request, "" if it died, and whether it was killed because its time was up."""
     assert process.stdin is not None
     assert process.stdout is not None
     out_of_time = threading.Event()

@@ -11,8 +11,9 @@ from pathlib import Path
 from grader.building import Built
 from grader.evidence import Flag, Trial
 from grader.settings import Settings
-from grader.source import Collected, Phase, Subject
+from grader.source import Collected, Phase, Subject, served
 from grader.trials import catalog, scheduler
+from grader.trials.plan import TrialPlan
 from grader.trials.request import LATE_VARIABLE, OBSERVER_ENDED
 from grader.trials.worker_start import Workers
 
@@ -27,18 +28,18 @@ class Trials:
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the requirements that any trial serves."""
         plans = catalog.trials(settings.course).values()
-        return frozenset(requirement for plan in plans for requirement in plan.serves)
+        return frozenset().union(*(serves(plan, settings) for plan in plans))
 
     def start_observers(self, settings: Settings, contract: Built, folder: Path) -> AbstractContextManager[Workers]:
         """Start what needs nothing of a submission, in an empty folder: `observers` of a Subject."""
-        trials = len(catalog.serving(settings.course, settings.checked))
+        trials = len(wanted(settings))
         return scheduler.start_observers(settings.course, contract.install, folder, trials, settings.fork_from)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the trials' facts, by name."""
         assert subject.contract is not None
         settings = subject.settings
-        plans = catalog.serving(settings.course, settings.checked)
+        plans = wanted(settings)
         # LATE_VARIABLE makes trials differ from what they would be without it.
         kept = subject.kept if LATE_VARIABLE not in os.environ else replace(subject.kept, folder=None)
         program = (subject.program, "best effort" if settings.best_effort else "reliable")
@@ -56,6 +57,17 @@ class Trials:
         every = {name: found[name][0] if name in found else ran[name] for name in plans}
         since = {f"trial {name}": when for name, (_, when) in found.items()}
         return Collected({"trials": every}, tuple(integrity_flags(every)), kept=since)
+
+
+def wanted(settings: Settings) -> dict[str, TrialPlan]:
+    """Return the trials that serve at least one of the requirements to judge."""
+    plans = catalog.trials(settings.course)
+    return {name: plan for name, plan in plans.items() if serves(plan, settings) & settings.checked}
+
+
+def serves(plan: TrialPlan, settings: Settings) -> frozenset[str]:
+    """Return the ids of the requirements that a trial serves: those that it names, and those that need its kind."""
+    return frozenset(plan.serves) | (served(settings, plan.kind) if plan.kind else frozenset())
 
 
 def may_be_kept(trial: Trial) -> bool:

@@ -21,6 +21,7 @@ from grader import evidence, sandbox
 from grader.course import Course
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
+from grader.trials.cpu_affinity import hear_at_once
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
@@ -297,6 +298,7 @@ class Stage(Observation):
         self.mark("interrupt")
         self.interrupted = True
         clock = CpuClock(self.process, [os.getpid()])
+        hear_at_once()
         self.process.interrupt()
         while not self.process.has_ended() and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
@@ -307,7 +309,7 @@ class Stage(Observation):
         # The node's last messages may still be on their way, above all the zero that it should end with.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)
-        self._wait_until(lambda: not self.commands or _is_zero(self.commands[-1]), _LAST_WORD_S)
+        self._wait_until(lambda: not self.commands or self.commands[-1].is_zero, _LAST_WORD_S)
         self.bridge.alive = lambda: False
 
     # -- internal -------------------------------------------------------------------------------------------------
@@ -346,7 +348,3 @@ class Stage(Observation):
                 reason = reason or f"an answer that is not a parameter's value: {error}"[:300]
         self.recorded.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.recorded.parameters[-1]
-
-
-def _is_zero(command: evidence.Command) -> bool:
-    return command.v == command.omega == command.other == 0.0

@@ -125,7 +125,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
     if missing:
         _save(request, not_started(plan, request.seed, "", ended=missing))
         return
-    simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
+    simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
     box, telltales = _sandbox(course, plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)
@@ -213,10 +213,10 @@ def _share(install: Path, package: str) -> Path:
     return install / "share" / package
 
 
-def _transformed_world(plan: TrialPlan, seed: int) -> World:
+def _transformed_world(course: Course, plan: TrialPlan, seed: int) -> World:
     """Return the trial's world turned, mirrored and shifted by the seed, so that memorising places does not help."""
     rng = random.Random(f"{seed}:{plan.name}:world")
-    return load_world(plan.world).transformed(
+    return load_world(course.world(plan.world)).transformed(
         rotate=rng.uniform(-math.pi, math.pi),
         mirror=rng.random() < 0.5,
         shift=(rng.uniform(-5.0, 5.0), rng.uniform(-5.0, 5.0)),

@@ -1,6 +1,7 @@
-"""Start the processes that run trials: forks of one that has imported what they need, half a second of a core each.
+"""Start the processes that run trials, by forking one that has imported everything: that saves 0.5 s of CPU time each.
 
-`Workers` is the grader's side, `serve_forks` that of the process which is forked; worker.py is what it runs.
+`Workers` is the side of the grader. `serve_forks` runs in the process that forks, and returns in each fork, which then
+runs worker.py.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _LOG_CHARACTERS = 2000
 
 
 class Worker(Protocol):
-    """A process that reads requests and writes answers, a line each; a subprocess.Popen is one."""
+    """A process that reads a request per line and writes an answer per line, such as a subprocess.Popen."""
 
     stdin: IO[str] | None
     stdout: IO[str] | None
@@ -39,11 +40,11 @@ class Worker(Protocol):
         """Wait for its end and return the exit status; raise subprocess.TimeoutExpired after `timeout` seconds."""
 
     def kill(self) -> None:
-        """Kill it."""
+        """Send SIGKILL."""
 
 
 class ForkedWorker:
-    """A worker that was forked. Its parent process tells its pid and then its exit status on `status`."""
+    """A forked worker. Its parent process writes its pid to the pipe `status`, and later its exit status."""
 
     def __init__(self, stdin: int, stdout: int, status: int) -> None:
         self.stdin: IO[str] | None = os.fdopen(stdin, "w")
@@ -58,26 +59,26 @@ class ForkedWorker:
         if self.returncode is None:
             if not select.select([self._status], [], [], timeout)[0]:
                 raise subprocess.TimeoutExpired("worker", timeout or 0.0)
-            # Nothing, if what waited for it was killed, and it with that.
+            # Nothing is written if the parent was killed, and the worker with it.
             self.returncode = int(self._status.readline() or -signal.SIGKILL)
             self._status.close()
         return self.returncode
 
     def kill(self) -> None:
-        """Kill it, if it has not been seen to end."""
+        """Send SIGKILL, unless `wait` has seen its end."""
         if self.returncode is None and self.pid:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.pid, signal.SIGKILL)
 
 
 class Workers:
-    """Starts workers, each in a network namespace of its own. To be closed in the end (contextlib.closing).
+    """Starts workers, each in a network namespace of its own. Call `close` at the end (contextlib.closing).
 
     Args:
-        course: the folder of the course whose trials they run.
-        environment: theirs.
-        folder: where they work, and write their logs.
-        channels: file descriptors that they inherit; they are told the numbers.
+        course: the folder of the course whose trials the workers run.
+        environment: the workers' environment.
+        folder: the workers' working directory, for their logs, too.
+        channels: file descriptors that the workers inherit; their command line names them.
     """
 
     def __init__(
@@ -92,7 +93,7 @@ class Workers:
             self._popen = self._run([*self._worker, SERVE], stdin=theirs.fileno(), stdout=subprocess.DEVNULL, log=log)
 
     def close(self) -> None:
-        """End the process of which workers are forks, and with it those that still run."""
+        """Kill the process that forks workers; workers that still run die with it."""
         self._socket.close()
         self._popen.kill()
         self._popen.wait()
@@ -109,7 +110,7 @@ class Workers:
                 worker = self._fork(log)
                 if _is_ready(worker):
                     return worker
-                self._forks = False  # only bubblewrap may make namespaces here, or no worker can start at all
+                self._forks = False  # here only bubblewrap may make namespaces, or no worker can start at all
             command = namespaces.private_network([*self._worker, ALONE])
             started = self._run(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, log=log)
             if _is_ready(started):
@@ -136,7 +137,7 @@ class Workers:
     def _fork(self, log: IO[str]) -> ForkedWorker:
         (stdin, requests), (answers, stdout), (ended, status) = os.pipe(), os.pipe(), os.pipe()
         theirs = (stdin, stdout, log.fileno(), status)
-        with contextlib.suppress(OSError):  # it has ended: no answer comes
+        with contextlib.suppress(OSError):  # the process that forks has ended: no pid will arrive
             socket.send_fds(self._socket, [b"fork"], theirs)
         for descriptor in (stdin, stdout, status):
             os.close(descriptor)
@@ -144,7 +145,7 @@ class Workers:
 
 
 def _is_ready(worker: Worker) -> bool:
-    """Return whether a worker has started; end it if not."""
+    """Wait until a worker is ready and return True; if it does not start, end it and return False."""
     assert worker.stdin is not None
     assert worker.stdout is not None
     if worker.stdout.readline().strip() == READY:
@@ -157,10 +158,10 @@ def _is_ready(worker: Worker) -> bool:
 
 
 def serve_forks() -> None:
-    """Fork a worker for each request until nobody can send any more; return in each worker.
+    """Fork a worker for each request until the grader closes the socket. Returns in the workers only.
 
-    A request comes with four file descriptors: the worker's standard input, output and error, and one on which its
-    parent tells its pid and, in the end, its exit status.
+    A request carries four file descriptors: the worker's standard input, output and error, and a pipe to which the
+    worker's parent writes its pid and, at the end, its exit status.
     """
     serving = os.getpid()
     with socket.socket(fileno=os.dup(0)) as channel:
@@ -178,7 +179,7 @@ def serve_forks() -> None:
     *streams, status = descriptors
     waiting = os.getpid()
     if (pid := os.fork()) != 0:
-        for number in (0, *streams):  # else nobody would notice when the worker closes them
+        for number in (0, *streams):  # otherwise the grader would not see the worker close them
             os.close(number)
         warm_python.tell(status, str(pid))
         _, ended = os.waitpid(pid, 0)

@@ -15,8 +15,8 @@
 #
 # ![A robot's way through three offices, and the graph of the nodes and topics of the finished package](pictures/00.png)
 #
-# By the end of this course you have written what stands in blue: two programs that drive this robot safely through these offices.
-# Today you only get to know it.
+# By the end of this course you will have written what is drawn in blue: two programs that drive this robot safely through these offices.
+# Today you meet the robot.
 # You drive it by hand, look through its eyes, and listen to what its parts say to each other.
 #
 # **You will be able to**
@@ -27,13 +27,13 @@
 # - explain why a program that never spins hears nothing;
 # - say what a requirement of the contract is, and where to read it.
 #
-# **Time:** about 45 minutes.
+# **Time:** 45 to 65 minutes.
 #
 # **Your package so far:** nothing.
 # The first cell makes the folder in which it will grow.
 #
 # Run the cells from top to bottom, with Shift+Enter.
-# Some ask *What will it be?* first.
+# Some ask *What will it be?* or begin with **Predict** first.
 # Say your answer aloud or write it down before you run the cell: a guess that fails teaches more than one that was never made.
 
 # %%
@@ -55,7 +55,7 @@ tour = Live(sim.Simulator(sim.load_world("office")))
 tour
 
 # %% [markdown]
-# It drives by itself, to each of the stars in turn: a driver that comes with the simulator does that.
+# It drives by itself, to one star after another: a driver that comes with the simulator does that.
 # The orange points are what the lidar sees.
 #
 # Now play with it.
@@ -202,7 +202,7 @@ print(nowhere.scan().ranges[:5])
 #
 # Look at the picture at the top again.
 # Nodes are ovals, topics are boxes, and no node knows another one: each knows only topics.
-# That is why you can replace the robot by a simulated one, and nobody notices.
+# That is why a simulated robot can take the place of a real one without a change anywhere else.
 #
 # Let's bring ours onto such a graph.
 # `Bridge` does what a real robot's drivers do: it publishes what the sensors read, and obeys the commands that it hears.
@@ -219,7 +219,7 @@ robot = Live(simulator, step=bridge.tick).start()
 robot
 
 # %% [markdown]
-# It stands still: nobody tells it anything.
+# It stands still: it has received no command.
 # You will drive it from cells further down.
 # To keep it in sight, click with the right mouse button beside the map and choose *Create New View for Cell Output*.
 #
@@ -244,8 +244,8 @@ robot
 # !ros2 topic info /cmd_vel
 
 # %% [markdown]
-# The scan has a publisher and no subscriber: it talks, and nobody listens.
-# `/cmd_vel` has a subscriber and no publisher: it listens, and nobody talks.
+# The scan has a publisher and no subscriber: messages leave, and none is received.
+# `/cmd_vel` has a subscriber and no publisher: it waits for commands, and none comes.
 # Neither waits for the other, and neither minds.
 #
 # `echo` prints what passes.
@@ -293,9 +293,9 @@ hand = node.create_publisher(Twist, "cmd_vel", 10)
 # `Twist` is the type of the message, `cmd_vel` the topic.
 # The 10 is the length of the queue; you will meet it in a moment.
 #
-# Nobody gave your node an address.
+# Your node was given no address.
 # The two find each other by themselves, which takes a tenth of a second or so, and **a message that is sent before that is lost**.
-# So wait until somebody listens:
+# So wait until there is a subscriber:
 
 # %%
 import time
@@ -339,7 +339,7 @@ for contact in simulator.contacts:
     print(f"touched the {contact.obstacle} at x = {contact.point[0]:.1f} m, at {contact.speed:.1f} m/s")
 
 # %% [markdown]
-# Nobody stopped it.
+# No command to stop has come.
 # Two lessons that come back: a safe program says *zero* before it ends (notebook 05), and it looks at the scan before it drives.
 #
 # Reset the robot, and drive it from the shell.
@@ -398,7 +398,7 @@ len(heard)
 
 # %% [markdown]
 # Ten: the length of the queue that you chose.
-# When it is full, the oldest message goes, and nobody is told.
+# When it is full, the oldest message is dropped, without a warning.
 # A node that is busy with something else does not slow the others down; it misses things.
 #
 # So spin *while* it drives.
@@ -554,7 +554,7 @@ rclpy.try_shutdown()
 # `begin` has made it beside the notebooks, and changed into the package's folder:
 
 # %%
-# !cd ../.. && find . -type d -not -path "*/.*" -not -path "./log*" | sort
+# !cd ../.. && find . -maxdepth 2 -type d -not -path "*/.*" | sort
 
 # %% [markdown]
 # > **On a real TurtleBot 4**

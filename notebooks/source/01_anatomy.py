@@ -27,7 +27,7 @@
 # - build with `colcon`, find what was built, and run it;
 # - explain why a package with interfaces must be `ament_cmake`.
 #
-# **Time:** about 50 minutes.
+# **Time:** 50 to 80 minutes. A good place for a break is before "Build and install".
 #
 # **Your package so far:** an empty folder.
 # At the end of this notebook:
@@ -51,6 +51,24 @@
 from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("01")
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>A program subscribes to <code>/scan</code> and never spins. What does it hear?</summary>
+#
+# Nothing: messages are delivered by callbacks, and callbacks are called while something spins.
+# </details>
+# <details><summary>Which node has to be changed so that a second program can listen to <code>/odom</code>?</summary>
+#
+# None. A publisher does not know who listens.
+# </details>
+# <details><summary>A reading of the lidar is <code>inf</code>. Is the sensor broken?</summary>
+#
+# No: nothing within its range sent an echo in that direction.
+# </details>
 
 # %% [markdown]
 # ## What makes a folder a package?
@@ -523,7 +541,7 @@ check("I2", "Q3")
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat
-# How long it takes differs each time. (`| cat` removes what is meant for a terminal: colours, a title.)
+# How long it takes differs each time. (`| cat` removes colours and the terminal's title; the lines about progress stay.)
 
 # %% [markdown]
 # When something is wrong, read the *first* error, not the last: the others often follow from it.

@@ -28,7 +28,7 @@
 # - keep a number within limits without hiding that it is not a number at all;
 # - write docstrings that state units, frames and ranges, and let a linter read them.
 #
-# **Time:** about 55 minutes. A good place for a break is before "From four numbers back to one".
+# **Time:** 55 to 95 minutes. A good place for a break is before "From four numbers back to one".
 #
 # **Your package so far**, from notebooks 01 and 02, and what you add today:
 #
@@ -54,6 +54,24 @@ begin("03")
 
 # %% [markdown]
 # If the lines above say that files are missing, and you would rather start here than go back, run `start_at("03")` in a cell of its own.
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 02: 0.3 is put into a <code>float32</code> field. What arrives?</summary>
+#
+# 0.30000001192…: the nearest number that a float32 holds. Never compare it with `==` to a 0.3 that you typed.
+# </details>
+# <details><summary>Notebook 02: two machines swap two fields of one message type. What happens, and what would tell you?</summary>
+#
+# The messages arrive and are read wrongly, in silence. The type hash differs.
+# </details>
+# <details><summary>Notebook 01: what is the difference between a folder of Python files and a ROS package?</summary>
+#
+# A `package.xml` that says what it is and needs, and a build file that installs its parts where ROS looks.
+# </details>
 
 # %% [markdown]
 # ## Which way does it face?

@@ -28,7 +28,10 @@
 # - tell simulated time from wall time, and keep your node out of the wrong one;
 # - warn once, and not a hundred times.
 #
-# **Time:** two parts of about 55 and 60 minutes. Part 1 ends with a finished file, `scans.py`; part 2 begins at "Be seen on the graph".
+# **Time:** three parts, with a day between two of them if you like.
+# Part 1, `scans.py`: 55 to 85 minutes.
+# Part 2, the node, from "Be seen on the graph": 45 to 80 minutes.
+# Part 3, from "Whose clock?": 15 to 25 minutes.
 #
 # **Your package so far**, and what you add today:
 #
@@ -51,6 +54,24 @@ begin("04")
 
 # %% [markdown]
 # If something is missing above and you would rather start here, run `start_at("04")` in a cell of its own.
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 03: is <code>nan &lt; 0.5</code> true, and is <code>nan >= 0.5</code>?</summary>
+#
+# Neither. So ask whether a number is good, never whether it is bad.
+# </details>
+# <details><summary>Notebook 03: which way does a robot face at a yaw of −90°, and which way does it turn with a positive <code>angular.z</code>?</summary>
+#
+# To the right; and to the left: angles count counter-clockwise.
+# </details>
+# <details><summary>Notebook 02: which type has a field <code>float32[] ranges</code>, and where do you look that up?</summary>
+#
+# `sensor_msgs/msg/LaserScan`; `ros2 interface show sensor_msgs/msg/LaserScan`.
+# </details>
 
 # %% [markdown]
 # ## What a scan is
@@ -1358,6 +1379,32 @@ for axes in (distance, battery, motion):
 # Where your points leave the line, look closer: a scan comes ten times a second, so your points come in pairs; and each reading trembles by half a percent, so the *smallest* of many lies a little too low.
 # The battery reports once a second, so its step comes late.
 #
+# **Move the sliders.** A wall stands 0.52 m away; the alarm sounds below 0.5 m.
+# With which noise does it flicker, and what have the many beams to do with it?
+
+# %%
+from grader.notebook.sliders import slide
+
+
+def trembling(noise_percent, beams):
+    trembles = np.random.default_rng(1).standard_normal((100, round(beams)))
+    closest = (0.52 * (1.0 + noise_percent / 100 * trembles)).min(axis=1)
+    figure, axes = plt.subplots(figsize=(9, 2.6), layout="constrained")
+    axes.plot(closest, ".", color=COLORS["scan"])
+    axes.axhline(0.52, color=COLORS["clearance"], lw=1)
+    axes.axhline(0.5, color=COLORS["threshold"], linestyle=":")
+    axes.set(xlabel="scan", ylabel="closest reading (m)", ylim=(0.45, 0.55))
+    return f"{(closest < 0.5).sum()} of 100 scans raise a false alarm: {noise_percent:.1f} % noise, {beams:.0f} beams"
+
+
+# %% tags=["nbval-ignore-output"]
+# A slider has another name in each run, so the output is not compared.
+slide(trembling, noise_percent=(0.0, 3.0, 0.5), beams=(1.0, 61.0, 25.0))
+
+# %% [markdown]
+# The smallest of many numbers is a pessimist: the more beams, the lower it lies.
+# One threshold to go in and a higher one to come out (*hysteresis*, as for the battery's alarm) keeps a flag from flickering.
+#
 # What did the node say, and how often?
 
 # %% tags=["nbval-ignore-output"]
@@ -1383,6 +1430,8 @@ run.close()
 
 # %% [markdown]
 # ## Whose clock?
+#
+# Part 3, with the same kernel: 15 to 25 minutes.
 #
 # The drive took twelve seconds.
 # Did you wait twelve seconds?

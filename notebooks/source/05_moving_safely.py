@@ -24,12 +24,13 @@
 # - work out how far a robot rolls after it has seen something, and find the speed that is too fast;
 # - decide what is safe in plain functions that are tested without a robot;
 # - publish at a fixed rate with a timer, and say why a robot needs a stream of commands;
-# - say what a slow callback does to all the others;
+# - say what a slow callback does to all the others, and see it in a timeline;
 # - end a node so that its robot stands still.
 #
-# This notebook has two parts.
-# Part 1, what is safe: about 50 minutes.
-# Part 2, the node that drives: about 75 minutes, on another day if you like. A good place for a break is before "Habits that hurt in a callback", after 45 of them.
+# This notebook has three parts, with a day between two of them if you like:
+# part 1, what is safe: 50 to 85 minutes;
+# part 2, the node that drives: 45 to 70 minutes;
+# part 3, habits and the last zero: 30 to 55 minutes.
 #
 # Your package has interfaces, conversions and a sensor processor.
 # Its `robot_controller` is an empty node so far.
@@ -46,11 +47,30 @@
 #         └── utils/
 #             ├── conversions.py  scans.py  settings.py
 #             ├── motion.py          <- part 1: what is safe
-#             └── running.py         <- part 2: the last word
+#             └── running.py         <- part 3: the last word
 
 # %%
 from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("05")
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 04: the readings are 0.4, NaN and 3.0 m. What do <code>min</code> and <code>np.min</code> say, and what should a robot believe?</summary>
+#
+# `min` says 0.4 or NaN, depending on the order; `np.min` says NaN in any order.
+# NaN means that nothing was measured, so it is dropped first, and 0.4 m is the nearest thing.
+# </details>
+# <details><summary>Notebook 04: a sensor publishes best effort. Your subscription asks for reliable. What arrives?</summary>
+#
+# Nothing, and nothing warns your code. Sensors are subscribed with `qos_profile_sensor_data`.
+# </details>
+# <details><summary>Notebook 03: what does <code>clamp(v, low, high)</code> do with a NaN?</summary>
+#
+# Yours hands the NaN on, and does not hide it. (`max(low, min(high, v))` would make `high` of it: full speed.) So ask `math.isfinite` where a number comes in.
+# </details>
 
 # %% [markdown]
 # ## Stop before the wall
@@ -170,9 +190,29 @@ for delay in (DELAY + 0.1, DELAY):
 # %% [markdown]
 # The contract (F4) allows a delay of 0.3 s, and 0.5 m/s at most: with these wheels that is safe, even with bad luck.
 #
-# **Change one thing:** put 0.9 for 5.0 in the cell above.
-# That is what the wheels of a TurtleBot 4 do.
-# Is 0.5 m/s still safe in the worst case?
+# **Move the sliders.** 0.9 m/s² is what the wheels of a TurtleBot 4 do.
+# Is 0.5 m/s still safe with it in the worst case, at 0.4 s?
+# How short would the delay have to be?
+
+# %%
+from grader.notebook.sliders import slide
+
+
+def room_left(delay, brake):
+    left = ROOM - stop_distance(candidates, delay, brake)
+    safe_up_to = candidates[left > 0.0].max()
+    _, axes = plt.subplots(figsize=(7.5, 3), layout="constrained")
+    axes.plot(candidates, left, color="#0072B2")
+    axes.axhline(0, color="#D55E00")
+    axes.axvline(0.5, color="#7d8590", linestyle=":")
+    axes.set(xlabel="speed (m/s)", ylabel="clearance left (m)", xlim=(0, 1.5), ylim=(-0.6, 0.4))
+    axes.set_title(f"safe up to {safe_up_to:.2f} m/s")
+    return f"Clearance left over speed: with {delay:.2f} s and {brake:.1f} m/s² safe up to {safe_up_to:.2f} m/s"
+
+
+# %% tags=["nbval-ignore-output"]
+# A slider has another name in each run, so the output is not compared.
+slide(room_left, delay=(0.0, 1.0, 0.4), brake=(0.5, 5.5, 5.0))
 
 # %% [markdown]
 # ### A file in four steps
@@ -442,6 +482,8 @@ tries({
 # Why may it turn in place at 0.4 m from a wall? Otherwise it could never turn away from it.
 #
 # **Exercise.** `make_safe` is the table from top to bottom.
+# Both kinds of stopping are complete: `STOP`, which is (0, 0), not a `Command` that goes on turning.
+# Only a command that does not want to drive (`v` is 0) turns in place before an obstacle.
 # What is left at the end is the wanted command within its limits, forwards and backwards: `clamp(value, low, high)`, which you wrote in notebook 03.
 
 # %% tags=["piece"]
@@ -518,6 +560,7 @@ tries({
 #
 # **Exercise.** `ramp` makes the next number out of the previous one; `speed_up_gently` does it for v and for omega, each with its own acceleration.
 # In `dt` seconds an acceleration of `a` allows a rise of `a * dt`.
+# (This is a part of requirement F11, which notebook 07 checks on a drive.)
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -607,7 +650,7 @@ except AttributeError:
 # And now your functions drive: no node yet, one function from what the robot sees to what it does.
 # In Jupyter the next cell is a live view; two seconds have passed when you see it, and time runs on.
 # Drag the box in front of the robot, and away again.
-# (Where nobody watches, as on a web page, it is a picture.)
+# (On a web page, without a kernel, it is a picture.)
 
 # %%
 from sim import Box, Twist as Speeds
@@ -646,7 +689,7 @@ except AttributeError as missing:
 # %% [markdown]
 # ## Part 2: the node that drives
 #
-# About 45 minutes to "Habits that hurt in a callback", and 30 from there.
+# 45 to 70 minutes.
 # If you begin here, this cell is the first to run; it needs nothing of part 1 but your files.
 # After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
 
@@ -680,7 +723,7 @@ for robot in (COURSE, TB4):
 # The TurtleBot stopped by itself half a second after the last command.
 # It takes silence for a fault: the program may have crashed, the radio may be gone.
 #
-# So silence is no way to say "stand still".
+# So you cannot say "stand still" by saying nothing.
 # A controller says what it wants **all the time**, and a zero is something to say.
 #
 # In ROS 2 a *timer* does that.
@@ -760,11 +803,13 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.time import Time
 from ros2_robot_controller.utils import motion, settings
 from ros2_robot_controller.utils.conversions import clamp, yaw_from_quaternion
 from ros2_robot_controller.utils.motion import Command, Limits, STOP
 from ros2_robot_controller.utils.scans import measure_proximity, Proximity
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 
 NEVER = -math.inf  # the time of what has not happened yet
 STALE_S = 0.5  # node time; older scans and odometry tell nothing: five missed ones at 10 Hz
@@ -819,6 +864,9 @@ class Driver(Node):
 
     # Sensors
 
+    def _measured(self, header: Header) -> float:
+        return Time.from_msg(header.stamp).nanoseconds * 1e-9
+
     def _on_scan(self, scan: LaserScan) -> None:
         """Step 5."""
 
@@ -826,7 +874,7 @@ class Driver(Node):
         pose = odom.pose.pose
         yaw = yaw_from_quaternion(pose.orientation)
         if math.isfinite(pose.position.x + pose.position.y + yaw):
-            self._pose, self._odom_time = pose, self._now()
+            self._pose, self._odom_time = pose, self._measured(odom.header)
 
     # The control loop
 
@@ -843,9 +891,11 @@ class Driver(Node):
         """Command a standstill and give the message time to leave; in "The last zero"."""
 
 # %% [markdown]
-# Three of its methods deserve a look:
+# Some of its lines deserve a look:
 #
 # - `_now` is the time by the **node's clock**, in seconds. With `use_sim_time` that is the simulator's clock (notebook 04). `time.time` knows nothing of it.
+# - `_measured` is the **stamp** of a message, in the same seconds: when the sensor measured, not when the message arrived.
+# - `def __init__(self, **node_options)` takes any named arguments and hands them on, with the same two stars, to `Node`: `super().__init__(...)` runs the `__init__` of the class that this one extends. Without that call there is no node.
 # - `_limits` reads the parameters anew each time, so that a change takes effect at once. `fields(Limits)` gives the names of the dataclass's fields, which are the parameters' names.
 # - `_on_odom` keeps the pose only if all its numbers are finite: a sum with a NaN in it is NaN.
 #
@@ -908,7 +958,7 @@ driver = bench("driver.Driver")
 tries({
     "[p.topic_name for p in driver.publishers if 'cmd' in p.topic_name]": ["/cmd_vel"],
     "sorted(s.topic_name for s in driver.subscriptions if s.topic_name != '/clock')": ["/odom", "/scan"],
-    "{s.qos_profile.reliability.name for s in driver.subscriptions if s.topic_name == '/scan'}": {"BEST_EFFORT"},
+    "{s.qos_profile.reliability.name for s in driver.subscriptions if s.topic_name != '/clock'}": {"BEST_EFFORT"},
     "[timer.timer_period_ns for timer in driver.timers]": [100_000_000],
     "driver._control_timer.callback == driver._control": True,
 })
@@ -961,28 +1011,29 @@ tries({
 #
 # If the last scan is old, you do not know what is ahead.
 # "Old" is more than `STALE_S`, half a second: five scans are missing then.
-# A time in the *future* is wrong, too: the clock was set back, as when a simulation starts over.
+# A time far in the *future* is wrong, too: the clock was set back, as when a simulation starts over.
+# (A little ahead is normal: the lidar may be stamped by another computer, whose clock is a few milliseconds ahead.)
 #
-# **Exercise.** `_is_fresh(time)`: is `time` at most `STALE_S` ago, and not in the future?
+# **Exercise.** `_is_fresh(time)`: is `time` at most `STALE_S` away from now, before or after?
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
 class Driver:
     def _is_fresh(self, time: float) -> bool:
-        return True  # TODO: its age, by self._now()
+        return True  # TODO: how far is it from self._now()?
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The age is now minus then. Ask for both ends of a range in one expression, as in `valid_readings` of notebook 04.
+# The age is now minus then; it is negative for a time in the future.
 # </details>
 # <details><summary>Hint 2: the formula</summary>
 #
-# `low <= value <= high` in Python is what it is in mathematics. `NEVER` is −∞: its age is ∞.
+# `abs(age)` is the distance of the two times. `NEVER` is −∞: its age is ∞.
 # </details>
 # <details><summary>Hint 3: all but the last line</summary>
 #
-# `return 0.0 <= ... <= STALE_S`, with the age in the middle.
+# `return abs(...) <= STALE_S`, with the age in the brackets.
 # </details>
 
 # %%
@@ -992,7 +1043,8 @@ tries({
     "driver._is_fresh(10.0)": True,
     "driver._is_fresh(9.6)": True,
     "driver._is_fresh(9.4)": False,
-    "driver._is_fresh(10.1)": False,  # from the future
+    "driver._is_fresh(10.4)": True,  # another computer's clock
+    "driver._is_fresh(10.6)": False,  # from the future: the clock was set back
     "driver._is_fresh(-math.inf)": False,  # never
 })
 
@@ -1051,17 +1103,22 @@ tries({
     "drive_on(0.5, 0.3, scan_time=0.3)": [(0.1, 0.0), (0.2, 0.0), (0.3, 0.0)],  # gently
     "drive_on(0.5, 0.4, scan_time=0.35)": [(0.4, 0.0), (0.5, 0.0), (0.0, 0.0), (0.0, 0.0)],  # silence
     "drive_on(-0.5, 0.2, scan_time=1.0)": [(-0.1, 0.0), (-0.2, 0.0)],
+    "driver.set_clock(1.35), driver.commands_of(driver._control)": (None, [(-0.35, 0.0)]),  # 0.15 s late
+    "driver.set_clock(1.36), driver.commands_of(driver._control)": (None, [(-0.36, 0.0)]),  # and only 0.01 s later
 })
 
 # %% [markdown]
-# In the third row the speed in force is still 0.5, and after half a second without a scan the robot is told to stop.
+# In the third row the speed in force is still 0.5, and after half a second without a scan the command is zero.
 #
 # ### Step 5: a scan need not wait
 #
 # A scan that comes just after a step would be looked at 0.1 s later: 5 cm at 0.5 m/s.
 # So the scan's callback publishes a stop at once, if one is needed.
 #
-# **Exercise.** `_on_scan` keeps two things: `measure_proximity(scan)` in `self._near`, and the time in `self._scan_time`.
+# **Exercise.** `_on_scan` keeps two things: `measure_proximity(scan)` in `self._near`, and when it was measured, `self._measured(scan.header)`, in `self._scan_time`.
+# **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it by `self._now()` on arrival, and how old by its stamp?
+# By its arrival it counts as new, and the robot drives on by what was true 0.6 s ago. By its stamp it is old, and the robot stops.
+#
 # Then: if `make_safe` makes `STOP` of the last command, and the last command was not `STOP` already, publish `STOP`.
 
 # %% tags=["piece"]
@@ -1084,7 +1141,7 @@ class Driver:
 #
 # ```python
 # self._near = measure_proximity(scan)
-# self._scan_time = self._now()
+# self._scan_time = self._measured(scan.header)
 # # Do not let a stop wait for the next control step.
 # if motion.make_safe(self._last_command, self._near, self._limits()) == STOP:
 #     if self._last_command != STOP:
@@ -1108,22 +1165,23 @@ tries({
     "drive_on(0.5, 0.2, driver._scan_time)": [(0.1, 0.0), (0.2, 0.0)],
     "driver.hear('scan', scan_of(0.6))": [],  # slower is early enough in the next step
     "driver.hear('scan', scan_of(0.4))": [(0.0, 0.0)],  # at once
-    "driver.hear('scan', scan_of(0.39))": [],  # it has been said
-    "drive_on(0.5, 0.1, driver._scan_time)": [(0.0, 0.0)],
-    "driver._speed": 0.5,  # the speed in force stays
+    "driver.hear('scan', scan_of(0.39)), driver._speed": ([], 0.5),  # it has been said; the speed in force stays
+    "driver.advance(0.1)": [(0.0, 0.0)],
+    "driver.hear('scan', scan_of(3.0)), driver.advance(0.3)": ([], [(0.1, 0.0), (0.2, 0.0), (0.3, 0.0)]),  # on it goes
+    "driver.hear('scan', scan_of(3.0), age=0.6), driver.advance(0.1)": ([], [(0.0, 0.0)]),  # it was in a queue
 })
 
 # %% [markdown]
 # ### Start it
 #
-# The executable still needs a node to start, and somebody who says how fast.
+# The executable still needs a node to start, and a speed.
 # This file is given.
 # It takes the speed from a parameter, and, so that the grader can ask, from a temporary service that accepts every number, even NaN.
 # In notebook 06 you write a better one.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
-"""The node that drives the robot, as far as it goes: it takes any speed it is told."""
+"""The node that drives the robot, as far as it goes: it takes any speed."""
 
 from typing import Any, Optional
 
@@ -1136,7 +1194,7 @@ class RobotController(Driver):
     """
     Drive at the speed that the parameter `speed` says at the start, in m/s, or `set_speed` later.
 
-    A makeshift: the service that replaces it can say no.
+    For now: the service that replaces it can say no.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -1181,10 +1239,10 @@ run_view(recording)
 # F4 wants numbers: no contact, and a zero within 0.3 s of the first scan below 0.5 m.
 
 # %%
-near = recording.t[recording.closest < 0.5]
-zeros = [t for t, twist in commands if near.size and t >= near[0] and twist.linear.x == 0.0]
+too_near = recording.t[recording.closest < 0.5]
+zeros = [t for t, twist in commands if too_near.size and t >= too_near[0] and twist.linear.x == 0.0]
 if zeros:
-    print(f"contacts: {len(recording.contacts)}, zero after {zeros[0] - near[0]:.2f} s")
+    print(f"contacts: {len(recording.contacts)}, zero after {zeros[0] - too_near[0]:.2f} s")
 else:
     print("not yet: it has not been stopped by the wall")
 
@@ -1257,8 +1315,31 @@ compare_view(first, second, ("latched", "asked afresh"))
 check("F5")
 
 # %% [markdown]
+# If you stop here for today: your files are saved. Part 3 begins with a cell of its own.
+
+# %% [markdown]
 # ## Habits that hurt in a callback
 #
+# Part 3: 30 to 55 minutes.
+# If you begin here, this cell is the first to run.
+
+# %%
+import time
+
+import rclpy
+from geometry_msgs.msg import Twist
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
+
+# %%
+from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
+from sim import World
+
+begin("05")
+if not rclpy.ok():
+    rclpy.init()
+
+# %% [markdown]
 # Your node has one thread.
 # Timers and subscriptions take turns in it.
 # Here is a node whose timer "works" for a while each time.
@@ -1301,6 +1382,36 @@ for pause in (0.0, 0.3):
 # No error, no warning: the queue holds five, and the oldest fall out.
 # What is seen is about half a second old, and at 0.5 m/s the robot is 0.25 m further by then.
 # Put that into the formula of part 1.
+#
+# Look at your own node in the same way: once as it is, once with a control loop that takes its time.
+# Blue is a callback that runs, orange a scan that waits for its turn.
+#
+# **Predict:** how long does a scan wait in the second picture, and does the control loop still run ten times a second?
+
+# %%
+from grader.notebook.lessons import timeline
+
+if hasattr(mine("driver"), "Driver"):
+    Driver = mine("driver").Driver
+
+    class SlowDriver(Driver):
+        def _control(self):
+            time.sleep(0.3)
+            super()._control()
+
+
+# %% tags=["nbval-ignore-output"]
+# Wall time is measured, so no two pictures are the same.
+
+try:
+    timeline(Driver, SlowDriver)
+except (NameError, AttributeError):
+    print("not yet: the picture needs your driver.py")
+
+# %% [markdown]
+# One thread, one row of blue at a time: whatever else is due waits.
+# The second thread that a `MultiThreadedExecutor` would bring lets two callbacks run at once, in two *callback groups*; then both may change `self` in the same moment, and you need locks.
+# Short callbacks need neither.
 #
 # So in a callback there is no `time.sleep`, no waiting for an answer, no loop "until it is there".
 # Remember what you need in `self`, return, and let the timer ask again.
@@ -1529,7 +1640,7 @@ counter.destroy_node()
 # - rclpy leaves the signals alone: `rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)`.
 #
 # The rest is there.
-# A `ParameterException` is raised at the start when a parameter makes no sense: that is no traceback but a line in the log (notebook 08).
+# A `ParameterException` is raised at the start when a parameter makes no sense: instead of a traceback there is a line in the log (notebook 08).
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/running.py
@@ -1580,6 +1691,7 @@ run.drive(2.0)
 ended = run.interrupt()
 if ended.last_command is not None:
     print(f"exit code {ended.exit_code}, last command: {ended.last_command.linear.x:.1f} m/s")
+    # 0 is a program that ended well; -2 would be one that SIGINT, signal 2, has killed
 recording = run.drive(2.0)
 print(f"two seconds later it drives at {recording.v[-1]:.1f} m/s")
 
@@ -1620,6 +1732,10 @@ check("I8")
 # <details><summary>Where in the node may the obstacle write to <code>self._speed</code>?</summary>
 #
 # Nowhere. That is the speed in force, which was asked for. The obstacle changes what is published.
+# </details>
+# <details><summary>A scan arrives at 10.6 s, stamped 10.0 s. Which time counts for its age, and why?</summary>
+#
+# The stamp: what the scan shows was true at 10.0 s. Its arrival says only how long it was under way.
 # </details>
 # <details><summary>Why does <code>finally: publisher.publish(Twist())</code> not stop the robot?</summary>
 #

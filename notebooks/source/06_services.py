@@ -16,7 +16,7 @@
 #
 # ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
 #
-# A robot that accepts every number is dangerous, and one that says only "error" is no help.
+# A robot that accepts every number is dangerous, and one that says only "error" does not help.
 # Today yours answers, and can say no.
 #
 # You will be able to
@@ -26,7 +26,7 @@
 # - refuse a request so that the caller knows why, and what would be taken;
 # - see a deadlock coming: a callback that waits for another one.
 #
-# Time: about 45 minutes.
+# **Time:** 45 to 80 minutes. A good place for a break is before "Ask for the status".
 #
 # Your robot drives and stops.
 # How fast is up to a temporary service, which accepts any number.
@@ -44,9 +44,27 @@ from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("06")
 
 # %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 05: the obstacle has stopped the robot. What is in <code>self._speed</code> now?</summary>
+#
+# The same as before: the speed in force. The obstacle changes what is published, never what was asked for.
+# </details>
+# <details><summary>Notebook 05: what happens to the scans while a callback sleeps for 0.3 s?</summary>
+#
+# They wait in the queue of five, then the oldest are dropped. There is one thread, and callbacks take turns in it.
+# </details>
+# <details><summary>Notebook 02: which file says what <code>set_speed</code> takes and answers, and who turns it into Python?</summary>
+#
+# `srv/SetSpeed.srv`: the request above the three dashes, the response below. rosidl makes the classes when the package is built.
+# </details>
+
+# %% [markdown]
 # ## Ask, and get an answer
 #
-# A topic is a radio: somebody talks, whoever wants listens, nobody answers.
+# A topic is a radio: one side talks, any number listen, and there is no answer.
 # Good for a scan, ten times a second; if one is lost, the next one comes.
 #
 # "Drive at 0.3 m/s" is something else.
@@ -58,7 +76,7 @@ begin("06")
 # | who | any number of publishers and subscribers | one server, any number of clients |
 # | answer | none | one per request |
 # | good for | what flows: scans, speeds | what is asked: set, get, switch on |
-# | how long | - | at once; for long deeds there are actions (notebook 07) |
+# | how long | - | at once; what takes a while is an action (notebook 07) |
 #
 # Here is a lamp with a switch.
 # The service's type, `SetBool`, has `bool data` in the request, and `bool success` and `string message` in the response.
@@ -308,7 +326,7 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # **Step 2: why not?**
 # What may be refused is a plain function: it returns the reason, and an empty text if there is none.
 # An empty text counts as false in an `if`.
-# Two reasons: the speed is no finite number, or its size is above the limit (grant the hair: `limit * (1.0 + FLOAT32_SLACK)`).
+# Two reasons: the speed is not a finite number, or its size is above the limit (with the tiny tolerance: `limit * (1.0 + FLOAT32_SLACK)`).
 # Both state the limit.
 
 # %% tags=["piece"]
@@ -344,7 +362,7 @@ tries({
     "server.speed_refusal(0.3, 0.5)": "",
     "server.speed_refusal(-0.5, 0.5)": "",
     "server.speed_refusal(0.0, 0.5)": "",
-    "server.speed_refusal(float(np.float32(0.3)), 0.3)": "",  # the hair
+    "server.speed_refusal(float(np.float32(0.3)), 0.3)": "",  # the tolerance
     "'0.5' in server.speed_refusal(0.51, 0.5)": True,
     "'0.5' in server.speed_refusal(-9.0, 0.5)": True,
     "'0.5' in server.speed_refusal(math.nan, 0.5)": True,
@@ -425,48 +443,36 @@ tries({
 # | `pose` | from `odom`, as it came |
 # | `status` | `ACTIVE`, or `OBSTACLE_DETECTED` while there is one |
 #
-# `obstacle_in_way` in your `motion.py` answers the second one.
-# It asks for a direction: that of the speed in force, and forward when it is 0.
-#
-# **Step 4: how are you?**
-# Two methods:
-#
-# - `_obstacle_in_way` asks `motion.obstacle_in_way` about what is near, `self._direction()`, and the limits. Notebook 07 uses it as well.
-# - `_on_get_status` fills the four fields. The pose that came with `odom` is in `self._pose`.
+# **Step 4: how are you? By your own design.**
+# You have the sentences of the contract, and the names of two methods: `_on_get_status`, which step 1 has registered, and `_obstacle_in_way`, which notebook 07 will call.
+# How they get what they say is yours to decide, and other methods are welcome (the cell says "added").
+# There is no third hint; the table below and `check("F7")` accept any design that answers right.
+# Two designs to compare come after the check.
 
-# %% tags=["piece"]
+# %% tags=["piece", "design"]
 # %%into ros2_robot_controller/speed_server.py
 class SpeedServer:
     def _on_get_status(self, _: GetRobotStatus.Request,
                        response: GetRobotStatus.Response) -> GetRobotStatus.Response:
-        # TODO: speed, obstacle_detected, pose, status
         return response
 
     def _obstacle_in_way(self) -> bool:
-        return False  # TODO
+        return False
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# At the table of the four fields. The driver remembers all you need: `self._speed`, `self._near`, `self._pose`.
+# At the table of the four fields, and at what `driver.py` remembers from the last scan and the last odometry.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# `motion.obstacle_in_way(self._near, self._direction(), self._limits())`; `a if condition else b` for the status.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# response.speed = self._speed
-# response.obstacle_detected = self._obstacle_in_way()
-# response.pose = self._pose
-# ...  # 'OBSTACLE_DETECTED' or 'ACTIVE'
-# return response
-# ```
+# `motion.obstacle_in_way` asks for what is near, a direction and the limits. The skeleton has `self._direction()`.
 # </details>
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
+from nav_msgs.msg import Odometry
+
 server, scans = bench("speed_server.SpeedServer"), mine("utils.scans")
 
 
@@ -478,6 +484,15 @@ def status(ahead, behind, speed):
     return answer.speed, answer.obstacle_detected, answer.status
 
 
+def pose_after_odometry(x, y):
+    """Return the place that the status reports after odometry has said (x, y)."""
+    odom = Odometry()
+    odom.pose.pose.position.x, odom.pose.pose.position.y = x, y
+    server.hear("odom", odom)
+    place = server.ask("get_status").pose.position
+    return place.x, place.y
+
+
 tries({
     "status(ahead=3.0, behind=3.0, speed=0.25)": (0.25, False, "ACTIVE"),
     "status(ahead=0.4, behind=3.0, speed=0.25)": (0.25, True, "OBSTACLE_DETECTED"),
@@ -485,6 +500,7 @@ tries({
     "status(ahead=3.0, behind=0.4, speed=-0.25)": (-0.25, True, "OBSTACLE_DETECTED"),
     "status(ahead=0.4, behind=3.0, speed=0.0)": (0.0, True, "OBSTACLE_DETECTED"),  # 0 looks forward
     "status(ahead=3.0, behind=0.19, speed=0.25)": (0.25, True, "OBSTACLE_DETECTED"),  # an emergency
+    "pose_after_odometry(1.5, -0.5)": (1.5, -0.5),
 })
 
 # %% [markdown]
@@ -559,6 +575,37 @@ run.close()
 check("F2", "F3", "F7")
 
 # %% [markdown]
+# <details><summary>Two designs for step 4, once yours passes</summary>
+#
+# **Ask when asked.** Nothing new is remembered; the answer is worked out from what the driver knows at that moment.
+#
+# ```python
+# def _on_get_status(self, _, response):
+#     response.speed = self._speed
+#     response.obstacle_detected = self._obstacle_in_way()
+#     response.pose = self._pose
+#     response.status = 'OBSTACLE_DETECTED' if response.obstacle_detected else 'ACTIVE'
+#     return response
+#
+# def _obstacle_in_way(self):
+#     return motion.obstacle_in_way(self._near, self._direction(), self._limits())
+# ```
+#
+# **Keep the answer ready.** Each scan works out a flag, and the service reads it.
+#
+# ```python
+# def _on_scan(self, scan):
+#     super()._on_scan(scan)
+#     self._blocked = motion.obstacle_in_way(self._near, self._direction(), self._limits())
+#
+# def _obstacle_in_way(self):
+#     return self._blocked
+# ```
+#
+# The second one answers faster, and pays for it: the flag is wrong from a change of the speed's sign, or of a parameter, until the next scan, and it needs a value before the first scan.
+# What can be worked out in a microsecond is not worth remembering, so the course's package has the first one.
+# </details>
+#
 # And by hand: in Jupyter the next cell is a live view of your node.
 # Drag the box in front of it, then run the cell after it, again and again.
 
@@ -662,7 +709,7 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # %% [markdown]
 # One thread, `await`, and a group of its own: that works.
 # In the contract's package no service needs another one, and the simplest cure is the best: *do not ask inside a callback; remember what you know*.
-# `_on_get_status` asks nobody. It reads what the last scan and the last odometry left in `self`.
+# `_on_get_status` asks no other node. It reads what the last scan and the last odometry left in `self`.
 #
 # > **On a real TurtleBot 4**
 # >
@@ -701,4 +748,4 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # The thread, which `await` frees, and the callback group: the one that waits needs another group than the ones that answer.
 # </details>
 #
-# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. That is no service any more.
+# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. A service is too little for that.

@@ -27,9 +27,10 @@
 # - write a callback that waits without blocking the others;
 # - send goals from Python, from the command line, and by a click on the map.
 #
-# This notebook has two parts.
-# Part 1, how to steer: about 40 minutes.
-# Part 2, the action: about 70 minutes, on another day if you like. A good place for a break is before "Tell how far it still is", after 45 of them.
+# This notebook has three parts, with a day between two of them if you like:
+# part 1, how to steer: 40 to 65 minutes;
+# part 2, the action: 45 to 75 minutes;
+# part 3, feedback, cancel and a blocked way: 25 to 40 minutes.
 #
 # Your robot drives at a speed, answers questions, and stops before walls.
 # Two files are new:
@@ -48,6 +49,24 @@
 # %%
 from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("07")
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 05: which three questions does <code>_control</code> ask in each step, and in which order?</summary>
+#
+# What is wanted? What of it is safe? What can the robot reach in this step? Today only the first one gets another answer.
+# </details>
+# <details><summary>Notebook 03: the robot looks to 179°, the target lies at −179°. By which angle is it off?</summary>
+#
+# By +2°: the difference, −358°, is normalized into the half-open circle.
+# </details>
+# <details><summary>Notebook 06: a service's callback waits for an answer from the same node. Why does it wait for ever?</summary>
+#
+# The one thread sits in the callback, so the answer cannot be taken in. `await` frees the thread; a second callback group lets the answer in.
+# </details>
 
 # %% [markdown]
 # ## Drive to a target
@@ -113,13 +132,14 @@ from sim import Pose, Simulator, Twist, World, drive
 from sim.views import compare_view
 
 
-def turn_with(gain):
-    """Return the recording of a robot that turns to a heading of 0.4 rad with this gain."""
-    late = [0.0]  # the heading one step ago: measured, sent, received
+def turn_with(gain, delay=0.1):
+    """Return the recording of a robot that turns to a heading of 0.4 rad; what it measures is `delay` s old."""
+    steps = round(delay / 0.1)  # of the control loop, ten a second: measured, sent, received
+    late = [0.0] * steps
 
     def driver(seen):
         late.append(seen.odometry.pose.yaw)
-        return Twist(0.0, gain * (0.4 - late[-2]))
+        return Twist(0.0, gain * (0.4 - late[-1 - steps]))
 
     return drive(Simulator(World()), driver, 3.0)
 
@@ -138,6 +158,27 @@ axes.legend();
 # A rule of thumb: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
 # `TURN_GAIN` is 1.5 rad/s per rad.
 #
+# **Move the sliders.** With a delay of 0.4 s, as over a bad radio: up to which gain is the robot calm?
+
+# %% tags=["nbval-ignore-output"]
+# A slider has another name in each run, so the output is not compared.
+from grader.notebook.sliders import slide
+
+
+def swaying(gain, delay):
+    trip = turn_with(gain, delay)
+    past = max(0.0, float((trip.yaw - 0.4).max()))
+    _, axes = plt.subplots(figsize=(8, 2.6), layout="constrained")
+    axes.plot(trip.t, 0.4 - trip.yaw, color="#0072B2")
+    axes.axhline(0.0, color="0.6", linewidth=0.8)
+    axes.set(xlabel="simulated time (s)", ylabel="error (rad)", ylim=(-0.5, 0.5))
+    axes.set_title(f"rule of thumb: stay well below {1 / (0.1 + delay):.1f} per second")
+    return f"The error over time with gain {gain:.1f} and a delay of {delay:.1f} s: it overshoots by {past:.2f} rad"
+
+
+slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
+
+# %% [markdown]
 # ### Turn first
 #
 # Why not drive and turn at the same time?
@@ -310,12 +351,12 @@ def distance_to(place: Place, x: float, y: float) -> float:
 from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion
 
 steering, motion = mine("utils.steering"), mine("utils.motion")
-left = PoseMessage(position=Point(x=1.0, y=1.0), orientation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5)))
+left = PoseMessage(position=Point(x=1.0, y=2.0), orientation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5)))
 tries({
-    "steering.place_of(left).x": 1.0,
+    "steering.place_of(left).x, steering.place_of(left).y": (1.0, 2.0),
     "steering.place_of(left).yaw": math.pi / 2,
     "steering.distance_to(steering.Place(1.0, 1.0, 0.0), 3.0, 2.0)": math.sqrt(5),
-    "steering.distance_to(steering.Place(1.0, 1.0, 0.0), 1.0, -1.0)": 2.0,
+    "steering.distance_to(steering.Place(1.0, 3.0, 0.0), 1.0, -1.0)": 4.0,
 })
 
 # %% [markdown]
@@ -443,8 +484,8 @@ tries({
 })
 
 # %% [markdown]
-# **Step 4: nobody can drive there.**
-# A target with NaN or infinity in it is no place, and a tolerance that is not above zero, or not finite, cannot be met.
+# **Step 4: targets that cannot be reached.**
+# A target with NaN or infinity in it is not a place, and a tolerance that is not above zero, or not finite, cannot be met.
 # `goal_refusal` returns the reason in words, empty if one can try, like `speed_refusal` in notebook 06.
 
 # %% tags=["piece"]
@@ -487,7 +528,7 @@ tries({
 # %% [markdown]
 # **Click.** Your functions drive, still without a node.
 # In five seconds the robot has gone to (1, 0.5); then click on the map, and it goes there.
-# (Where nobody watches, as on a web page, it is a picture.)
+# (On a web page, without a kernel, it is a picture.)
 
 # %%
 from sim import room
@@ -525,7 +566,7 @@ except AttributeError as missing:
 # %% [markdown]
 # ## Part 2: the action
 #
-# About 45 minutes to "Tell how far it still is", and 25 from there.
+# 45 to 75 minutes.
 # If you begin here, this cell is the first to run; it needs nothing of part 1 but your file.
 # After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
 
@@ -656,7 +697,7 @@ print(send_and_cancel(sleeping, cancel_callback=accept))
 
 # %% [markdown]
 # The node was deaf.
-# No odometry, so it does not know where it is; no scan, so it would drive into the wall; no timer, so nobody commands anything.
+# No odometry, so it does not know where it is; no scan, so it would drive into the wall; no timer, so nothing is commanded.
 # The cancel lay in the queue until the goal was over.
 # `goal.is_cancel_requested` was asked twenty times and could not become true: the callback that sets it needs the same thread.
 #
@@ -677,6 +718,7 @@ print(send_and_cancel(awaiting, cancel_callback=accept))
 
 # %% [markdown]
 # `await` gives the thread back.
+# **Who resumes it?** The executor: an `async def` callback runs as a *task*; at `await` it hands a note to the executor ("call me when this future is done") and returns; whoever calls `set_result` makes the task due, and the executor goes on with it at its next turn, after the `await`.
 # Sensors, timers and cancels go on, and the timer that steers anyway completes the future when the goal is over.
 # One thread, no locks.
 #
@@ -689,7 +731,7 @@ print(send_and_cancel(awaiting))
 # %% [markdown]
 # rclpy refuses a cancel unless you accept it.
 # Nothing warns you.
-# It is one line, and a robot that cannot be called back is no robot to stand beside.
+# It is one line, and you would not want to stand beside a robot that cannot be called back.
 #
 # ### The navigator, in six steps
 #
@@ -845,6 +887,7 @@ navigator = bench("navigator.Navigator")
 tries({
     "[name for name, _ in actions_of(navigator.node, 'robot_controller', '/')]": ["/navigate_to_position"],
     "navigator._feedback_timer.timer_period_ns": 50_000_000,
+    "navigator._action_server._cancel_callback == navigator._on_cancel": True,  # without it rclpy refuses every cancel
 })
 
 # %% [markdown]
@@ -882,7 +925,7 @@ class Navigator:
 # ```
 # </details>
 #
-# To try it here, `Handle` stands for rclpy's goal handle: it has the goal's `request`, and notes what the server says.
+# To try it here, `Handle` takes the place of rclpy's goal handle: it has the goal's `request`, and notes what the server says.
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -957,7 +1000,7 @@ tries({
 #
 # 1. end the goal that runs, if there is one: `Ending.REPLACED`;
 # 2. make a `Goal` of the handle's request, and keep it in `self._goal`;
-# 3. `await goal.ending`: here the method steps aside until somebody ends the goal;
+# 3. `await goal.ending`: here the method steps aside until the goal is ended;
 # 4. tell the client how it ended: the dictionary in the cell picks the handle's method, and the last pair of brackets calls it;
 # 5. return a `NavigateToPosition.Result` with `success` and `final_pose`.
 
@@ -998,12 +1041,23 @@ class Navigator:
 # ```
 # </details>
 #
-# `begin` starts such a method on the bench, and gives back its future.
+# The bench's own method `navigator.begin` starts such a method and gives back its future. (The `begin` of the first cell is another one: it opens the notebook.)
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
 navigator, module = bench("navigator.Navigator"), mine("navigator")
 first, second = Handle(3.0, 2.0), Handle(-1.0, 1.0, tolerance=0.2)
+
+
+def result_of(ending):
+    """Return `success` and x of `final_pose` of a goal that ends so, with the robot at x = 2.5 m."""
+    future = navigator.begin(navigator._navigate, Handle(3.0, 2.0))
+    navigator.node._pose.position.x = 2.5
+    navigator._end_goal(ending)
+    navigator.advance(0.1)
+    return future.result().success, future.result().final_pose.position.x
+
+
 tries({
     "navigator.begin(navigator._navigate, first).done()": False,  # it waits
     "(navigator._goal.x, navigator._goal.y)": (3.0, 2.0),
@@ -1011,6 +1065,8 @@ tries({
     "navigator._goal.tolerance": 0.2,  # the new one
     "first.said": ["abort"],  # replaced
     "navigator._end_goal(module.Ending.ARRIVED), navigator.advance(0.1), second.said": (None, [(0.0, 0.0)], ["succeed"]),
+    "result_of(module.Ending.ARRIVED)": (True, 2.5),
+    "result_of(module.Ending.CANCELED)": (False, 2.5),
 })
 
 # %% [markdown]
@@ -1183,7 +1239,7 @@ check("F8")
 # In Jupyter the next cell is a live view, and time runs as soon as you see it.
 # Click on the map: a goal.
 # Drag the pillar into the way.
-# (Where nobody watches, as on a web page, it is a picture.)
+# (On a web page, without a kernel, it is a picture.)
 
 # %%
 floor = World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),))
@@ -1191,42 +1247,71 @@ run = run_node(world=floor)
 run.live()
 
 # %% [markdown]
+# If you stop here for today: your files are saved. Part 3 begins with a cell of its own.
+
+# %% [markdown]
 # ## Tell how far it still is
 #
+# Part 3: 25 to 40 minutes.
+# If you begin here, this cell is the first to run; it brings back the two helpers of part 2.
+
+# %%
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+from nav_msgs.msg import Odometry
+
+from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
+from grader.notebook.lessons import Handle
+from sim import Box, Circle, Pose, World
+from sim.views import run_view
+
+begin("07")
+
+
+def odometry(x, y):
+    """Return the odometry of a robot at (x, y) that looks along x."""
+    odom = Odometry()
+    odom.pose.pose.position.x, odom.pose.pose.position.y = x, y
+    odom.pose.pose.orientation.w = 1.0
+    return odom
+
+
+# %% [markdown]
 # F9: feedback at 2 Hz or faster, true within 0.15 m.
 # The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
-# **Exercise.** If there is a goal, and odometry has come at least once (`self._odom_time` is not `NEVER`), publish the distance to it.
+# **By your own design.** When is there something to tell, and when would a number be a lie?
+# There is no third hint; the rows below and `check("F9")` accept any design. Two of them come after the check.
 
-# %% tags=["piece"]
+# %% tags=["piece", "design"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def _give_feedback(self) -> None:
-        goal = self._goal
-        # TODO: is there something to tell? Then goal.handle.publish_feedback(...)
+        """Tell the client how far it still is, if that is known."""
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The talker at the top of part 2 gives feedback.
+# The talker at the top of part 2 gives feedback. `__init__` of the driver says what the node has before the first message.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# `NavigateToPosition.Feedback(distance_remaining=...)`; `self._distance_to(goal)`.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# if goal is None or self._odom_time == NEVER:
-#     return
-# ...  # publish the distance as feedback
-# ```
+# `goal.handle.publish_feedback(NavigateToPosition.Feedback(distance_remaining=...))`; `self._distance_to(goal)`; `NEVER`.
 # </details>
 
 # %%
+def given(handle):
+    """Give the navigator a goal by hand, and return it."""
+    target = handle.request.target_pose.position
+    navigator.node._goal = module.Goal(handle, target.x, target.y, handle.request.tolerance)
+    return navigator.node._goal
+
+
 navigator, module, told = bench("navigator.Navigator"), mine("navigator"), Handle(3.0, 4.0)
 tries({
-    "with_goal(told, speed=0.0).x, navigator.advance(0.2), told.told": (3.0, [(0.0, 0.0)] * 2, []),  # where is it?
+    "given(told).x, navigator.advance(0.2), told.told": (3.0, [(0.0, 0.0)] * 2, []),  # where is it?
     "navigator.hear('odom', odometry(0.0, 0.0)), navigator.advance(0.2), told.told": (
         [], [(0.0, 0.0)] * 2, [5.0] * 4),
 })
@@ -1257,6 +1342,33 @@ axes.legend();
 check("F9")
 
 # %% [markdown]
+# <details><summary>Two designs for the feedback, once yours passes</summary>
+#
+# **At a rate of its own.** The timer tells what the last odometry left in `self._pose`.
+#
+# ```python
+# def _give_feedback(self):
+#     goal = self._goal
+#     if goal is None or self._odom_time == NEVER:
+#         return
+#     goal.handle.publish_feedback(
+#         NavigateToPosition.Feedback(distance_remaining=self._distance_to(goal)))
+# ```
+#
+# **With each odometry.** `_on_odom` is extended, and no timer is needed.
+#
+# ```python
+# def _on_odom(self, odom):
+#     super()._on_odom(odom)
+#     if self._goal is not None:
+#         self._goal.handle.publish_feedback(
+#             NavigateToPosition.Feedback(distance_remaining=self._distance_to(self._goal)))
+# ```
+#
+# The second one never tells an old distance, and falls silent when odometry does, which a client can notice.
+# But the rate is then that of the sensor, and the contract names a parameter for it: `fusion_rate`. So the course's package has the first one.
+# </details>
+#
 # You see the same in a terminal.
 # `ros2` reads the type from what *you* have built, so this builds where that has not been done in notebooks 02 or 06.
 
@@ -1270,7 +1382,7 @@ check("F9")
 
 # %% tags=["nbval-ignore-output"]
 # How much feedback comes depends on wall time.
-run = run_node(world=floor)
+run = run_node(world=World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),)))
 live = run.live()
 live.start()
 kind = "ros2_robot_controller/action/NavigateToPosition"
@@ -1299,7 +1411,7 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 
 # %% [markdown]
 # `handle.succeed()` would make it *succeeded*, and the client would believe that the robot is there.
-# And who returns without any of the three, gets *aborted* and a warning.
+# If you call none of the three, the goal is *aborted*, with a warning.
 
 # %% [markdown]
 # ## When the way is blocked
@@ -1329,7 +1441,8 @@ run_view(recording)
 # Otherwise a robot before a wall could never turn away from it.
 #
 # F11 also wants the limits kept throughout: neither speed above its maximum, and none rising faster than the acceleration.
-# `make_safe` and `speed_up_gently` do that, for whatever a layer above wants.
+# `make_safe` and `speed_up_gently` do that, for whatever a layer above wants: you wrote them in notebook 05, the accelerations in its step 4.
+# If F11 complains about a speed that rises too fast, look there.
 
 # %% tags=["check"]
 check("F10", "F11")

@@ -30,7 +30,7 @@
 # - make a changed value take effect, also where something was made from the old one;
 # - start both nodes with one command, and two robots with another.
 #
-# **Time:** about 60 minutes for parameters (part 1), and 40 for launch files (part 2).
+# **Time:** 60 to 90 minutes for parameters (part 1), and 40 to 70 for launch files (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -60,12 +60,31 @@ begin("08")
 # %% [markdown]
 # The last line makes the folders for today; those that are there stay as they are.
 # If the lines above say that files are missing, and you would rather start here than go back, run `start_at("08")` in a cell of its own.
+
+# %% [markdown]
+# ## Three questions first
 #
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 05: why does <code>_limits()</code> read the parameters in each step, and not once in <code>__init__</code>?</summary>
+#
+# So that a change takes effect at once. A value that was copied is a photograph.
+# </details>
+# <details><summary>Notebook 07: a goal runs, and the client cancels. Which two things must your node do?</summary>
+#
+# Take the cancel (`cancel_callback`), and end the goal itself with `handle.canceled()`.
+# </details>
+# <details><summary>Notebook 04: why is the topic called <code>raw_scan</code> in your code, and not <code>/raw_scan</code>?</summary>
+#
+# A relative name can be moved: into a namespace, or to another name.
+# </details>
+
+# %% [markdown]
 # ## Ask a running node
 #
 # To look at parameters you need a node that is easy to see through.
 # Here is one: a cart that can do nothing but say how fast it would like to go.
-# Its file lies in the workspace, beside `src/`; it is no part of your package.
+# Its file lies in the workspace, beside `src/`; it is not part of your package.
 
 # %%
 # %%writefile ../../cart.py
@@ -196,7 +215,7 @@ print("-p, then file  ", speed_of_cart(*word, *file))
 #         max_linear_speed: 0.3
 #
 # The first line is a key, and it says *which node* is meant.
-# Somebody writes `kart`.
+# Suppose it says `kart`.
 #
 # **What will the node say?**
 
@@ -206,7 +225,7 @@ print(speed_of_cart(*file))
 
 # %% [markdown]
 # Nothing at all, and 0.5 is the default.
-# One file may hold the settings of many nodes, so a key that matches nobody is no error.
+# One file may hold the settings of many nodes, so a key that matches no node is not an error.
 # This is the most common reason for "my parameter does not work".
 #
 # And there is more to get wrong.
@@ -224,7 +243,7 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
 
 # %% [markdown]
 # The plain name reaches the node only outside every namespace.
-# `**` stands for any number of namespaces, also for none, so `/**/cart` means "a cart, wherever it is", and `/**` "everybody".
+# `**` means any number of namespaces, also none, so `/**/cart` means "a cart, wherever it is", and `/**` every node.
 # In a package write the first of the two: whoever uses it chooses the namespace, and you cannot know which.
 #
 # Two more mistakes, one of which is loud.
@@ -277,7 +296,7 @@ axes.legend();
 
 # %% [markdown]
 # One number, three robots.
-# So somebody *will* change it, and it has to work whenever they do.
+# So it *will* be changed, and that has to work at any time.
 # There are two ways to get that wrong.
 #
 # ### Made once, kept for ever
@@ -295,16 +314,16 @@ print("timer every ", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
 # %% [markdown]
-# The parameter says 50, the timer does 10, and `ros2 param get` will tell everybody 50.
+# The parameter says 50, the timer does 10, and `ros2 param get` answers 50.
 # A timer keeps the period it was made with.
 # The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor is a photograph.
 #
 # Two cures:
 #
 # - **Read it where you use it.** It costs about a microsecond. Your `driver.py` does so with `_limits()`.
-# - **Be told.** `add_post_set_parameters_callback(f)` calls `f(parameters)` after a change was accepted, with the list of the changed parameters. There you make the timer anew.
+# - **Get a call.** `add_post_set_parameters_callback(f)` calls `f(parameters)` after a change was accepted, with the list of the changed parameters. There you make the timer anew.
 #
-# Here is a cart that is told.
+# Here is a cart with such a callback.
 # `destroy_timer` ends the old timer; without it, both would tick.
 
 # %%
@@ -554,7 +573,7 @@ tries({
 # Go through the list; look each one up in `settings` by its `.name`; return a sentence for the first whose `.value` is not sensible, such as `'pace must be above 0 and at most 1000 Hz, not -2.0'`.
 # An empty text means that all are accepted.
 #
-# `use_sim_time` comes by here, too, and is in nobody's `settings`: what you do not know is none of your business, let it pass.
+# `use_sim_time` comes by here, too, and is not in `settings`: let pass what you do not know.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/settings.py
@@ -570,7 +589,7 @@ def first_refusal(settings: dict[str, Setting], parameters: list[Parameter]) -> 
 #
 # <details><summary>Hint 2: the API</summary>
 #
-# `settings.get(parameter.name)` gives the setting, or None for somebody else's parameter.
+# `settings.get(parameter.name)` gives the setting, or None for a parameter that is not in `settings`.
 # The sentence: `f'{parameter.name} must be {setting.must_be}, not {parameter.value}'`
 # </details>
 #
@@ -669,7 +688,7 @@ tries({
 # ### The last layer
 #
 # `robot_controller.py` has been a few lines so far, a `main` over the newest layer.
-# Now it becomes the last layer itself: it is told when parameters have changed.
+# Now it becomes the last layer itself: it gets a call when parameters have changed.
 #
 # Three things in your node were made from a parameter, or checked against one, *once*:
 #
@@ -720,20 +739,17 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(RobotController, args)
 
 # %% [markdown]
-# Write the callback.
-# Two decisions are left:
-#
-# 1. What does the first try make of a robot that drives *backwards*, at -0.4 m/s?
-# 2. Which timer belongs to which parameter, and what happens to the other one?
+# **By your own design.** The table says what must be true after a change; how you get there is yours to decide.
+# What does the first try make of a robot that drives *backwards*, at -0.4 m/s?
+# And what must not happen to the timer whose rate has *not* changed?
+# There is no third hint. The two drives below and `check("I6")` accept any design; two of them come after the drives.
 
-# %% tags=["piece"]
+# %% tags=["piece", "design"]
 # %%into ros2_robot_controller/robot_controller.py
 class RobotController:
     def _on_parameters_changed(self, parameters: list[Parameter]) -> None:
-        changed = {parameter.name for parameter in parameters}
         limit = self._value('max_linear_speed')
-        self._speed = clamp(self._speed, 0.0, limit)  # TODO 1: and backwards?
-        # TODO 2: if a rate is in `changed`, end its timer and make it anew. The other one goes on.
+        self._speed = clamp(self._speed, 0.0, limit)  # a first try
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
@@ -748,22 +764,8 @@ class RobotController:
 # `self.destroy_timer(timer)`, then `self.create_timer(self._period('laser_processing_rate'), self._control)`.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-#         changed = {parameter.name for parameter in parameters}
-#         limit = self._value('max_linear_speed')
-#         self._speed = clamp(self._speed, -limit, limit)
-#         if 'laser_processing_rate' in changed:
-#             self.destroy_timer(self._control_timer)
-#             self._control_timer = self.create_timer(self._period('laser_processing_rate'),
-#                                                     self._control)
-#         ...                   # the same for 'fusion_rate' and the other timer
-# ```
-# </details>
-#
 # Watch your own robot obey.
-# It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then somebody asks for -1.
+# It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then a limit of -1 is asked for.
 
 # %%
 with run_node(world="open_field") as run:
@@ -801,6 +803,33 @@ print(f"backwards, with a limit of 0.2: {backwards:.2f} m/s, wanted -0.20")
 print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 
 # %% [markdown]
+# <details><summary>Two designs for the last layer, once yours obeys</summary>
+#
+# **Make anew what has changed.** The course's: an `if` for each timer.
+#
+# ```python
+# changed = {parameter.name for parameter in parameters}
+# limit = self._value('max_linear_speed')
+# self._speed = clamp(self._speed, -limit, limit)
+# if 'laser_processing_rate' in changed:
+#     self.destroy_timer(self._control_timer)
+#     self._control_timer = self.create_timer(self._period('laser_processing_rate'), self._control)
+# ...  # the same for 'fusion_rate'
+# ```
+#
+# **Never keep what may change.** The timers are asked to follow, and the limit is applied where the speed is used.
+#
+# ```python
+# for rate, timer in (('laser_processing_rate', self._control_timer), ('fusion_rate', self._feedback_timer)):
+#     period = round(self._period(rate) * 1e9)
+#     if timer.timer_period_ns != period:
+#         timer.timer_period_ns = period
+# ```
+#
+# The second one needs no list of what has changed: it compares what is with what should be, which also repairs what another callback has forgotten.
+# But a period that is set in place counts from the last call, so try what happens when it gets shorter; and `get_status` would report a speed above the limit.
+# </details>
+#
 # ### A second look at the other node
 #
 # `sensor_processor` has a timer too, made from `fusion_frequency` in notebook 04; look into the file for a method `_on_parameters_changed`, which you can now read.
@@ -839,7 +868,7 @@ with run_node("sensor_processor", world="open_field") as run:
 #
 # Last, two files, each with every parameter of its node, and its unit in a comment.
 # They hold the defaults.
-# That looks useless and is not: this is the page on which somebody looks for what can be set.
+# That looks useless and is not: this is the page on which people look for what can be set.
 #
 # Begin with the small one.
 
@@ -872,7 +901,7 @@ robot:
 #
 # <details><summary>Hint 2: the form</summary>
 #
-# The key is `/**/` and the name that the node gives itself.
+# The key is `/**/` and the name that the node gives itself. (`/**:` alone reaches every node; the check takes both, and a reader prefers the name.)
 # Floats need a point: `1.0`.
 # </details>
 #
@@ -922,9 +951,19 @@ check("I6")
 # ## Start it all with one command
 #
 # A launch file is a Python function that returns a list of what to start.
+# It has three kinds of parts, and the file below uses each once:
+#
+# | part | what it says |
+# |---|---|
+# | `Node(executable=..., namespace=..., parameters=[...], remappings=[...])` | start this program, under these names, with these settings |
+# | `DeclareLaunchArgument('speed', default_value='0.2')` | whoever starts the file may give a `speed` |
+# | `LaunchConfiguration('speed')` | a placeholder: here the `speed` goes in |
+#
+# `**cart` hands over the items of a dictionary as named arguments, so `Node(**cart, ...)` is `Node(executable='python3', arguments=['cart.py'], ...)`.
+#
 # Look at one for the cart: a robot called `left` and a robot called `right`.
 #
-# **Which speed will each have**, when `cart.yaml` says 0.3 and nobody gives an argument?
+# **Which speed will each have**, when `cart.yaml` says 0.3 and no argument is given?
 
 # %%
 # %%writefile ../../two_carts_launch.py
@@ -953,9 +992,9 @@ write_settings("/**/cart")
 # Now start it, in the background, and look at the graph.
 # In a terminal you would type `ros2 launch two_carts_launch.py speed:=0.1` and see a line for each process.
 # Ctrl-C there sends every process SIGINT, the same signal that Ctrl-C sends to a single node.
-# A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which nobody can ignore; then there is no last zero.
+# A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which no process can ignore; then there is no last zero.
 #
-# (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; what differs stands in [docs/launch.md](../docs/launch.md).)
+# (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; [docs/launch.md](../docs/launch.md) lists the differences.)
 
 # %%
 import signal
@@ -993,7 +1032,7 @@ with launched("two_carts_launch.py", "speed:=0.1"):
 # - The **remapping** renamed a single topic: `/right/wheels/cmd_vel`.
 #
 # A `LaunchConfiguration` is a placeholder.
-# When your function runs, nobody knows yet what will be typed; so it returns a description, and the values are put in when the node is started.
+# When your function runs, it is not known yet what will be typed; so it returns a description, and the values are put in when the node is started.
 # That is why `f'speed is {LaunchConfiguration("speed")}'` does not do what it looks like.
 #
 # ### Names that cannot be moved
@@ -1131,7 +1170,7 @@ with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 node list --spin-time 5
 
 # %% [markdown]
-# New folders have to be installed, too, or nobody finds them after `colcon build`: that is the third point of I1.
+# New folders have to be installed, too, or they cannot be found after `colcon build`: that is the third point of I1.
 # And `ros2 launch ros2_robot_controller robot_controller_launch.py`, with the package's name, starts the installed file from anywhere.
 
 # %% tags=["check"]
@@ -1172,7 +1211,7 @@ check("I1", "I5")
 #
 # <details><summary><code>ros2 param get</code> says 5 Hz, <code>ros2 topic hz</code> says 10. What happened?</summary>
 #
-# The timer was made with the old rate, and nobody made it anew.
+# The timer was made with the old rate, and was not made anew.
 # </details>
 #
 # <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>

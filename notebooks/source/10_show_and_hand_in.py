@@ -16,19 +16,19 @@
 # ![A simulated robot's drive to three goals in three offices, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
 #
 # Everything works, and the tests support it.
-# What is missing is the other half of every piece of software: somebody *else* must be able to use it.
-# Somebody who has five minutes, your README and no idea what you meant.
+# What is missing is the other half of every piece of software: *others* must be able to use it.
+# Think of a person with five minutes, your README and no idea what you meant.
 # Today you write for that person, look at your own work through the eyes of the one who grades it, and hand it in.
 #
 # **You will be able to**
 #
 # - write a demonstration that ends by itself, and says in its exit status whether it worked;
 # - write a README whose commands run and whose table agrees with the graph;
-# - find out what works only on your machine, before somebody else does;
+# - find out what works only on your machine, before others do;
 # - read a report as an instructor reads it, and decide what to fix first;
 # - pack the package and know what is in it.
 #
-# **Time:** about 30 minutes for the demonstration and its results (part 1), and 35 for the README, your report and the hand-in (part 2).
+# **Time:** 30 to 50 minutes for the demonstration and its results (part 1), and 35 to 60 for the README, your report and the hand-in (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -48,6 +48,24 @@ from grader.notebook import begin, check, run_node, start_at
 begin("10")
 # !mkdir -p scripts
 # %env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 09: all lines are covered, and a mutant survives. How can that be?</summary>
+#
+# The line was reached, and no assert looked at what it changed.
+# </details>
+# <details><summary>Notebook 08: <code>ros2 launch</code> starts your nodes with the old parameters. Which file does it read?</summary>
+#
+# The installed one, in the share folder. What was changed in `src/` counts after the next build.
+# </details>
+# <details><summary>Notebook 05: what is your node's last message when it is ended by Ctrl-C, and who sees to that?</summary>
+#
+# A zero on `cmd_vel`: `spin_until` calls `stop` while the context is still alive, because `run` has kept rclpy's own signal handler away.
+# </details>
 
 # %% [markdown]
 # ## What a hundred points are made of
@@ -87,7 +105,7 @@ axes.legend();
 # A demonstration shows a stranger in half a minute what the package can do; requirement Q6 asks for one.
 # It is a node like any other, a client this time, so it can fail in a way that you know from notebook 06: **by waiting**.
 #
-# Here is a client for a service that nobody offers.
+# Here is a client for a service that no node offers.
 # **What would `call_async` do now, and how long would you wait for its future?**
 
 # %%
@@ -106,7 +124,7 @@ node.destroy_node()
 
 # %% [markdown]
 # Nothing complains.
-# The request was sent to nobody, and without the time-out the script would stand there for ever.
+# The request reached no server, and without the time-out the script would wait for ever.
 # In front of an audience that is a long silence.
 # So each wait gets a time-out, and each time-out a sentence that says what to do.
 #
@@ -301,7 +319,7 @@ class Demo:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The cell of the service that nobody offers, above, has the call; here the node is `self`.
+# The cell of the service that no node offers, above, has the call; here the node is `self`.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
@@ -320,7 +338,7 @@ class Demo:
 # ```
 # </details>
 #
-# Try it on a future that somebody sets, and on one that nobody ever does.
+# Try it on a future that gets a result, and on one that never does.
 # The first must return 'an answer', the second raise after a tenth of a second.
 
 # %% tags=["nbval-ignore-output"]
@@ -343,8 +361,8 @@ for future, what in ((early, 'The first'), (Future(), 'The second')):
 # %% [markdown]
 # #### Piece 2: call a service, if there is one
 #
-# A request to a service that nobody offers is lost, so ask first: `client.wait_for_service(timeout_sec=...)` returns whether somebody is there.
-# If nobody is, the stranger has forgotten to start the node: say so.
+# A request to a service that no node offers is lost, so ask first: `client.wait_for_service(timeout_sec=...)` returns whether there is a server.
+# If there is none, the stranger has forgotten to start the node: say so.
 
 # %% tags=["piece"]
 # %%into scripts/demo.py
@@ -433,7 +451,7 @@ map_view(recording, title="the way that the demonstration drove")
 # %% [markdown]
 # #### Piece 4: a chair in the way
 #
-# Somebody has put a box 0.6 m before the robot.
+# A box stands 0.6 m before the robot.
 # Your node does the right thing: it stops, and waits until the way is free.
 #
 # **What will the demonstration do?**
@@ -451,15 +469,15 @@ perform(chair, f"cd scripts && python3 -c '{hurried}'");
 # Take the chair away, and it drives off with nobody watching.
 # Whoever sends a goal is responsible for it until it has ended.
 #
-# So, in `finish`: wait `DRIVE_S` seconds for the result; if it is not there, say so in the log, cancel the goal, and only then wait for how it ended.
+# **By your own design.** `finish` is to wait `DRIVE_S` seconds at most, and to leave nothing behind: no goal, no robot that drives off later, and a line in the log that says what happened.
+# There is no third hint. The run below and `check("Q6")` accept any design; two of them come after the run.
 
-# %% tags=["piece"]
+# %% tags=["piece", "design"]
 # %%into scripts/demo.py
 class Demo:
     def finish(self, handle: ClientGoalHandle) -> str:
         """Wait for the goal's end, or cancel it after DRIVE_S; return how it ended in words."""
         result = handle.get_result_async()
-        # TODO: spin until the result is there, at most DRIVE_S; if it is not: warn, and cancel.
         status = self.wait_for(result, 'The result').status
         return {
             GoalStatus.STATUS_SUCCEEDED: 'arrived',
@@ -469,24 +487,13 @@ class Demo:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The first two lines are those of `wait_for`, with another time and without the exception.
-# A cancel request is a request like others: it gives a future, and it is answered.
+# At `wait_for`. And a cancel request is a request like others: it gives a future, and it is answered.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
 #
 # `rclpy.spin_until_future_complete(self, result, timeout_sec=DRIVE_S)`, `result.done()`, `self.get_logger().warning(...)`.
 # `handle.cancel_goal_async()` gives the future for `self.wait_for`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-#         rclpy.spin_until_future_complete(self, result, timeout_sec=DRIVE_S)
-#         if not result.done():
-#             self.get_logger().warning(f'Not there after {DRIVE_S:g} s: cancelling.')
-#             ...              # cancel, and wait for the answer
-# ```
 # </details>
 #
 # Look for "canceled" and an exit status of 0: everything answered, and the robot has nothing left to do.
@@ -496,10 +503,35 @@ class Demo:
 perform(chair, f"cd scripts && python3 -c '{hurried}'");
 
 # %% [markdown]
+# <details><summary>Two designs for <code>finish</code>, once yours works</summary>
+#
+# **Wait, cancel, wait again.** The course's: the same future is waited for twice, and the cancel lies between.
+#
+# ```python
+# rclpy.spin_until_future_complete(self, result, timeout_sec=DRIVE_S)
+# if not result.done():
+#     self.get_logger().warning(f'Not there after {DRIVE_S:g} s: cancelling.')
+#     self.wait_for(handle.cancel_goal_async(), 'The cancel')
+# status = self.wait_for(result, 'The result').status
+# ```
+#
+# **A timer that cancels.** The script waits once; a one-shot timer stands by.
+#
+# ```python
+# late = self.create_timer(DRIVE_S, handle.cancel_goal_async)
+# rclpy.spin_until_future_complete(self, result, timeout_sec=2 * DRIVE_S)
+# self.destroy_timer(late)
+# ```
+#
+# The second one is shorter, and hides two things: the timer fires again every `DRIVE_S`, and an answer to the cancel that never comes looks like a result that never comes.
+# In a script that people read to learn what happens, say each step.
+# </details>
+
+# %% [markdown]
 # ### Test results
 #
 # `test_results.xml` tells what your tests said when *you* ran them, in a form that every build server reads.
-# Nobody writes it by hand; a command makes it, after the last change.
+# It is not written by hand; a command makes it, after the last change.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -880,7 +912,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # !cd ../../src && python3 ../settings_reader.py 2>&1 | tail -n 1
 
 # %% [markdown]
-# The path was meant "beside this script" and says "wherever somebody stands".
+# The path was meant "beside this script" and says "in the current folder".
 # The cure is to ask for the place instead of knowing it: `Path(__file__).parent` in a script, `get_package_share_directory` for what is installed, `FindPackageShare` in a launch file.
 #
 # These are the usual ways in which a package works only at home:
@@ -909,7 +941,7 @@ check("Q3", "Q5", "Q6")
 # A report has the same three lines for each loss, and they answer an instructor's three questions.
 #
 # - **seen**: what happened? Never "wrong", always something observed, with a number or a line.
-# - **expected**: by which rule? The words of the contract, so that nobody can argue about taste.
+# - **expected**: by which rule? The words of the contract, so that it is not a matter of taste.
 # - **try**: what would I say if the student stood here? A direction, not the solution.
 #
 # When several things are lost, an instructor looks for the *first cause*.
@@ -924,7 +956,7 @@ for name in lost:
     print(f"{name:4} {lost[name]:>9}   {requirement.title}")
 
 # %% [markdown]
-# I3 first: with a wrong type of the action nobody can send a goal, and F8, F9 and F10 are nothing but its echo.
+# I3 first: with a wrong type of the action no client can send a goal, and F8, F9 and F10 are nothing but its echo.
 # Twelve points hang on one wrong field in one file.
 #
 # The full report is made by one command in a terminal, in the kit's folder, and takes some minutes:
@@ -950,9 +982,9 @@ for name in lost:
 # !grader submit --no-check
 
 # %% [markdown]
-# Before you let go of it, three last things, each of which has cost somebody a night:
+# Before you let go of it, three last things, each of which has cost people a night:
 #
-# - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or somebody else's name?
+# - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or another person's name?
 # - Follow your own README there, word for word, in a new terminal. Your nodes wait for a robot: the cell with `Bridge` in `docs/ros2-session.md` brings one.
 # - Make `test_results.xml` again if anything has changed since.
 #
@@ -960,7 +992,7 @@ for name in lost:
 # >
 # > - The demonstration drives half a metre wherever the robot stands. Look where it is pointing, and let nobody's feet be there.
 # > - In Jazzy the robot's `cmd_vel` takes `TwistStamped`, on the course's robot it is a `Twist`. A README says such things in its first lines, under "needs".
-# > - A base that has heard no command for 0.5 s stops by itself. It saves you when your node dies; it is no reason to leave out the last zero.
+# > - A base that has heard no command for 0.5 s stops by itself. It saves you when your node dies; leave the last zero in all the same.
 # > - Bags are part of a demonstration: `ros2 bag record -a` while it runs, and you can show it again when the battery is empty.
 #
 # ## Go further
@@ -968,13 +1000,13 @@ for name in lost:
 # - Press Ctrl-C while the demonstration waits for its goal: the goal goes on without it. Let it cancel first.
 # - Put `grader check` into a CI job of your own repository, and let each push be judged.
 # - Write the README's interface table by a script, from the running graph. Then it cannot become wrong.
-# - Give the package to somebody who was not in the course. Say nothing. Watch where they stop.
+# - Give the package to a person who was not in the course. Say nothing. Watch where they stop.
 #
 # ## Recall
 #
 # <details><summary>Why does each wait in a demonstration need a time-out?</summary>
 #
-# A request to a service that nobody offers is no error.
+# A request to a service that no node offers is not an error.
 # The future is simply never done, and the script stands there without a word.
 # </details>
 #
@@ -995,11 +1027,25 @@ for name in lost:
 # Probably one: something that all three need.
 # Read what they are "not reached" because of.
 # </details>
-#
-# **What comes next**
+
+# %% [markdown]
+# ## What you can do now
 #
 # That was the last notebook.
-# You began with a robot that somebody else drove, and end with a package that builds, drives, sees, answers, arrives, is configured, tested, documented and handed in.
-# It has grown file by file, and you know why each is as it is.
+# Tick off what you could do tomorrow, without looking it up:
 #
-# From here the road goes on in three directions: to the real robot (the boxes along the way say what changes), to Nav2, which does what your `navigator.py` does with a map and a planner, and to C++, where the same four ideas, nodes, topics, services and actions, have the same names.
+# - [ ] make a package that builds anywhere, with interfaces of its own (01, 02)
+# - [ ] read a heading, a scan and a stamp, and find what is wrong with each (03, 04)
+# - [ ] write a node that stops in time, and say why it does (05)
+# - [ ] offer a service that refuses in words, and an action that can be cancelled (06, 07)
+# - [ ] start two robots with one command, each with its own settings (08)
+# - [ ] show that a test would notice a mistake, by making one (09)
+# - [ ] hand over a package that others can use from its README (10)
+#
+# A tick that you hesitate over is the notebook to open again: each begins with questions and ends with some.
+#
+# **Three next steps**, from an evening to a term:
+#
+# - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
+# - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees.
+# - **Let Nav2 drive.** It does with a map and a planner what your `navigator.py` does with a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.

@@ -1,6 +1,7 @@
-"""Attacks that every host stops alike: by the submission's form, its text, its answers and its own tests."""
+"""Attacks that every host stops alike: by form, text, answers, tests, what is installed, and on the observer."""
 
-from attacks import on_answers, on_intake, on_tests, on_text
+from attacks import on_answers, on_installed_code, on_intake, on_observer, on_tests, on_text
 from grader.selftest.attacks.attack import Attack
 
-ATTACKS: tuple[Attack, ...] = (*on_intake.ATTACKS, *on_answers.ATTACKS, *on_tests.ATTACKS, *on_text.ATTACKS)
+_MODULES = (on_intake, on_installed_code, on_observer, on_answers, on_tests, on_text)
+ATTACKS: tuple[Attack, ...] = tuple(attack for module in _MODULES for attack in module.ATTACKS)

@@ -1,7 +1,10 @@
 """Attacks by the answers of a package that is asked: its functions, its parameters, its parameter files."""
 
+# ruff: noqa: E501 - quoted code has long lines
+
 from __future__ import annotations
 
+from attacks.weaknesses import CLAMPS_WRONG
 from grader.selftest.attacks.attack import Attack, attack
 from grader.selftest.package_edits import append, put
 
@@ -71,5 +74,35 @@ ATTACKS: tuple[Attack, ...] = (
         append("config/robot_params.yaml", f"\n/unused:\n  ros__parameters:\n    big: 0x{'f' * 5000}\n"),
         needs="I5 I6", costs="I5 I6",
         stopped="a file that cannot be written back is given to the node unchanged",
+    ),
+    attack(
+        "exits_at_import",
+        "The conversions module exits the process that imports it with status 0.",
+        append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'conversions_worker.py' in sys.argv[0]:\n    os._exit(0)\n"),
+        number=2, needs="F14 F1", weak=CLAMPS_WRONG, costs="F14",
+        stopped="a missing answer is not a right answer; the other requirements are judged nevertheless",
+    ),
+    attack(
+        "answers_that_equal_everything",
+        "The conversions return an object that compares equal to everything.",
+        append(_CONVERSIONS,
+               "\n\nclass Right(float):\n    def __eq__(self, other): return True\n    def __ne__(self, other): return False\n"
+               "    def __sub__(self, other): return self\n    def __abs__(self): return 0.0\n    __hash__ = float.__hash__\n"
+               "\n\ndef clamp(value, low, high):\n    return Right(value)\n"),
+        number=9, needs="F14", weak=CLAMPS_WRONG,
+        stopped="answers leave the sandbox as JSON numbers, without the objects' behaviour",
+    ),
+    attack(
+        "looks_for_the_expected_values",
+        "The conversions search frames and objects for the right answers.",
+        append(_CONVERSIONS,
+               "\n\ndef clamp(value, low, high):\n    import gc\n    import sys\n    frame = sys._getframe(1)\n"
+               "    while frame:\n        for name, found in list(frame.f_locals.items()):\n"
+               "            if 'expect' in name or 'right' in name:\n                return found\n"
+               "        frame = frame.f_back\n    for found in gc.get_objects():\n"
+               "        if isinstance(found, dict) and 'expected' in found and 'arguments' in found:\n"
+               "            return found['expected']\n    return value\n"),
+        number=11, needs="F14", weak=CLAMPS_WRONG,
+        stopped="the process that runs the functions knows the questions but not the answers",
     ),
 )  # fmt: skip

@@ -10,9 +10,8 @@ from pathlib import Path
 
 from helpers.course import NODES
 
-from attacks.weaknesses import IDLE_ASSERTS
+from attacks.weaknesses import FAILING_TESTS, FEW_TESTS, IDLE_ASSERTS
 from grader.selftest.attacks.attack import Attack, attack
-from grader.selftest.attacks.weaknesses import FAILING_TESTS, FEW_TESTS
 from grader.selftest.package_edits import Change, append, put
 
 _TEST = "test/test_robot_controller.py"
@@ -339,7 +338,7 @@ ATTACKS: tuple[Attack, ...] = (
                       "    for pid in (os.getppid(), 1, -1):\n        try:\n            os.kill(pid, signal.SIGKILL)\n"
                       "        except OSError:\n            pass\n    assert os.getpid() == 0\n"),
         needs="T1", weak=FAILING_TESTS, costs="T1",
-        stopped="tests that a dead worker did not report have not passed",
+        stopped="the worker is the first process of its sandbox, which nothing in there can stop or kill",
     ),
     attack(
         "skips_everything",

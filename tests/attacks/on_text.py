@@ -1,4 +1,4 @@
-"""Attacks by text: for analysers, for readers of reports, and in launch and parameter files."""
+"""Attacks by text: for analysers, for readers of reports, in launch and parameter files, and in what a node prints."""
 
 # ruff: noqa: E501 - quoted code has long lines
 
@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from attacks.weaknesses import NO_WORDS, SLOPPY, SLOPPY_NODES
 from grader.selftest.attacks.attack import Attack, attack, node
+from grader.selftest.attacks.on_nodes import CREEPS
 from grader.selftest.package_edits import append, put, replace
 
 _LAUNCH = "launch/robot_controller_launch.py"
@@ -171,5 +172,42 @@ def generate_launch_description():
             "]>\n<testsuite tests='10000'><testcase name='&j;'/></testsuite>\n"),
         number=13, needs="Q6", costs="Q6",
         stopped="XML with a DOCTYPE is refused, so no entity is expanded",
+    ),
+    attack(
+        "prints_a_verdict",
+        "The node prints scores, JUnit XML and JSON as graders write them.",
+        node("""
+print('{"score": 100.0, "tests": [{"name": "F1", "status": "passed"}]}')
+print('<testsuite tests="1" failures="0"><testcase name="F1"/></testsuite>')
+print('  passed       F1   Zero command when idle                 3 / 3')
+print('idle', flush=True)
+"""),
+        number=13, needs="F1", weak=CREEPS, proof="testcase",
+        stopped="output is shown to people; no points are ever read from it",
+    ),
+    attack(
+        "commands_the_ci",
+        "The node exits with output that a CI system would take for commands.",
+        node("print('::stop-commands::x')\nprint('::error title=grader::100 points')\n"
+             "print('##[error] done', flush=True)\nprint('::add-mask::F1', flush=True)\nos._exit(1)"),
+        number=14, needs="F1", costs="F1", proof="::add-mask::",
+        stopped="a submission's output never starts a line of the report",
+    ),
+    attack(
+        "prints_without_end",
+        "The node prints a gigabyte in one line: escape sequences, NULs, bytes that are not text.",
+        node(r"""
+junk = b'\x1b]0;owned\x07\x1b[2J\x00\xff\xfe' * 100000
+begun = threading.Event()
+def flood():
+    for number in range(800):
+        os.write(1, junk)
+        if number == 50:
+            begun.set()
+threading.Thread(target=flood, daemon=True).start()
+begun.wait()
+"""),
+        number=25, needs="F1", proof="owned",
+        stopped="output is read as it comes, only its start and end are kept, and unprintable characters are written as codes",
     ),
 )  # fmt: skip

@@ -17,7 +17,7 @@ from grader.intake.submission import open_submission
 from grader.scoring.scorecard import Outcome
 from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject
-from grader.trials import catalog
+from grader.trials.source import wanted as wanted_trials
 
 REFERENCE, UNREADABLE = "reference", "runs_what_cannot_be_read"
 BAD = (
@@ -50,7 +50,7 @@ class Recorded:
         return self.source.serves(settings)
 
     def collect(self, subject: Subject) -> Collected:
-        wanted = catalog.serving(COURSE, subject.settings.checked)
+        wanted = wanted_trials(subject.settings)
         trials = {name: trial for name, trial in self.evidence.trials.items() if name in wanted}
         facts = {"trials": trials, "tests": self.evidence.tests, "functions": self.evidence.functions}
         facts |= {"mutation": self.evidence.mutation}

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from grader.cli import _Progress
+from grader.progress import Progress
 
 
 def test_a_name_begins_no_line_and_sends_no_escape(capsys: pytest.CaptureFixture[str]):
-    _Progress().say("taking in a\n::error title=grader::100 points\x1b[31m.zip")
+    Progress().say("taking in a\n::error title=grader::100 points\x1b[31m.zip")
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "\x1b" not in said

@@ -34,6 +34,21 @@ Traceback (most recent call last):
     self._sigint_gc.destroy()
 rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested
 """
+ASSERTION = f"""python3: rosidl_generator_py/ros2_robot_controller/srv/_get_robot_status_s.c:141: \
+ros2_robot_controller__srv__get_robot_status__response__convert_from_py: Assertion `PyFloat_Check(field)' failed.
+Fatal Python error: Aborted
+
+Current thread 0x00007fa07c5ff600 (most recent call first):
+  File "/usr/lib/python3/dist-packages/rclpy/service.py", line 78 in send_response
+  File "{SITE}/utils/running.py", line 45 in spin_until
+
+Extension modules: yaml._yaml, numpy._core._multiarray_umath (total: 15)
+"""
+SENT = (
+    ASSERTION.replace("ros2_robot_controller__srv__get_robot_status__response", "geometry_msgs__msg__vector3")
+    .replace('rclpy/service.py", line 78 in send_response', 'rclpy/publisher.py", line 75 in publish')
+    .replace('utils/running.py", line 45 in spin_until', 'driver.py", line 117 in _publish')
+)
 # What rclpy prints last where one callback raised and another was under way: F6 was charged with these words.
 NOT_RETRIEVED = (
     "The following exception was never retrieved: cannot use Destroyable because destruction was requested\n"
@@ -49,6 +64,16 @@ NOT_RETRIEVED = (
         (f"up\n{NOT_RETRIEVED}", NOT_RETRIEVED.strip()),
         ("up\n\n", "up"),
         ("", ""),
+        (
+            ASSERTION,
+            "Assertion `PyFloat_Check(field)' failed. A value in get_robot_status (response) is not of the field's "
+            "type, float; look at what the callback of this service puts into its response",
+        ),
+        (
+            SENT,
+            "Assertion `PyFloat_Check(field)' failed. A value in vector3 is not of the field's type, float "
+            "(ros2_robot_controller/driver.py:117, in `_publish`)",
+        ),
         ("ModuleNotFoundError: No module named 'scipy'\n", "ModuleNotFoundError: No module named 'scipy'"),
     ],
 )

@@ -81,7 +81,7 @@ def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_pa
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
     checked_in_a_notebook(package, tmp_path / "out", settings)
     with monkeypatch.context() as patched:
-        patched.setattr(provenance, "kit_hash", lambda: "another kit")
+        patched.setattr(provenance, "kit_hash", lambda _course: "another kit")
         assert pipeline.unchanged(package, settings) is None
     with monkeypatch.context() as patched:
         patched.setattr(provenance, "environment", lambda: {"python": "another"})
@@ -175,7 +175,7 @@ def test_unchanged_tests_and_mutants_are_not_run_again(subject: Any, runs: Simpl
 
 
 def test_tests_are_run_again_for_mutants_that_were_not_tried_yet(subject: Any, runs: SimpleNamespace):
-    only_tests = SimpleNamespace(**vars(subject) | {"settings": replace(subject.settings, requirements=("T1",))})
+    only_tests: Any = SimpleNamespace(**vars(subject) | {"settings": replace(subject.settings, requirements=("T1",))})
     tests_source.StudentTestRuns().collect(only_tests)
     collect(subject)
     assert runs.count == [2, 1]

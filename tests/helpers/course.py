@@ -6,6 +6,7 @@ from grader.course import kits_own, role
 
 COURSE = kits_own()
 PACKAGE, INTERFACES_PACKAGE = COURSE.package, COURSE.interfaces_package
+REFERENCE = COURSE.solution
 LAYOUT, CONTRACT, INTERFACES = COURSE.layout, COURSE.contract, COURSE.interfaces
 NODES = tuple(COURSE.nodes)
 NODE_MODULES = tuple(node.module for node in COURSE.nodes.values())

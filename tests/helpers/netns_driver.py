@@ -19,7 +19,7 @@ for line in sys.stdin:
         stderr=subprocess.STDOUT if log else subprocess.PIPE,
         text=True,
     )
-    answer = {"pid": process.pid}
+    answer: dict[str, object] = {"pid": process.pid}
     if log:
         background.append(process)
     else:
@@ -28,7 +28,7 @@ for line in sys.stdin:
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)
             said, err = process.communicate(timeout=30)
-        answer |= {"code": process.returncode, "out": said, "err": err}
+        answer.update(code=process.returncode, out=said, err=err)
     print(json.dumps(answer), flush=True)
 for process in background:
     process.send_signal(signal.SIGINT)

@@ -160,8 +160,12 @@ def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
         if not any(other.cell_type == "code" for other in after):
             yield f"the piece {cell['id']} is not tried before the next file or piece"
         hints = sum(len(re.findall(r"<summary>[^<]*hint", o.source, re.IGNORECASE)) for o in after)
-        if hints < HINTS:
-            yield f"the piece {cell['id']} has {hints} folded hints, expected {HINTS}"
+        design = notebook_source.DESIGN in notebook_source.tags(cell)
+        if hints < (expected := HINTS - design):
+            yield f"the piece {cell['id']} has {hints} folded hints, expected {expected}"
+        later = page.notebook.cells[position + 1 :]
+        if design and (hints > expected or not any("<summary>Two designs" in o.source for o in later)):
+            yield f"the design {cell['id']} has a third hint, or no two worked designs to compare it with"
 
 
 def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
@@ -178,7 +182,7 @@ def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
 def tags_fit_the_cells(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         tags = set(notebook_source.tags(cell))
-        if unknown := tags - WRITTEN - {notebook_source.CHECK, IGNORED}:
+        if unknown := tags - WRITTEN - {notebook_source.CHECK, notebook_source.DESIGN, IGNORED}:
             yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
         if WRITTEN & tags - {notebook_source.PIECE} and notebook_source.written_file(cell) is None:
             yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"

@@ -12,6 +12,7 @@ from unittest.mock import patch
 from grader import KIT, evidence
 from grader.quality import analyse, parsed_module, source_files, worker
 from grader.quality.manifest import read_manifest
+from grader.quality.package_sources import read_sources
 from helpers.course import COURSE
 from helpers.judging import Check, Judged, ask, evidence_with
 
@@ -66,9 +67,7 @@ def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> 
 def with_manifest_of(package: Path) -> evidence.Quality:
     """Return the reference's facts with those of this package's package.xml."""
     found = [_parsed(source.path, source.data, COURSE.package) for source in source_files.find(package, COURSE)]
-    return replace(
-        untouched(), manifest=read_manifest(package, source_files.package_files(package, COURSE), found, COURSE)
-    )
+    return replace(untouched(), manifest=read_manifest(read_sources(package, None, COURSE), found))
 
 
 _parsed = cache(parsed_module.parse)  # most files of the reference are the same in every test

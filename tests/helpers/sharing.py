@@ -10,7 +10,7 @@ import hashlib
 import os
 import signal
 import time
-from collections import Counter
+from collections import defaultdict
 from typing import Any
 
 import pytest
@@ -45,7 +45,7 @@ _GIVES_WAY = 4
 """The niceness of all other processes: the files of ONE_NETWORK, one after the other, take longer than the rest."""
 
 _began = time.monotonic()
-_seconds: Counter[str] = Counter()
+_seconds: defaultdict[str, float] = defaultdict(float)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -119,7 +119,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         cache.set(_key(config), round(took, 1))
     if took > 60:
         terminalreporter.section("seconds by folder")
-        for folder, seconds in _seconds.most_common():
+        for folder, seconds in sorted(_seconds.items(), key=lambda item: -item[1]):
             terminalreporter.line(f"{seconds:8.0f}  {folder}")
 
 

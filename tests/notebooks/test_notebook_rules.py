@@ -63,6 +63,7 @@ VIOLATIONS = [
     ("exercises_are_checked_and_hinted", '# %% tags=["check"]\ncheck("I3")', "# %%\n1"),
     ("tags_fit_the_cells", '# %% tags=["check"]', "# %%"),
     ("pieces_are_tried_and_hinted", "# %%\n# The piece, tried", "# %% [markdown]\n# The piece, tried"),
+    ("pieces_are_tried_and_hinted", '# %% tags=["piece"]', '# %% tags=["piece", "design"]'),
     ("pieces_are_tried_and_hinted", "<summary>Hint 3: the piece", "<summary>More: the piece"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into other.py\ndef first"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into tail.py\ndef second"),

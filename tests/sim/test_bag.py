@@ -1,6 +1,7 @@
 """Bags: other programs can read them, custom message types included."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def test_an_independent_reader_opens_the_bag(crash: Recording, bag: Path) -> Non
 
     with AnyReader([bag]) as reader:
         counts = {c.topic: c.msgcount for c in reader.connections}
-        read = {c.topic: reader.deserialize(data, c.msgtype) for c, _, data in reader.messages()}
+        read: dict[str, Any] = {c.topic: reader.deserialize(data, c.msgtype) for c, _, data in reader.messages()}
         stamps = [stamp for _, stamp, _ in reader.messages()]
     assert counts["/scan"] == 30
     assert counts["/odom"] == counts["/cmd_vel"] == counts["/tf"] == 61

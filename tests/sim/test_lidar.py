@@ -135,7 +135,8 @@ def test_a_crowded_hall_equals_pymunk(seed: int) -> None:
     for _ in range(100):
         x, y, w, h, yaw = rng.uniform(-10, 10, 2).tolist() + rng.uniform(0.1, 0.8, 2).tolist() + [rng.uniform(-3, 3)]
         obstacles += [Box((x, y), (w, h), yaw), Circle((y, -x), w / 2)]
-    assert_same(obstacles, Pose(*rng.uniform(-10, 10, 2).tolist(), rng.uniform(-3, 3)), Beams())
+    x, y = rng.uniform(-10, 10, 2).tolist()
+    assert_same(obstacles, Pose(x, y, rng.uniform(-3, 3)), Beams())
 
 
 # ------------------------------------------------------------------------------------- cases with a known answer
@@ -158,7 +159,7 @@ def test_the_middle_beam_measures_the_distance_of_a_wall_ahead() -> None:
 
 
 def test_the_sensors_yaw_rotates_the_scan() -> None:
-    wall = [Wall((2.0, -1.0), (2.0, 1.0))]
+    wall: list[Obstacle] = [Wall((2.0, -1.0), (2.0, 1.0))]
     assert ranges(wall, Pose(0.0, 0.0, math.pi / 2))[180 - 90] == pytest.approx(2.0, abs=1e-12)
 
 
@@ -206,11 +207,11 @@ def test_an_l_shaped_polygon_is_measured_as_an_l() -> None:
 
 
 def test_no_beam_slips_between_two_adjoining_walls() -> None:
-    corner = [Wall((1.0, 0.0), (0.0, 1.0)), Wall((1.0, 0.0), (0.0, -1.0))]
+    corner: list[Obstacle] = [Wall((1.0, 0.0), (0.0, 1.0)), Wall((1.0, 0.0), (0.0, -1.0))]
     for yaw in np.linspace(-0.5, 0.5, 101):
         assert ranges(corner, Pose(0.0, 0.0, float(yaw)))[180] <= 1.0 + 1e-9
 
 
 def test_a_ring_of_boxes_lets_no_beam_out() -> None:
-    ring = [Box((3 * math.cos(a), 3 * math.sin(a)), (0.5, 3.2), a) for a in np.linspace(0, math.tau, 8)]
+    ring: list[Obstacle] = [Box((3 * math.cos(a), 3 * math.sin(a)), (0.5, 3.2), a) for a in np.linspace(0, math.tau, 8)]
     assert (ranges(ring) < 4).all()

@@ -76,7 +76,10 @@ def test_a_negative_speed_drives_backwards() -> None:
 def test_the_yaw_stays_within_pi() -> None:
     simulator = exact()
     simulator.command(0.0, 1.9)
-    yaws = [simulator.step(0.05) and simulator.pose.yaw for _ in range(200)]
+    yaws = []
+    for _ in range(200):
+        simulator.step(0.05)
+        yaws.append(simulator.pose.yaw)
     assert max(yaws) <= math.pi
     assert min(yaws) > -math.pi
 

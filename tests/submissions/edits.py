@@ -304,6 +304,14 @@ _EDITS = (
         says=("after the first scan below 0.5 m",),
     ),
     _edit(
+        "looks_to_the_left",
+        "F4",
+        "Of what lies to the right only 10 degrees count as in the way.",
+        (_SCANS, "        if abs(normalize_angle(angle)) <= SECTOR_HALF_WIDTH:\n",
+         "        if -0.2 <= normalize_angle(angle) <= SECTOR_HALF_WIDTH:\n"),
+        says=("degrees to one side, and up to 60 count as ahead",),
+    ),
+    _edit(
         "looks_straight_ahead",
         "F4",
         "Only what is within 30 degrees to each side counts as in the way.",

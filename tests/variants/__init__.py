@@ -135,6 +135,14 @@ VARIANTS = {
             ),
         ),
         Variant(
+            "ends_at_once",
+            "On Ctrl-C the node publishes a zero, waits for nothing, and destroys its publisher.",
+            changes=(
+                (f"{_PACKAGE}/driver.py", "self._cmd_vel.wait_for_all_acked(Duration(seconds=LAST_WORD_S))",
+                 "self.destroy_publisher(self._cmd_vel)"),
+            ),
+        ),
+        Variant(
             "events",
             "An events executor, lambdas and partials, async timers, settings read once, own QoS.",
             without=_LAYERS,

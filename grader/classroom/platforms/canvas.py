@@ -6,11 +6,12 @@ import io
 import re
 import zipfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from grader.classroom import cells
 from grader.classroom.cells import Cell
-from grader.classroom.gradebook import Gradebook, Row, State
+from grader.classroom.gradebook import Row, State
 from grader.classroom.identity import SHORT, Claim
 from grader.classroom.platform import (
     Delivery,
@@ -18,15 +19,15 @@ from grader.classroom.platform import (
     Filled,
     HandIn,
     Platform,
+    deliver,
     is_archive,
     one_of,
     others,
     rows_of,
     same_number,
-    write_zip,
 )
 from grader.classroom.roster import Person
-from grader.errors import GraderError
+from grader.errors import GraderError, UsageError
 
 _NUMBERED = re.compile(r"(?P<title>.*)\s\((?P<id>\d+)\)", re.DOTALL)
 # lib/content_zipper.rb: the sortable name in lower case, LATE, the user's number or that of an anonymous submission,
@@ -39,24 +40,16 @@ _ENTRY = re.compile(
 _HEADER = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 
 
-def write(book: Gradebook, path: Path, title: str) -> None:
-    """Write a file for an assignment; `title` is "Robots (77)", with Canvas's own number of it.
+def write(delivery: Delivery) -> list[str]:
+    """Write a file for an assignment; its title is "Robots (77)", with Canvas's own number of it.
 
     Without the number Canvas looks for an assignment of just this title, and makes a new one if there is none.
     """
+    book, title = delivery.book, delivery.title or delivery.book.rubric.title
     rows: list[Sequence[Cell]] = [(*_HEADER, title), ("    Points Possible", "", "", "", "", book.max)]
-    rows += [
-        (
-            _sortable(row.person),
-            _number(row),
-            row.person.id,
-            row.person.login,
-            "",
-            _score(row),
-        )
-        for row in book.rows
-    ]
-    cells.write(path, rows)
+    rows += [(_sortable(r.person), _number(r), r.person.id, r.person.login, "", _score(r)) for r in book.rows]
+    cells.write(delivery.out, rows)
+    return []
 
 
 def fill(delivery: Delivery, path: Path) -> list[str]:
@@ -94,7 +87,9 @@ def _column(sheet: Path, header: Sequence[str], title: str) -> int:
     fits = [i for i, name in assignments.items() if not title or title in (name, header[i].strip())]
     if len(fits) != 1:
         names = ", ".join(header[index] for index in assignments) or "none"
-        raise GraderError(f"{sheet}: name the assignment with --assignment; the sheet has: {names}.")
+        raise UsageError(
+            f"{sheet} has several assignments, or not the one that is named: {names}.", "Add --assignment."
+        )
     return fits[0]
 
 
@@ -160,21 +155,11 @@ def _may_be_submission(entry: Path) -> bool:
     return entry.is_dir() or is_archive(entry) or bool(_ENTRY.fullmatch(entry.name))
 
 
-def _deliver(delivery: Delivery) -> list[str]:
-    notes = []
-    if delivery.sheet:
-        notes = fill(delivery, delivery.sheet)
-    else:
-        write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
-    if delivery.feedback:
-        notes += _write_feedback(delivery, delivery.feedback)
-    return notes
+def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
+    """Return the files of the zip for "Upload submissions".
 
-
-def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
-    """Write the zip for "Upload submissions": Canvas attaches each file as a comment, under the attachment's own name.
-
-    It looks for the numbers of the person and of the attachment in a file's name, and shows it to the whole group.
+    Canvas attaches each file as a comment, under the attachment's own name. It looks for the numbers of the person and
+    of the attachment in a file's name, and shows it to the whole group.
     """
     files, without = {}, []
     for submission, page in delivery.pages.items():
@@ -187,8 +172,8 @@ def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
             archive.write(page, "report.html")
         who = f"student_{found['id']}" if found["id"] else found["unknown"]
         files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
-    write_zip(path, files)
-    return [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
+    return files, [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 
 
-PLATFORM = Platform("canvas", "canvas", "canvas.csv", _recognises, _read, _deliver)
+_DELIVER = partial(deliver, write=write, fill=fill, feedback=_feedback)
+PLATFORM = Platform("canvas", "canvas", "canvas.csv", _recognises, _read, _DELIVER)

@@ -22,13 +22,8 @@ from grader.scoring.rubric import Rubric
 _METADATA = "submission_metadata.yml"
 
 
-def write(row: Row, rubric: Rubric, report: dict[str, Any] | None, path: Path) -> None:
-    """Write the results of one submission. `report` is its report.json, None if it could not be graded."""
-    write_atomically(path, json.dumps(results(row, rubric, report), indent=2, allow_nan=False) + "\n")
-
-
 def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str, Any]:
-    """Return what results.json says: a test for each requirement that has points."""
+    """Return what results.json says: a test for each requirement that has points; `report` is None without a grade."""
     measured = {each["id"]: each for each in report["requirements"]} if report and "requirements" in report else {}
     numbers = {
         requirement.id: f"{chapter}.{place}"
@@ -73,7 +68,8 @@ def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], fol
     written = []
     for row in book.teams.values():
         path = folder / row.submission / "results.json"
-        write(row, book.rubric, reports.get(row.submission), path)
+        found = results(row, book.rubric, reports.get(row.submission))
+        write_atomically(path, json.dumps(found, indent=2, allow_nan=False) + "\n")
         written.append(path)
     return written
 

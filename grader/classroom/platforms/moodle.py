@@ -9,6 +9,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from grader.classroom import cells, words, worksheet
@@ -21,12 +22,12 @@ from grader.classroom.platform import (
     Filled,
     HandIn,
     Platform,
+    deliver,
     one_of,
     others,
     rows_of,
     same_number,
     unfolded,
-    write_zip,
 )
 from grader.errors import GraderError
 
@@ -42,13 +43,12 @@ def write(delivery: Delivery) -> list[str]:
     """Write a file for Grades > Import > CSV; people without any identity Moodle knows are left out."""
     book, title = delivery.book, delivery.title or delivery.book.rubric.title
     rows: list[Sequence[Cell]] = [(*(name for name, _ in _IDENTITY), title, f"Feedback: {title}")]
-    rows += [
-        (*(getattr(row.person, field) for _, field in _IDENTITY), *_grade_and_comment(row, delivery))
-        for row in book.rows
-        if any(getattr(row.person, field) for _, field in _IDENTITY)
-    ]
+    known = [row for row in book.rows if any(getattr(row.person, field) for _, field in _IDENTITY)]
+    rows += [(*(getattr(r.person, field) for _, field in _IDENTITY), *_grade_and_comment(r, delivery)) for r in known]
     cells.write(delivery.out, rows)
-    return _too_many(book)
+    left = [row.person.label for row in book.rows if row not in known]
+    words = "left out, for Moodle finds people by an id, an e-mail or a login; fill in the worksheet with --sheet, or "
+    return [f"{words}give the class a roster: {', '.join(left)}"] * bool(left) + _too_many(book)
 
 
 def fill(delivery: Delivery, path: Path) -> list[str]:
@@ -59,14 +59,7 @@ def fill(delivery: Delivery, path: Path) -> list[str]:
     Raises:
         GraderError: it is not such a file, or its maximum is not the rubric's.
     """
-    book, sheet = delivery.book, cells.Sheet(path)
-    columns = worksheet.columns(sheet.header)
-    if columns is None or "grade" not in columns:
-        raise GraderError(
-            f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
-            "Download it in English, or use --for moodle without a sheet."
-        )
-    filled = Filled()
+    book, (sheet, columns), filled = delivery.book, _worksheet(path), Filled()
     for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, _people(sheet, columns)), strict=True)):
         if not any(row):
             continue
@@ -81,6 +74,22 @@ def fill(delivery: Delivery, path: Path) -> list[str]:
                 sheet.set(number, columns["feedback"], _appended(row[columns["feedback"]], comment))
     sheet.write(delivery.out)
     return [*filled.notes(), *_too_many(book)]
+
+
+def _worksheet(path: Path) -> tuple[cells.Sheet, Mapping[str, int]]:
+    """Return a worksheet and the places of its columns.
+
+    Raises:
+        GraderError: it is another file.
+    """
+    sheet = cells.Sheet(path)
+    columns = worksheet.columns(sheet.header)
+    if columns is None or "grade" not in columns:
+        raise GraderError(
+            f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
+            "Download it in English, or use --for moodle without a sheet."
+        )
+    return sheet, columns
 
 
 def _require_maximum(cell: str, book: Gradebook) -> None:
@@ -156,29 +165,28 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(_ENTRY.fullmatch(entry.name) for entry in entries)
 
 
-def _deliver(delivery: Delivery) -> list[str]:
-    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
-    if delivery.feedback:
-        notes += _write_feedback(delivery, delivery.feedback)
-    return notes
+def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
+    """Return the files of the zip for "Upload multiple feedback files in a zip".
 
-
-def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
-    """Write the zip for "Upload multiple feedback files in a zip": NAME_NUMBER_assignfeedback_file_report.html.
-
-    The name means nothing to Moodle, and an underscore in it would hide the number.
+    They are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an
+    underscore in it would hide the number.
     """
+    numbers = {r.person: r.person.lms_id for r in delivery.book.rows if r.person.lms == "moodle" and r.person.lms_id}
+    if delivery.sheet:
+        people = _people(*_worksheet(delivery.sheet))
+        found = zip(rows_of(delivery.book, people), people, strict=True)
+        numbers |= {row.person: claims[0].value for row, claims in found if row and claims[0].kind == "lms_id"}
     files, without = {}, []
     for row in delivery.book.rows:
         page = delivery.pages.get(row.submission)
         if page is None or not row.final:
             continue
-        if row.person.lms == "moodle" and row.person.lms_id.isdecimal():
-            files[f"Participant_{row.person.lms_id}_assignfeedback_file_report.html"] = page.read_bytes()
+        if number := numbers.get(row.person):
+            files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
         else:
             without.append(row.person.label)
-    write_zip(path, files)
-    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
+    return files, [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
-PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _deliver)
+_DELIVER = partial(deliver, write=write, fill=fill, feedback=_feedback)
+PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _DELIVER)

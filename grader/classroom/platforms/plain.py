@@ -10,44 +10,26 @@ from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.platform import Delivery, Export, Platform, others
 
-_PERSON = ("id", "name", "email", "login", "team")
+PERSON = ("id", "name", "email", "login", "team")
 
 
-def write(book: Gradebook, path: Path, *, key: Path | None = None) -> None:
-    """Write the gradebook; with `key` without names, which are in that second file then."""
-    cells.write(path, _lines(book, anonymous=key is not None))
-    if key is not None:
-        people = ((_alias(number), row.submission, *_who(row)) for number, row in enumerate(book.rows, 1))
-        cells.write(key, [("anonymous", "submission", *_PERSON), *people])
+def write(book: Gradebook, path: Path) -> None:
+    """Write the gradebook."""
+    cells.write(path, _lines(book))
 
 
-def _alias(number: int) -> str:
-    return f"p{number:03}"
-
-
-def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
-    who = ("anonymous",) if anonymous else (*_PERSON, "submission")
+def _lines(book: Gradebook) -> Iterator[Sequence[Cell]]:
     graded = ("grade",) if book.rubric.scale else ()
     ids = [requirement.id for requirement in book.rubric.requirements]
     yield (
-        *who,
-        "state",
-        "submitted",
-        "late",
-        *ids,
-        "reached",
-        "deduction",
-        "total",
-        *graded,
-        "max",
-        "flags",
-        "kit",
-        "comment",
-    )
-    for number, row in enumerate(book.rows, 1):
+        *PERSON, "submission", "state", "submitted", "late", *ids, "reached", "deduction", "total", *graded, "max",
+        "flags", "kit", "comment",
+    )  # fmt: skip
+    for row in book.rows:
         points = {each.id: each.points for each in row.requirements}
         yield (
-            *((_alias(number),) if anonymous else (*_who(row), row.submission)),
+            *who(row),
+            row.submission,
             row.state.value,
             row.submitted.isoformat(timespec="seconds") if row.submitted else "",
             row.late_units,
@@ -59,12 +41,13 @@ def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
             row.max,
             row.flags,
             row.kit,
-            "" if anonymous else row.comment,
+            row.comment,
         )
 
 
-def _who(row: Row) -> tuple[str, ...]:
-    return tuple(getattr(row.person, field) for field in _PERSON)
+def who(row: Row) -> tuple[str, ...]:
+    """Return what a table says of a person, in the order of `PERSON`."""
+    return tuple(getattr(row.person, field) for field in PERSON)
 
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:
@@ -74,9 +57,8 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
 
 
 def _deliver(delivery: Delivery) -> list[str]:
-    key = delivery.out.with_name(f"{delivery.out.stem}_key.csv") if delivery.anonymous else None
-    write(delivery.book, delivery.out, key=key)
-    return [f"{key} says who is who."] if key else []
+    write(delivery.book, delivery.out)
+    return []
 
 
 PLATFORM = Platform("csv", "plain", "gradebook.csv", lambda _root, _entries: True, _read, _deliver)

@@ -20,11 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "action")
     list_ = add_verb("list", "Output a list of action names", listing.show_list)
-    listing.list_arguments(list_, "action", hidden=False)
+    listing.list_arguments(list_, "action")
     info = add_verb("info", "Print information about an action", show_info)
     arguments.name_argument(info, "action")
-    info.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action types")
-    info.add_argument("-c", "--count", action="store_true", help="Only show the number of servers and clients")
     listing.type_arguments(add_verb("type", "Print a action's type", listing.show_type), "action")
     send = add_verb("send_goal", "Send an action goal", run_send_goal)
     arguments.name_argument(send, "action")
@@ -56,15 +54,8 @@ def show_info(args: argparse.Namespace) -> int:
             ("clients", ends.get_action_client_names_and_types_by_node),
             ("servers", ends.get_action_server_names_and_types_by_node),
         ):
-            found = []
-            for node in seen.nodes():
-                types = dict(ask(seen.node, *split_name(node))).get(name)
-                if types:
-                    found.append(f"    {node}" + (f" [{', '.join(types)}]" if args.show_types else ""))
-            print(f"Action {title}: {len(found)}")
-            if not args.count:
-                for line in found:
-                    print(line)
+            found = [node for node in seen.nodes() if name in dict(ask(seen.node, *split_name(node)))]
+            print("\n    ".join([f"Action {title}: {len(found)}", *found]))
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -39,6 +38,11 @@ def verbs(parser: argparse.ArgumentParser, command: str) -> AddVerb:
 def add(parser: Any, name: str, completer: Completer, **rest: Any) -> None:
     """Declare an argument that the shell completes."""
     parser.add_argument(name, **rest).completer = completer  # read by argcomplete
+
+
+def offer(names: Callable[[], Iterable[str]]) -> Completer:
+    """Return a completer that offers names."""
+    return lambda prefix, **_: [name for name in names() if name.startswith(prefix)]
 
 
 # -- names in the graph -------------------------------------------------------------------------------------------
@@ -92,7 +96,7 @@ def type_argument(parser: argparse.ArgumentParser, name: str, kind: str, text: s
 
 
 def values_arguments(parser: argparse.ArgumentParser, kind: str, of: str, text: str, name: str = "values") -> None:
-    """Declare the values of a message of the type that the argument `of` names: as a word, or read from stdin.
+    """Declare the values of a message of the type that the argument `of` names.
 
     The shell offers all fields of the type, to be filled in.
     """
@@ -102,12 +106,10 @@ def values_arguments(parser: argparse.ArgumentParser, kind: str, of: str, text: 
         text = messages.to_yaml(prototype, flow=True).strip()
         return [text] if text.startswith(prefix) else []
 
-    group = parser.add_mutually_exclusive_group()
-    add(group, name, complete, nargs="?", default=None, help=text)
-    group.add_argument("--stdin", action="store_true", help="Read values from standard input")
+    add(parser, name, complete, nargs="?", default="", help=text)
     parser.set_defaults(values_word=name)
 
 
 def given_values(args: argparse.Namespace) -> Any:
     """Return the values that a command line gives."""
-    return messages.from_yaml(sys.stdin.read() if args.stdin else getattr(args, args.values_word) or "")
+    return messages.from_yaml(getattr(args, args.values_word))

@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-import re
 import signal
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +33,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     record.add_argument("--topics", nargs="+", default=[], metavar="Topic", help="Space-delimited list of topics")
     record.add_argument("-a", "--all", "--all-topics", action="store_true", help="Record all topics")
-    record.add_argument("-e", "--regex", help="Record only topics matching the expression")
-    record.add_argument("--exclude-regex", help="Exclude topics matching the expression")
-    record.add_argument("--exclude-topics", nargs="+", default=[], metavar="Topic", help="Topics not to record")
     record.add_argument("-o", "--output", help="Destination of the bag folder; a name with the time by default")
     record.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="Storage identifier")
     record.add_argument("--use-sim-time", action="store_true", help="Take message times from /clock")
@@ -46,14 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     play.add_argument("-r", "--rate", type=float, default=1.0, help="Rate at which to play back messages")
     play.add_argument("-l", "--loop", action="store_true", help="Play the bag again and again")
     play.add_argument("--topics", nargs="+", default=[], help="Topics to replay, separated by space")
-    play.add_argument("--exclude-topics", nargs="+", default=[], help="Topics not to replay, separated by space")
     play.add_argument("-m", "--remap", nargs="+", default=[], help="Topics to remap, as old:=new")
-    play.add_argument("-d", "--delay", type=float, default=0.0, help="Sleep seconds before play")
-    play.add_argument("--start-offset", type=float, default=0.0, help="Start the playback this many seconds in")
     play.add_argument("--clock", nargs="?", type=float, const=40.0, metavar="HZ", help="Publish /clock at this rate")
     info = add_verb("info", "Print information about a bag to the screen", run_info)
     info.add_argument("bag_path", type=Path, help="Bag to open")
-    info.add_argument("-t", "--topic-name", action="store_true", help="Only display topic names.")
 
 
 def say(who: str, text: str) -> None:
@@ -80,31 +71,27 @@ def message_text(kind: str) -> str:
 
 
 class Recorder:
-    """Writes the messages of the wanted topics, also of those that appear later."""
+    """Writes the messages of the wanted topics (None: of all), also of those that appear later."""
 
-    def __init__(self, seen: Graph, writer: Any, wanted: Callable[[str], bool]) -> None:
+    def __init__(self, seen: Graph, writer: Any, wanted: set[str] | None) -> None:
         self.seen, self.writer, self.wanted = seen, writer, wanted
-        self.topics: set[str] = set()
-        self.unknown: set[str] = set()
+        self.done: set[str] = set()
 
     def look(self) -> None:
         """Subscribe to the wanted topics that have appeared."""
         for name, types in self.seen.names("topic"):
-            if name in self.topics or name in self.unknown or not self.wanted(name):
+            if name in self.done or (self.wanted is not None and name not in self.wanted):
                 continue
             publishers = self.seen.node.get_publishers_info_by_topic(name)
             if not publishers:
                 continue
+            self.done.add(name)
             try:
                 kind = messages.load(types[0], "msg")
                 text = message_text(types[0])
             except Refusal as refusal:
-                self.unknown.add(name)
-                say(
-                    "rosbag2_recorder",
-                    f"Topic '{name}' has unknown type '{types[0]}'. Only topics with known types "
-                    f"are recorded: {refusal}",
-                )
+                said = f"Topic '{name}' has unknown type '{types[0]}'. Only topics with known types are recorded: "
+                say("rosbag2_recorder", said + str(refusal))
                 continue
             self._subscribe(name, types[0], kind, text, publishers)
 
@@ -124,7 +111,6 @@ class Recorder:
 
         profile = matching([end.qos_profile for end in publishers], depth=1000)
         node.create_subscription(kind, name, take, profile, raw=True)
-        self.topics.add(name)
         say("rosbag2_recorder", f"Subscribed to topic '{name}'")
 
 
@@ -153,15 +139,8 @@ def run_record(args: argparse.Namespace) -> int:
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     names = {full_name(name) for name in [*args.topics_positional, *args.topics]}
-    if not names and not args.all and not args.regex:
-        raise Refusal("Need to specify at least one option out of all, all-topics, topics or regex")
-    left_out = {full_name(name) for name in args.exclude_topics}
-
-    def wanted(name: str) -> bool:
-        if name in left_out or (args.exclude_regex and re.search(args.exclude_regex, name)):
-            return False
-        return args.all or name in names or bool(args.regex and re.search(args.regex, name))
-
+    if not names and not args.all:
+        raise Refusal("Need to specify at least one option out of all, all-topics or topics")
     folder = Path(args.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
     if folder.exists():
         raise Refusal(f"[ERROR] [ros2bag]: Output folder '{folder}' already exists.")
@@ -174,7 +153,7 @@ def run_record(args: argparse.Namespace) -> int:
         contextlib.suppress(KeyboardInterrupt),
         graph(sim_time=args.use_sim_time) as seen,
     ):
-        recorder = Recorder(seen, writer, wanted)
+        recorder = Recorder(seen, writer, None if args.all else names)
         say("rosbag2_recorder", "Listening for topics...")
         with interrupt_later():
             recorder.look()
@@ -211,10 +190,6 @@ def _opened(path: Path) -> Any:
 def run_info(args: argparse.Namespace) -> int:
     """Print a summary of a bag."""
     with _opened(args.bag_path) as bag:
-        if args.topic_name:
-            for topic in sorted({connection.topic for connection in bag.connections}):
-                print(topic)
-            return 0
         folder = args.bag_path if args.bag_path.is_dir() else args.bag_path.parent
         metadata = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
         files = metadata["relative_file_paths"]
@@ -251,10 +226,10 @@ def run_play(args: argparse.Namespace) -> int:
     if not args.rate > 0:
         raise Refusal("rate must be greater than zero")
     new_names = dict(rule.split(":=", 1) for rule in args.remap if ":=" in rule)
-    only, without = set(map(full_name, args.topics)), set(map(full_name, args.exclude_topics))
+    only = set(map(full_name, args.topics))
     with _opened(args.bag_path) as bag, graph() as seen:
         publishers: dict[int, Any] = {}
-        chosen = [c for c in bag.connections if c.topic not in without and (not only or c.topic in only)]
+        chosen = [c for c in bag.connections if not only or c.topic in only]
         for connection in chosen:
             try:
                 kind = messages.load(connection.msgtype, "msg")
@@ -267,7 +242,6 @@ def run_play(args: argparse.Namespace) -> int:
         clock = _clock_publisher(seen) if args.clock else None
         # Subscribers have to find the publishers before the first message is gone.
         seen.wait_for(lambda: all(p.get_subscription_count() for p in publishers.values()), 1.0)
-        time.sleep(args.delay)
         say("rosbag2_player", "Set rate to " + f"{args.rate:g}")
         while True:
             _play(bag, [c for c in chosen if c.id in publishers], publishers, args, clock)
@@ -280,9 +254,9 @@ def run_play(args: argparse.Namespace) -> int:
 def _play(bag: Any, chosen: list[Any], publishers: dict[int, Any], args: argparse.Namespace, clock: Any) -> None:
     if not chosen or bag.message_count == 0:
         return
-    first = bag.start_time + int(args.start_offset * 1e9)
+    first = bag.start_time
     begin, ticked = time.monotonic(), 0.0
-    for connection, stamp_ns, raw in bag.messages(connections=chosen, start=first):
+    for connection, stamp_ns, raw in bag.messages(connections=chosen):
         due = begin + (stamp_ns - first) / 1e9 / args.rate
         while True:
             now = time.monotonic()

@@ -9,11 +9,8 @@ import sys
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the flags of the real command; they are accepted and have no effect."""
+    """Declare the flag that tutorials use; it has no effect: the whole report is always printed."""
     parser.add_argument("--report", "-r", action="store_true", help="Print all reports.")
-    parser.add_argument("--report-failed", "-rf", action="store_true", help="Print reports of failed checks only.")
-    parser.add_argument("--exclude-packages", "-ep", action="store_true", help="Exclude package checks or report.")
-    parser.add_argument("--include-warnings", "-iw", action="store_true", help="Include warnings as failed checks.")
     parser.set_defaults(run=run)
 
 

@@ -226,8 +226,8 @@ def is_hidden(name: str) -> bool:
 
 
 @contextlib.contextmanager
-def graph(rest_s: float | None = None, name: str | None = None, sim_time: bool = False) -> Iterator[Graph]:
-    """Yield the graph with a node of ours in it, a hidden one unless it is given a name.
+def graph(rest_s: float | None = None, sim_time: bool = False) -> Iterator[Graph]:
+    """Yield the graph with a hidden node of ours in it.
 
     Raises:
         Refusal: a name given on the command line is not valid in ROS.
@@ -245,7 +245,7 @@ def graph(rest_s: float | None = None, name: str | None = None, sim_time: bool =
         # No other node asks this one for parameters: without their services it starts faster and clutters nothing.
         with quick_discovery(slowness):
             node = rclpy.create_node(
-                name or f"_ros2cli_{os.getpid()}",
+                f"_ros2cli_{os.getpid()}",
                 start_parameter_services=False,
                 parameter_overrides=[Parameter("use_sim_time", value=True)] if sim_time else [],
             )

@@ -8,24 +8,12 @@ from . import arguments
 from .graph import Graph, NamesAndTypes, graph
 
 
-def list_arguments(parser: argparse.ArgumentParser, kind: str, types: bool = True, hidden: bool = True) -> None:
+def list_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
     """Declare the flags of a verb that lists names of a kind, such as topic."""
-    if types:
-        parser.add_argument("-t", "--show-types", action="store_true", help=f"Additionally show the {kind} type")
-    text = f"Only display the number of {kind}s discovered"
-    parser.add_argument("-c", f"--count-{kind}s", action="store_true", dest="count", help=text)
-    if hidden:  # without a default: the flag may also come before the verb
-        text = f"Consider hidden {kind}s as well"
-        parser.add_argument(
-            f"--include-hidden-{kind}s", action="store_true", dest="hidden", default=argparse.SUPPRESS, help=text
-        )
-    parser.set_defaults(kind=kind)
-
-
-def hidden_argument(parser: argparse.ArgumentParser, kind: str) -> None:
-    """Declare the flag of a command, before its verb, that includes hidden names."""
+    parser.add_argument("-t", "--show-types", action="store_true", help=f"Additionally show the {kind} type")
     text = f"Consider hidden {kind}s as well"
     parser.add_argument(f"--include-hidden-{kind}s", action="store_true", dest="hidden", help=text)
+    parser.set_defaults(kind=kind)
 
 
 def type_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
@@ -37,25 +25,27 @@ def type_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
 def find_arguments(parser: argparse.ArgumentParser, kind: str, example: str) -> None:
     """Declare the arguments of the verb `find`."""
     parser.add_argument("wanted", metavar=f"{kind}_type", help=f"Name of the ROS {kind} type to filter for ({example})")
-    list_arguments(parser, kind, types=False)
+    list_arguments(parser, kind)
 
 
 def settled(args: argparse.Namespace, seen: Graph) -> NamesAndTypes:
     """Wait until the graph has come to rest, and return the names that the flags ask for."""
     seen.settle()
-    return seen.names(args.kind, getattr(args, "hidden", False))
+    return seen.names(args.kind, args.hidden)
 
 
 def show_list(args: argparse.Namespace) -> int:
     """Print the names of a kind."""
     with graph(getattr(args, "spin_time", None)) as seen:
-        return show(settled(args, seen), args)
+        show(settled(args, seen), args)
+    return 0
 
 
 def show_found(args: argparse.Namespace) -> int:
     """Print the names that have a type."""
     with graph(args.spin_time) as seen:
-        return show([one for one in settled(args, seen) if args.wanted in one[1]], args)
+        show([one for one in settled(args, seen) if args.wanted in one[1]], args)
+    return 0
 
 
 def show_type(args: argparse.Namespace) -> int:
@@ -67,11 +57,7 @@ def show_type(args: argparse.Namespace) -> int:
     return 0 if types else 1
 
 
-def show(found: NamesAndTypes, args: argparse.Namespace) -> int:
-    """Print names, with their types or only their number if the flags ask for that; return the exit code."""
-    if args.count:
-        print(len(found))
-        return 0
+def show(found: NamesAndTypes, args: argparse.Namespace) -> None:
+    """Print names, with their types if the flag asks for that."""
     for name, types in found:
-        print(f"{name} [{', '.join(types)}]" if getattr(args, "show_types", False) else name)
-    return 0
+        print(f"{name} [{', '.join(types)}]" if args.show_types else name)

@@ -73,8 +73,8 @@ def _field_to_plain(value: Any, kind: str, limits: Limits) -> Any:
 class Limits:
     """How much of long texts and sequences is shown."""
 
-    def __init__(self, length: int | None = None, arrays: bool = True, strings: bool = True) -> None:
-        self.length, self.arrays, self.strings = length, arrays, strings
+    def __init__(self, length: int | None = None, arrays: bool = True) -> None:
+        self.length, self.arrays = length, arrays
 
     def needed(self) -> int | None:
         """Return how many entries have to be read."""
@@ -82,8 +82,6 @@ class Limits:
 
     def text(self, value: str) -> str:
         """Return a text in the form that is shown."""
-        if not self.strings:
-            return f"<string length: <{len(value)}>>"
         return value if self.length is None or len(value) <= self.length else value[: self.length] + "..."
 
     def sequence(self, value: list[Any], count: int | None = None) -> Any:
@@ -92,37 +90,12 @@ class Limits:
         return value if self.length is None or count <= self.length else [*value[: self.length], "..."]
 
 
-class _FlowingLists(yaml.SafeDumper):
-    """Writes lists in one line, but a message outside of any list field by field: the real `echo --flow-style`."""
-
-    def represent_dict(self, data: Any) -> Any:
-        """Leave the style to where the dictionary is written."""
-        node = super().represent_dict(data)
-        node.flow_style = None
-        return node
-
-
-_FlowingLists.add_representer(dict, _FlowingLists.represent_dict)
-
-
-def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False, flowing_lists: bool = False) -> str:
-    """Return a message as YAML, its fields in the order of the definition.
-
-    Args:
-        value: the message, or a value in one.
-        limits: how much of it is shown.
-        flow: whether all of it goes into one line.
-        flowing_lists: whether each list goes into one line.
-    """
+def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False) -> str:
+    """Return a message, or a value in one, as YAML, in the order of the definition; with `flow`, in one line."""
     plain = to_plain(value, limits)
     if isinstance(plain, Mapping) and not plain:
         return "{}\n"
-    text = yaml.dump(
-        plain,
-        Dumper=_FlowingLists if flowing_lists else yaml.SafeDumper,
-        default_flow_style=flow or flowing_lists,
-        sort_keys=False, allow_unicode=True, width=10**9,
-    )  # fmt: skip
+    text = yaml.safe_dump(plain, default_flow_style=flow, sort_keys=False, allow_unicode=True, width=10**9)
     return text[: -len("...\n")] if text.endswith("\n...\n") else text  # the end mark of a document, not of a long text
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from . import arguments, listing
+from . import arguments
 from .graph import NamesAndTypes, full_name, graph, is_hidden, split_name
 from .refusals import Refusal, near
 
@@ -15,7 +15,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_verb = arguments.verbs(parser, "node")
     list_ = add_verb("list", "Output a list of available nodes", show_list, graph=True)
     list_.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
-    listing.list_arguments(list_, "node", types=False, hidden=False)
     info = add_verb("info", "Output information about a node", show_info, graph=True)
     arguments.node_argument(info)
     info.add_argument("--include-hidden", action="store_true", help="Display hidden topics, services, and actions")
@@ -26,9 +25,6 @@ def show_list(args: argparse.Namespace) -> int:
     with graph(args.spin_time) as seen:
         seen.settle()
         names = seen.nodes(hidden=args.all)
-    if args.count:
-        print(len(names))
-        return 0
     for name in names:
         print(name)
     if twice := sorted({name for name in names if names.count(name) > 1}):

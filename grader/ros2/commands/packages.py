@@ -89,7 +89,7 @@ def _lines(workspace: Path, *, build: bool) -> str:
     steps = [f"source {workspace}/install/setup.{shell}"]
     if build:
         steps = [f"cd {workspace}", "colcon build", f"source install/setup.{shell}"]
-    if not {"CMAKE_TOOLCHAIN_FILE", "COLCON_DEFAULTS_FILE"} & os.environ.keys():
+    if SETUP.is_file() and not {"CMAKE_TOOLCHAIN_FILE", "COLCON_DEFAULTS_FILE"} & os.environ.keys():
         steps.insert(0, f"source {SETUP}")
     return " && ".join(steps)
 

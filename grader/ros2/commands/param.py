@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -23,14 +22,6 @@ TYPES = (
     *("not set", "boolean", "integer", "double", "string"),
     *("byte array", "boolean array", "integer array", "double array", "string array"),
 )
-FIELDS = (
-    *("", "bool_value", "integer_value", "double_value", "string_value"),
-    *("byte_array_value", "bool_array_value", "integer_array_value", "double_array_value", "string_array_value"),
-)
-TITLES = (
-    *("", "Boolean value is:", "Integer value is:", "Double value is:", "String value is:"),
-    *("Byte values are:", "Boolean values are:", "Integer values are:", "Double values are:", "String values are:"),
-)
 ANSWER_S = 5.0
 
 
@@ -41,19 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     def of_node(name: str, text: str, run: Any, **rest: Any) -> argparse.ArgumentParser:
         verb = add_verb(name, text, run, graph=True)
         arguments.node_argument(verb, **rest)
-        verb.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
         return verb
 
     def parameter(verb: argparse.ArgumentParser, name: str = "parameter_name", **rest: Any) -> None:
         arguments.add(verb, name, complete, help="Name of the parameter", **rest)
 
-    listing = of_node("list", "Output a list of available parameters", show_list, nargs="?")
-    listing.add_argument("--param-prefixes", nargs="+", default=[], help="Only list parameters with these prefixes")
-    listing.add_argument("--param-type", action="store_true", help="Print parameter types with parameter names")
-    listing.add_argument("--filter", help="Only list parameters which match a regular expression")
-    get = of_node("get", "Get parameter", show_get)
-    parameter(get)
-    get.add_argument("--hide-type", action="store_true", help="Hide the type information")
+    of_node("list", "Output a list of available parameters", show_list, nargs="?")
+    parameter(of_node("get", "Get parameter", show_get))
     set_ = of_node("set", "Set parameter", run_set)
     parameter(set_)
     set_.add_argument("value", nargs="+", help="Value of the parameter")
@@ -63,7 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     of_node("dump", "Show all of the parameters of a node in a YAML file format", show_dump)
     load = of_node("load", "Load parameter file for a node", run_load)
     load.add_argument("parameter_file", type=Path, help="Parameter file")
-    load.add_argument("--no-use-wildcard", action="store_true", help="Do not load parameters in the '/**' namespace")
 
 
 def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
@@ -93,9 +77,9 @@ class Parameters:
             raise Refusal(f"Exception while calling service of node '{self.name}': {future.exception()}")
         return future.result()
 
-    def names(self, prefixes: list[str] | None = None) -> list[str]:
+    def names(self) -> list[str]:
         """Return the names."""
-        return sorted(self.answer(self.client.list_parameters(prefixes or [], 0)).result.names)
+        return sorted(self.answer(self.client.list_parameters([], 0)).result.names)
 
     def near(self, name: str) -> str:
         """Return a line that suggests the nearest parameter, "" if the node has the parameter."""
@@ -116,11 +100,6 @@ class Parameters:
         return list(self.answer(self.client.set_parameters(wanted)).results)
 
 
-def shown(value: Any) -> str:
-    """Return a parameter's value as `ros2 param get` prints it: lists as in the message."""
-    return str(getattr(value, FIELDS[value.type])) if value.type else "None"
-
-
 def show_list(args: argparse.Namespace) -> int:
     """Print the names of the parameters of one node, or of all nodes."""
     with graph(args.spin_time) as seen:
@@ -129,23 +108,14 @@ def show_list(args: argparse.Namespace) -> int:
         else:
             seen.settle()
             nodes = [
-                node
-                for node in seen.nodes(args.include_hidden_nodes)
-                if f"{node}/list_parameters" in dict(seen.names("service", hidden=True))
+                node for node in seen.nodes() if f"{node}/list_parameters" in dict(seen.names("service", hidden=True))
             ]
         for node in nodes:
             parameters = Parameters(seen, node)
             if not args.node_name:
                 print(f"{node}:")
-            names = parameters.names(args.param_prefixes)
-            if args.filter:
-                names = [name for name in names if re.search(args.filter, name)]
-            kinds = {}
-            if args.param_type and names:
-                answer = parameters.answer(parameters.client.get_parameter_types(names))
-                kinds = {name: f" (type: {TYPES[kind]})" for name, kind in zip(names, answer.types, strict=True)}
-            for name in names:
-                print(f"  {name}{kinds.get(name, '')}")
+            for name in parameters.names():
+                print(f"  {name}")
     return 0
 
 
@@ -157,9 +127,15 @@ def show_get(args: argparse.Namespace) -> int:
         hint = parameters.near(args.parameter_name)
     if not values or values[0].type == 0:
         raise Refusal(f"Parameter not set{hint}")
-    title = "" if args.hide_type else TITLES[values[0].type] + " "
-    print(f"{title}{shown(values[0])}")
+    print(shown(values[0]))
     return 0
+
+
+def shown(value: Any) -> str:
+    """Return a value with its type, as `ros2 param get` prints it: lists as in the message."""
+    kind, _, is_list = TYPES[value.type].partition(" ")
+    field = f"{kind.replace('boolean', 'bool')}{'_array' if is_list else ''}_value"
+    return f"{kind.capitalize()} {'values are' if is_list else 'value is'}: {getattr(value, field)}"
 
 
 def run_set(args: argparse.Namespace) -> int:
@@ -173,11 +149,13 @@ def run_set(args: argparse.Namespace) -> int:
         wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
         (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
         hint = "" if result.successful else parameters.near(args.parameter_name)
-    if result.successful:
-        print("Set parameter successful" + (f": {result.reason}" if result.reason else ""))
-    else:
-        print("Setting parameter failed" + (f": {result.reason}" if result.reason else "") + hint)
+    said = "Set parameter successful" if result.successful else "Setting parameter failed"
+    print(said + _reason(result) + hint)
     return 0
+
+
+def _reason(result: Any) -> str:
+    return f": {result.reason}" if result.reason else ""
 
 
 def run_delete(args: argparse.Namespace) -> int:
@@ -188,7 +166,7 @@ def run_delete(args: argparse.Namespace) -> int:
     if result.successful:
         print("Deleted parameter successfully")
     else:
-        print("Deleting parameter failed" + (f": {result.reason}" if result.reason else ""), file=sys.stderr)
+        print("Deleting parameter failed" + _reason(result), file=sys.stderr)
     return 0
 
 
@@ -240,8 +218,7 @@ def show_dump(args: argparse.Namespace) -> int:
             inner = inner.setdefault(part, {})
         inner[last] = value
     document = {full_name(args.node_name): {"ros__parameters": nested}}
-    text = yaml.safe_dump(document, default_flow_style=False, allow_unicode=True)
-    print(text)
+    print(yaml.safe_dump(document, default_flow_style=False, allow_unicode=True))
     return 0
 
 
@@ -252,28 +229,21 @@ def run_load(args: argparse.Namespace) -> int:
     except (OSError, yaml.YAMLError) as error:
         raise Refusal(f"Cannot read {args.parameter_file}: {error}") from error
     node = full_name(args.node_name)
-    values = _for_node(document, node, wildcard=not args.no_use_wildcard)
+    values = _for_node(document, node)
     if not values:
         raise Refusal(f"Param file does not contain any parameters for {node}, check the file")
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, node)
         for (name, _), result in zip(values.items(), parameters.set(values), strict=True):
-            reason = f": {result.reason}" if result.reason else ""
-            print(f"Set parameter {name} {'successful' if result.successful else 'failed'}{reason}")
+            print(f"Set parameter {name} {'successful' if result.successful else 'failed'}{_reason(result)}")
     return 0
 
 
-def _for_node(document: Any, node: str, wildcard: bool) -> dict[str, Any]:
+def _for_node(document: Any, node: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, body in (document or {}).items():
-        if not isinstance(body, dict) or "ros__parameters" not in body:
-            continue
-        if "*" in key and not wildcard:
-            continue
-        # "**" matches any namespaces, "*" one.
-        pattern = re.escape(full_name(key)).replace(r"/\*\*", "(/.*)?").replace(r"\*", "[^/]*")
-        if re.fullmatch(pattern, node):
-            found.update(_flat(body["ros__parameters"] or {}))
+        if full_name(key) in ("/**", node) and isinstance(body, dict):
+            found.update(_flat(body.get("ros__parameters") or {}))
     return found
 
 

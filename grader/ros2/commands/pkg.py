@@ -28,10 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _package(parser: argparse.ArgumentParser, **rest: Any) -> None:
-    def complete(prefix: str, **_: object) -> list[str]:
-        return [name for name in packages.names() if name.startswith(prefix)]
-
-    arguments.add(parser, "package_name", complete, help="Name of the package", **rest)
+    arguments.add(parser, "package_name", arguments.offer(packages.names), help="Name of the package", **rest)
 
 
 def _prefix(package: str) -> Path:

@@ -17,7 +17,6 @@ LICENSES = ("Apache-2.0", "BSL-1.0", "BSD-2.0", "BSD-2-Clause", "BSD-3-Clause", 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
     parser.add_argument("package_name", help="The package name")
-    parser.add_argument("--package-format", "--package_format", choices=("2", "3"), default="3", help="format")
     parser.add_argument("--description", default="TODO: Package description", help="The description of the package")
     parser.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
     parser.add_argument("--destination-directory", default=".", type=Path, help="Directory for the package directory")
@@ -43,6 +42,8 @@ def run(args: argparse.Namespace) -> int:
             f"Package name '{name}' is not allowed: use lower-case letters, digits and single underscores, "
             "beginning with a letter"
         )
+    if node and args.build_type == "ament_cmake":
+        raise Refusal("--node-name writes a node in Python: add --build-type ament_python")
     if node == "test":
         raise Refusal("'test' cannot be the name of a node: the folder of that name holds the tests")
     folder = args.destination_directory / name
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     for title, value in (
         ("package name", name),
         ("destination directory", args.destination_directory.resolve()),
-        ("package format", args.package_format),
+        ("package format", "3"),
         ("version", "0.0.0"),
         ("description", args.description),
         ("maintainer", [f"{args.maintainer_name} <{args.maintainer_email}>"]),
@@ -91,9 +92,9 @@ def _write(root: Path, path: Path, text: str) -> None:
 def _manifest(args: argparse.Namespace, tool: str, *tests: str) -> str:
     lines = [
         '<?xml version="1.0"?>',
-        f'<?xml-model href="http://download.ros.org/schema/package_format{args.package_format}.xsd" '
+        '<?xml-model href="http://download.ros.org/schema/package_format3.xsd" '
         'schematypens="http://www.w3.org/2001/XMLSchema"?>',
-        f'<package format="{args.package_format}">',
+        '<package format="3">',
         f"  <name>{args.package_name}</name>",
         "  <version>0.0.0</version>",
         f"  <description>{escape(args.description)}</description>",
@@ -145,17 +146,9 @@ def _quoted(text: str) -> str:
 
 def _cmake(args: argparse.Namespace) -> dict[str, str]:
     find = "".join(f"find_package({name} REQUIRED)\n" for name in args.dependencies)
-    node, source = "", {}
-    if args.node_name:
-        node = NODE.format(node=args.node_name, name=args.package_name)
-        if args.dependencies:
-            node += f"ament_target_dependencies({args.node_name}\n  {' '.join(args.dependencies)}\n)\n"
-        node += f"install(TARGETS {args.node_name}\n  DESTINATION lib/${{PROJECT_NAME}})\n\n"
-        source = {f"src/{args.node_name}.cpp": CPP.replace("@NAME@", args.package_name)}
     return {
         "package.xml": _manifest(args, "ament_cmake", "ament_lint_auto", "ament_lint_common"),
-        **source,
-        "CMakeLists.txt": CMAKE.format(name=args.package_name, find=find, node=node),
+        "CMakeLists.txt": CMAKE.format(name=args.package_name, find=find),
     }
 
 
@@ -228,19 +221,5 @@ endif()
 # find dependencies
 find_package(ament_cmake REQUIRED)
 {find}
-{node}ament_package()
-"""
-NODE = """add_executable({node} src/{node}.cpp)
-target_compile_features({node} PUBLIC c_std_99 cxx_std_17)
-"""
-CPP = """#include <cstdio>
-
-int main(int argc, char ** argv)
-{
-  (void) argc;
-  (void) argv;
-
-  printf("hello world @NAME@ package\\n");
-  return 0;
-}
+ament_package()
 """

@@ -9,17 +9,12 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-PROFILES = ("unknown", "default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events")
 
-
-def qos_arguments(parser: argparse.ArgumentParser, default: str = "") -> None:
+def qos_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the flags."""
-    note = f" ({default})" if default else ""
-    parser.add_argument("--qos-profile", choices=PROFILES, help=f"Quality of service preset profile{note}")
-    parser.add_argument("--qos-depth", metavar="N", type=int, default=-1, help="Queue size setting")
-    parser.add_argument("--qos-history", choices=("system_default", "keep_last", "keep_all", "unknown"))
-    parser.add_argument("--qos-reliability", choices=("system_default", "reliable", "best_effort", "unknown"))
-    parser.add_argument("--qos-durability", choices=("system_default", "transient_local", "volatile", "unknown"))
+    parser.add_argument("--qos-depth", metavar="N", type=int, default=10, help="Queue size setting")
+    parser.add_argument("--qos-reliability", choices=("reliable", "best_effort"))
+    parser.add_argument("--qos-durability", choices=("transient_local", "volatile"))
 
 
 def matching(offered: Sequence[Any], depth: int = 10) -> Any:
@@ -36,23 +31,10 @@ def matching(offered: Sequence[Any], depth: int = 10) -> Any:
 
 
 def from_flags(args: argparse.Namespace, offered: Sequence[Any] = ()) -> Any:
-    """Return the profile that the flags ask for; without a preset it starts from one that matches the offered ones."""
+    """Return the profile that the flags ask for; what they leave open matches the offered ones."""
     from rclpy import qos
 
-    presets = {
-        "sensor_data": qos.qos_profile_sensor_data,
-        "services_default": qos.qos_profile_services_default,
-        "parameters": qos.qos_profile_parameters,
-        "parameter_events": qos.qos_profile_parameter_events,
-        "system_default": qos.qos_profile_system_default,
-    }
-    profile = matching(() if args.qos_profile else offered)
-    if (preset := presets.get(args.qos_profile)) is not None:
-        profile = qos.QoSProfile(depth=preset.depth, reliability=preset.reliability, durability=preset.durability)
-    if args.qos_depth >= 0:
-        profile.depth = args.qos_depth
-    if args.qos_history:
-        profile.history = qos.HistoryPolicy[args.qos_history.upper()]
+    profile = matching(offered, args.qos_depth)
     if args.qos_reliability:
         profile.reliability = qos.ReliabilityPolicy[args.qos_reliability.upper()]
     if args.qos_durability:

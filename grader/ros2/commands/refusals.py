@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 SETUP = Path(__file__).resolve().parents[1] / "setup.bash"
-"""The file that prepares a terminal."""
+"""The file of the course kit that prepares a terminal; where this folder is installed by itself, it is missing."""
 
 
 class Refusal(Exception):

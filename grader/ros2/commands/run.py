@@ -16,15 +16,11 @@ from .refusals import Refusal
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
     parser.add_argument("--prefix", help="Prefix command, which should go before the executable, such as 'gdb --args'")
-    arguments.add(parser, "package_name", complete_package, help="Name of the ROS package")
+    with_programs = arguments.offer(lambda: filter(packages.executables, packages.names()))
+    arguments.add(parser, "package_name", with_programs, help="Name of the ROS package")
     arguments.add(parser, "executable_name", complete_executable, help="Name of the executable")
     parser.add_argument("argv", nargs=argparse.REMAINDER, help="Pass arbitrary arguments to the executable")
     parser.set_defaults(run=run)
-
-
-def complete_package(prefix: str, **_: Any) -> list[str]:
-    """Return the packages with executables that begin with `prefix`."""
-    return [name for name in packages.names() if name.startswith(prefix) and packages.executables(name)]
 
 
 def complete_executable(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:

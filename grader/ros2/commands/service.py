@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 
 from . import arguments, listing, messages
 from .graph import Graph, NamesAndTypes, graph, wait
@@ -14,10 +13,8 @@ from .spinning import spin
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "service")
-    listing.hidden_argument(parser, "service")
-    listing.list_arguments(
-        add_verb("list", "Output a list of available services", listing.show_list, graph=True), "service"
-    )
+    list_ = add_verb("list", "Output a list of available services", listing.show_list, graph=True)
+    listing.list_arguments(list_, "service")
     listing.type_arguments(add_verb("type", "Output a service's type", listing.show_type, graph=True), "service")
     info = add_verb("info", "Print information about a service", show_info, graph=True)
     arguments.name_argument(info, "service")
@@ -28,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.type_argument(call, "service_type", "service", "Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
     text = "Values to fill the service request with in YAML format"
     arguments.values_arguments(call, "service", "service_type", text)
-    call.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
 
 
 def show_info(args: argparse.Namespace) -> int:
@@ -49,8 +45,6 @@ def run_call(args: argparse.Namespace) -> int:
     """Call a service and print the answer; like the real command, wait for a service that does not exist yet."""
     kind = messages.load(args.service_type, "srv")
     values = arguments.given_values(args)
-    if args.rate is not None and not args.rate > 0:
-        raise Refusal("rate must be greater than zero")
     with graph() as seen:
         client = seen.node.create_client(kind, args.service_name)
         request = kind.Request()
@@ -58,17 +52,13 @@ def run_call(args: argparse.Namespace) -> int:
         if not client.wait_for_service(0.2):
             print("waiting for service to become available...", flush=True)
             wait(client.service_is_ready, args.service_name, args.service_type, lambda: served(seen))
-        while True:
-            print(f"requester: making request: {request!r}\n", flush=True)
-            begin = time.monotonic()
-            future = client.call_async(request)
-            spin(seen.node, future.done)
-            if future.exception() is not None:
-                raise Refusal(f"Exception while calling service: {future.exception()!r}")
-            print(f"response:\n{future.result()!r}\n", flush=True)
-            if args.rate is None:
-                return 0
-            time.sleep(max(0.0, begin + 1 / args.rate - time.monotonic()))
+        print(f"requester: making request: {request!r}\n", flush=True)
+        future = client.call_async(request)
+        spin(seen.node, future.done)
+        if future.exception() is not None:
+            raise Refusal(f"Exception while calling service: {future.exception()!r}")
+        print(f"response:\n{future.result()!r}\n", flush=True)
+    return 0
 
 
 def served(seen: Graph) -> NamesAndTypes:

@@ -13,7 +13,6 @@ from .refusals import Refusal, near
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "topic")
-    listing.hidden_argument(parser, "topic")
     list_ = add_verb("list", "Output a list of available topics", show_list, graph=True)
     listing.list_arguments(list_, "topic")
     list_.add_argument("-v", "--verbose", action="store_true", help="List full details about each topic")
@@ -29,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def show_list(args: argparse.Namespace) -> int:
     """Print the topics."""
-    if args.count or not args.verbose:
+    if not args.verbose:
         return listing.show_list(args)
     with graph(args.spin_time) as seen:
         topics = listing.settled(args, seen)

@@ -30,9 +30,6 @@ def add_verbs(add_verb: arguments.AddVerb) -> None:
         verb = add_verb(name, text, lambda args, meter=meter: meter(args).run(), graph=True)
         arguments.name_argument(verb, "topic")
         verb.add_argument("--window", "-w", type=int, default=WINDOWS[name], help="Window size, in messages")
-        if name == "hz":
-            verb.add_argument("--filter", dest="filter_expr", metavar="EXPR", help="Only count messages m that match")
-            verb.add_argument("--wall-time", action="store_true", help="Count by wall time also with --use-sim-time")
 
 
 class Meter:
@@ -95,20 +92,9 @@ class Meter:
 class Rate(Meter):
     """How often messages arrive."""
 
-    def __init__(self, args: argparse.Namespace) -> None:
-        super().__init__(args)
-        self.keep = compile(args.filter_expr, "--filter", "eval") if args.filter_expr else None
-        self.raw = self.keep is None
-
-    def take(self, message: Any) -> None:
-        """Sample a message that matches."""
-        if self.keep is None or eval(self.keep, {"m": message}):
-            super().take(message)
-
     def now(self) -> float:
         """Return simulated time if it was asked for, else wall time."""
-        by_clock = self.args.use_sim_time and not self.args.wall_time
-        return float(self.clock.now().nanoseconds * 1e-9) if by_clock else time.monotonic()
+        return float(self.clock.now().nanoseconds * 1e-9) if self.args.use_sim_time else time.monotonic()
 
     def summarise(self, samples: list[tuple[float, float]]) -> None:
         """Print the rate, and how regular it is."""

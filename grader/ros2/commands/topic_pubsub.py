@@ -5,10 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
-
-import yaml
 
 from . import arguments, messages
 from .graph import Graph, NamesAndTypes, full_name, graph, other_type, wait
@@ -17,6 +15,7 @@ from .refusals import Refusal, near
 from .spinning import spin
 
 SIM_TIME_S = 1.0  # how long to wait for a message of /clock
+KEEP_ALIVE_S = 0.1  # after the last message, for it to arrive
 
 
 def add_verbs(add_verb: arguments.AddVerb) -> None:
@@ -25,34 +24,24 @@ def add_verbs(add_verb: arguments.AddVerb) -> None:
     arguments.name_argument(echo, "topic")
     text = "Type of the ROS message (e.g. 'std_msgs/msg/String')"
     arguments.type_argument(echo, "message_type", "topic", text, nargs="?")
-    qos_arguments(echo, "matched to the publishers")
+    qos_arguments(echo)
     echo.add_argument("--csv", action="store_true", help="Output all recursive fields separated by commas")
     echo.add_argument("--field", metavar="FIELD", help="Echo a selected field of a message")
     echo.add_argument("--full-length", "-f", action="store_true", help="Output all elements of arrays, bytes, strings")
     echo.add_argument("--truncate-length", "-l", type=int, default=messages.FULL, help="The length to truncate to")
     echo.add_argument("--no-arr", action="store_true", help="Don't print array fields of messages")
-    echo.add_argument("--no-str", action="store_true", help="Don't print string fields of messages")
-    echo.add_argument("--flow-style", action="store_true", help="Print collections in the block style")
-    echo.add_argument("--no-lost-messages", action="store_true", help="Don't report when a message is lost")
-    echo.add_argument("--raw", action="store_true", help="Echo the raw binary representation")
-    echo.add_argument("--filter", dest="filter_expr", help="Python expression to filter messages, which it knows as m")
     echo.add_argument("--once", action="store_true", help="Print the first message received and then exit")
     echo.add_argument("--timeout", metavar="N", type=float, help="Seconds after which to give up waiting")
-    echo.add_argument("--include-message-info", "-i", action="store_true", help="Shows the associated message info")
 
     pub = add_verb("pub", "Publish a message to a topic", run_pub)
     arguments.name_argument(pub, "topic")
     arguments.type_argument(pub, "message_type", "topic", "Type of the ROS message (e.g. 'std_msgs/String')")
     arguments.values_arguments(pub, "topic", "message_type", "Values to fill the message with in YAML format")
     pub.add_argument("-r", "--rate", metavar="N", type=positive, default=1.0, help="Publishing rate in Hz (default: 1)")
-    pub.add_argument("-p", "--print", metavar="N", type=int, default=1, help="Only print every N-th message")
     group = pub.add_mutually_exclusive_group()
     group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
     group.add_argument("-t", "--times", type=int, default=0, help="Publish this number of times and then exit")
     pub.add_argument("-w", "--wait-matching-subscriptions", type=int, help="Wait until finding this many subscriptions")
-    pub.add_argument("--max-wait-time-secs", type=float, help="The longest time to wait for subscriptions")
-    pub.add_argument("--keep-alive", metavar="N", type=float, default=0.1, help="Keep publishing node alive for N s")
-    pub.add_argument("-n", "--node-name", help="Name of the created publishing node")
     pub.add_argument("--spin-time", type=float, help=argparse.SUPPRESS)
     pub.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
     qos_arguments(pub)
@@ -92,43 +81,34 @@ def subscription(
 
 def run_echo(args: argparse.Namespace) -> int:
     """Print messages as they arrive."""
-    limits = messages.Limits(None if args.full_length else args.truncate_length, not args.no_arr, not args.no_str)
-    keep = compile(args.filter_expr, "--filter", "eval") if args.filter_expr else None
+    limits = messages.Limits(None if args.full_length else args.truncate_length, not args.no_arr)
     count = 0
 
-    def show(message: Any, info: Any = None) -> None:
+    def show(message: Any) -> None:
         nonlocal count
         if args.once and count:
             return
-        part = message if args.field is None else messages.field(message, args.field)
-        if keep is not None and not eval(keep, {"m": part}):
-            return
         count += 1
-        print(_shown(part, info, args, limits), flush=True)
+        part = message if args.field is None else messages.field(message, args.field)
+        print(_shown(part, args.csv, limits), flush=True)
 
     with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
         name, kind, publishers = subscription(seen, args, args.message_type)
-        # rclpy passes the message info to a callback that has a second argument.
-        callback = show if args.include_message_info else lambda message: show(message)
         profile = from_flags(args, [end.qos_profile for end in publishers])
-        listening = seen.node.create_subscription(kind, name, callback, profile, raw=args.raw)
+        listening = seen.node.create_subscription(kind, name, show, profile)
         spin(seen.node, lambda: args.once and count > 0, args.timeout)
         seen.node.destroy_subscription(listening)
     return 0
 
 
-def _shown(part: Any, info: Mapping[str, Any] | None, args: argparse.Namespace, limits: messages.Limits) -> str:
+def _shown(part: Any, csv: bool, limits: messages.Limits) -> str:
     """Return a message, or the field of one that was asked for, as `echo` prints it.
 
     Like the real command, it prints a field that is no message itself as Python does, in full.
     """
     if not hasattr(part, "__slots__"):
-        said = "" if info is None else f"---Got new message, message info:---\n{info}\n---Message data:---\n"
-        return f"{said}{part}\n---"
-    if args.csv:
-        return ",".join([*map(str, info.values() if info else ()), messages.to_csv(part, limits)])
-    said = "" if info is None else f"{yaml.safe_dump(dict(info))}---\n"
-    return f"{said}{messages.to_yaml(part, limits, flowing_lists=args.flow_style)}---"
+        return f"{part}\n---"
+    return messages.to_csv(part, limits) if csv else f"{messages.to_yaml(part, limits)}---"
 
 
 def run_pub(args: argparse.Namespace) -> int:
@@ -139,7 +119,7 @@ def run_pub(args: argparse.Namespace) -> int:
     wanted = args.wait_matching_subscriptions
     if wanted is None:
         wanted = 1 if times else 0
-    with graph(name=args.node_name, sim_time=args.use_sim_time) as seen:
+    with graph(sim_time=args.use_sim_time) as seen:
         message = kind()
         messages.fill(message, values, _now(seen, args))
         stamped = any(value in ("now", "auto") for value in _values(values))
@@ -151,14 +131,13 @@ def run_pub(args: argparse.Namespace) -> int:
             if stamped:
                 messages.fill(message, values, _now(seen, args))
             count += 1
-            if count % args.print == 0:
-                print(f"publishing #{count}: {message!r}\n", flush=True)
+            print(f"publishing #{count}: {message!r}\n", flush=True)
             publisher.publish(message)
             if times and count >= times:
                 break
             # Against the first message, so that small delays do not add up.
             time.sleep(max(0.0, begin + count / args.rate - time.monotonic()))
-        time.sleep(args.keep_alive)
+        time.sleep(KEEP_ALIVE_S)
     return 0
 
 
@@ -181,8 +160,8 @@ def _now(seen: Graph, args: argparse.Namespace) -> Any:
 
 
 def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace, wanted: int) -> None:
-    begin = said = time.monotonic()
-    first = True
+    begin = time.monotonic()
+    said = begin - 1.0
 
     def others() -> NamesAndTypes:
         """Return the topic with the types that subscriptions want of it, then the other topics."""
@@ -191,20 +170,14 @@ def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace,
         return [*here, *(one for one in seen.names("topic") if one[0] != full_name(args.topic_name))]
 
     def enough() -> bool:
-        nonlocal said, first
+        nonlocal said
         if publisher.get_subscription_count() >= wanted:
             return True
         now = time.monotonic()
-        limit_s = args.max_wait_time_secs
-        if limit_s is not None and now - begin > limit_s:
-            raise Refusal(
-                f"Timed out waiting for subscribers: Expected {wanted} subscribers but only got "
-                f"{publisher.get_subscription_count()} subscribers"
-            )
         # A subscription that exists is found at once; only a missing one is worth a remark.
-        if now - begin >= 0.2 and (first or now - said >= 1.0):
+        if now - begin >= 0.2 and now - said >= 1.0:
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
-            first, said = False, now
+            said = now
         return False
 
     wait(enough, args.topic_name, args.message_type, others)

@@ -26,7 +26,6 @@ class LogInfo(Action):
         self.msg = substitutions(msg)
 
     def execute(self, context: LaunchContext) -> None:
-        """Print it."""
         context.runner.output.info("launch.user", perform(context, self.msg))
 
 
@@ -42,7 +41,6 @@ class OpaqueFunction(Action):
         self.function, self.args, self.kwargs = function, list(args or []), dict(kwargs or {})
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Call it."""
         found: Entities | None = self.function(context, *self.args, **self.kwargs)
         return found
 
@@ -83,7 +81,6 @@ class DeclareLaunchArgument(Action):
             )
 
     def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[DeclaredArgument, bool]]:
-        """Yield this argument."""
         yield self, conditional or self.condition is not None
 
     def execute(self, context: LaunchContext) -> None:
@@ -105,7 +102,6 @@ class SetLaunchConfiguration(Action):
         self.name, self.value = substitutions(name), substitutions(value)
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         context.launch_configurations[perform(context, self.name)] = perform(context, self.value)
 
 
@@ -113,7 +109,6 @@ class SetEnvironmentVariable(SetLaunchConfiguration):
     """Sets an environment variable for the processes started afterwards."""
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it."""
         context.environment[perform(context, self.name)] = perform(context, self.value)
 
 
@@ -133,7 +128,6 @@ class AppendEnvironmentVariable(Action):
         self.prepend = typed.given(prepend, bool)
 
     def execute(self, context: LaunchContext) -> None:
-        """Add to it."""
         name, value = perform(context, self.name), perform(context, self.value)
         parts = [value, context.environment[name]] if name in context.environment else [value]
         ordered = parts if typed.performed(context, self.prepend, bool) else reversed(parts)
@@ -158,7 +152,6 @@ class GroupAction(Action):
         self.launch_configurations = dict(launch_configurations or {})
 
     def describe_sub_entities(self) -> Entities:
-        """Return the actions."""
         return self.actions
 
     def execute(self, context: LaunchContext) -> Entities:
@@ -182,5 +175,4 @@ class _Restore(Action):
         self.configurations, self.environment = configurations, environment
 
     def execute(self, context: LaunchContext) -> None:
-        """Restore them."""
         context.restore(self.configurations, self.environment)

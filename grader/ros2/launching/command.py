@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
+from ..commands import arguments, packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import modules
 from .entities import LaunchDescription, describe, tree
 from .errors import LaunchError, explain
@@ -21,9 +21,6 @@ ENDINGS = (".py", *OTHER_FORMATS)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
-    parser.add_argument(
-        "-n", "--noninteractive", action="store_true", help="Run the launch system non-interactively, with no terminal"
-    )
     parser.add_argument("-d", "--debug", action="store_true", help="Put the launch system in debug mode, more output")
     group = parser.add_mutually_exclusive_group()
     group.add_argument("-p", "--print", "--print-description", action="store_true", help="Print the launch description")
@@ -31,21 +28,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-a", "--show-all-subprocesses-output", action="store_true", help="Show all launched processes' output"
     )
-    parser.add_argument("--launch-prefix", help="Prefix command, which goes before all executables")
-    parser.add_argument("--launch-prefix-filter", help="Regex filter for executables to which to apply --launch-prefix")
     parser.add_argument(
         "--record",
         metavar="FILE",
         help=f"Write how each process started and ended to FILE, as JSON lines (environment: {RECORD_VARIABLE})",
     )
-    first = parser.add_argument("package_name", help="Name of the package, or path of the launch file")
-    first.completer = _complete_packages  # type: ignore[attr-defined]  # read by argcomplete
-    second = parser.add_argument("launch_file_name", nargs="?", help="Name of the launch file")
-    second.completer = _complete_files  # type: ignore[attr-defined]  # read by argcomplete
-    third = parser.add_argument(
-        "launch_arguments", nargs="*", help="Arguments to the launch file; '<name>:=<value>' (last one wins)"
-    )
-    third.completer = _complete_arguments  # type: ignore[attr-defined]  # read by argcomplete
+    text = "Name of the package, or path of the launch file"
+    arguments.add(parser, "package_name", arguments.offer(packages.names), help=text)
+    arguments.add(parser, "launch_file_name", _complete_files, nargs="?", help="Name of the launch file")
+    text = "Arguments to the launch file; '<name>:=<value>' (last one wins)"
+    arguments.add(parser, "launch_arguments", _complete_arguments, nargs="*", help=text)
     parser.set_defaults(run=main)
 
 
@@ -59,10 +51,6 @@ def main(args: argparse.Namespace) -> int:
             description = read(path)
             print(arguments_shown(description) if args.show_args else tree(description))
             return 0
-        if args.launch_prefix_filter and not args.launch_prefix:
-            raise LaunchError("--launch-prefix must be specified if --launch-prefix-filter is provided")
-        prefixes = {"launch-prefix": args.launch_prefix, "launch-prefix-filter": args.launch_prefix_filter}
-        given |= {name: value for name, value in prefixes.items() if value}
     except Exception as error:
         print(explain(error), file=sys.stderr)
         return 1
@@ -71,7 +59,7 @@ def main(args: argparse.Namespace) -> int:
     record = args.record or os.environ.pop(RECORD_VARIABLE, None)  # the nodes must not inherit it
     service = LaunchService(
         argv=words,
-        noninteractive=args.noninteractive or not sys.stdin.isatty(),
+        noninteractive=not sys.stdin.isatty(),
         debug=args.debug,
         record=Path(record) if record else None,
     )
@@ -151,10 +139,6 @@ def arguments_shown(description: LaunchDescription) -> str:
     if any(seen.values()):
         lines += ["", "* argument(s) which are only used if specific conditions occur"]
     return "\n".join(lines)
-
-
-def _complete_packages(prefix: str, **_: object) -> list[str]:
-    return [name for name in packages.names() if name.startswith(prefix)]
 
 
 def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:

@@ -7,21 +7,7 @@ import os
 from collections import deque
 from collections.abc import Iterable, Mapping, MutableMapping
 from types import SimpleNamespace
-from typing import Any, Protocol
-
-
-class Handler(Protocol):
-    """An event handler, as far as the context needs to know it."""
-
-    def matches(self, event: Any) -> bool:
-        """Return whether the handler is waiting for this event."""
-
-
-class Performable(Protocol):
-    """A substitution, as far as the context needs to know it."""
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the text."""
+from typing import Any
 
 
 class LaunchContext:
@@ -78,16 +64,16 @@ class LaunchContext:
             del os.environ[name]
         os.environ.update(environment)
 
-    def perform_substitution(self, substitution: Performable) -> str:
+    def perform_substitution(self, substitution: Any) -> str:
         """Return the substitution's current text."""
-        return substitution.perform(self)
+        return str(substitution.perform(self))
 
     # -- events ---------------------------------------------------------------------------------------------------
-    def register_event_handler(self, handler: Handler) -> None:
+    def register_event_handler(self, handler: Any) -> None:
         """Ask the handler about every further event, before those registered earlier."""
         self.handlers.appendleft(handler)
 
-    def unregister_event_handler(self, handler: Handler) -> None:
+    def unregister_event_handler(self, handler: Any) -> None:
         """Stop asking the handler about events."""
         if handler in self.handlers:
             self.handlers.remove(handler)

@@ -15,7 +15,12 @@ Entities = Sequence["LaunchDescriptionEntity"]
 
 # -- substitutions ------------------------------------------------------------------------------------------------
 class Substitution:
-    """A text that is known only when it is used."""
+    """A text that is known only when it is used.
+
+    `shown` is what `--show-args` prints of it, with the names of the attributes that are described in their turn.
+    """
+
+    shown = ""
 
     def perform(self, context: LaunchContext) -> str:
         """Return the text."""
@@ -23,7 +28,8 @@ class Substitution:
 
     def describe(self) -> str:
         """Return the substitution as `--show-args` prints it."""
-        return f"{type(self).__name__}()"
+        parts = {name: describe(value) for name, value in vars(self).items() if f"{{{name}}}" in self.shown}
+        return self.shown.format(**parts) or f"{type(self).__name__}()"
 
 
 SomeSubstitutionsType = str | Substitution | Iterable[str | Substitution]
@@ -38,11 +44,9 @@ class TextSubstitution(Substitution):
         self.text = text
 
     def perform(self, context: LaunchContext) -> str:  # noqa: ARG002 - as every substitution
-        """Return the text."""
         return self.text
 
     def describe(self) -> str:
-        """Return the text in quotes."""
         return f"'{self.text}'"
 
 
@@ -221,11 +225,9 @@ class LaunchDescription(LaunchDescriptionEntity):
         self.deprecated_reason = deprecated_reason
 
     def visit(self, context: LaunchContext) -> Entities:  # noqa: ARG002 - as every entity
-        """Return the entities."""
         return self.entities
 
     def describe_sub_entities(self) -> Entities:
-        """Return the entities."""
         return self.entities
 
     def add_entity(self, entity: LaunchDescriptionEntity) -> None:
@@ -259,7 +261,6 @@ class Action(LaunchDescriptionEntity):
         self.condition = condition
 
     def describe(self) -> str:
-        """Return the name of the action."""
         return f"{type(self).__name__}()"
 
     def visit(self, context: LaunchContext) -> Entities | None:

@@ -144,11 +144,9 @@ class TimerAction(Action):
         self._handle: asyncio.TimerHandle | None = None
 
     def describe_conditional_sub_entities(self) -> list[tuple[str, Entities]]:
-        """Return the actions."""
         return [("after some time", self.actions)]
 
     def get_asyncio_future(self) -> asyncio.Future[None] | None:
-        """Return a future that is done when the timer has fired or was cancelled."""
         return self._done
 
     def cancel(self) -> None:
@@ -159,7 +157,6 @@ class TimerAction(Action):
             self._done.set_result(None)
 
     def execute(self, context: LaunchContext) -> None:
-        """Start the timer."""
         if context.is_shutdown:
             return
         loop = context.asyncio_loop
@@ -191,11 +188,9 @@ class RegisterEventHandler(Action):
         self.event_handler = event_handler
 
     def describe_conditional_sub_entities(self) -> list[tuple[str, Entities]]:
-        """Return the entities that the handler would visit."""
         return [("on an event", self.event_handler.described())]
 
     def execute(self, context: LaunchContext) -> None:
-        """Register it."""
         context.register_event_handler(self.event_handler)
 
 
@@ -209,7 +204,6 @@ class EmitEvent(Action):
         self.event = event
 
     def execute(self, context: LaunchContext) -> None:
-        """Queue it."""
         context.emit_event_sync(self.event)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable
 from typing import Any
 
 
@@ -78,43 +76,3 @@ class ProcessStdout(ProcessIO):
 
 class ProcessStderr(ProcessIO):
     """A process has written to its standard error."""
-
-
-class ShutdownProcess(Event):
-    """The processes that a matcher picks are to end, by force if necessary."""
-
-    def __init__(self, *, process_matcher: Callable[[Any], bool]) -> None:
-        self.process_matcher = process_matcher
-
-
-class SignalProcess(Event):
-    """The processes that a matcher picks are to get a signal, given by its number or its name."""
-
-    def __init__(self, *, signal_number: str | signal.Signals, process_matcher: Callable[[Any], bool]) -> None:
-        if not isinstance(signal_number, str | signal.Signals):
-            raise TypeError(
-                "'SignalProcess' expected 'signal_number' to be one of [<class 'str'>, <enum 'Signals'>], "
-                f"but got '{signal_number}' of type '{type(signal_number)}'"
-            )
-        self.signal = signal.Signals[signal_number] if isinstance(signal_number, str) else signal_number
-        self.process_matcher = process_matcher
-
-
-def matches_pid(pid: int) -> Callable[[Any], bool]:
-    """Return a matcher of the process with a number."""
-    return lambda action: bool(action.process_details.get("pid") == pid)
-
-
-def matches_name(name: str) -> Callable[[Any], bool]:
-    """Return a matcher of the process with a label, such as talker-1."""
-    return lambda action: bool(action.process_details.get("name") == name)
-
-
-def matches_executable(executable: str) -> Callable[[Any], bool]:
-    """Return a matcher of the processes whose program's path ends in this."""
-    return lambda action: bool(action.process_details) and action.process_details["cmd"][0].endswith(executable)
-
-
-def matches_action(action: Any) -> Callable[[Any], bool]:
-    """Return a matcher of one action."""
-    return lambda candidate: candidate is action

@@ -115,7 +115,6 @@ class IncludeLaunchDescription(Action):
         self.launch_arguments = list(launch_arguments or [])
 
     def describe_sub_entities(self) -> Entities:
-        """Return the file's description if its place is known beforehand."""
         found = self.launch_description_source.try_get_launch_description_without_context()
         return [] if found is None else [found]
 

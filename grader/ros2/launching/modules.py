@@ -52,66 +52,41 @@ def _pick(module: ModuleType, *names: str) -> dict[str, Any]:
 
 
 def table() -> dict[str, dict[str, Any]]:
-    """Return the supported names by the module that they are usually imported from."""
-    process_events = _classes(events.RunningProcessEvent, events) | _pick(
-        events, "ShutdownProcess", "SignalProcess", "matches_pid", "matches_name", "matches_executable"
-    )
-    matchers = _pick(events, "matches_action")
-    types = {"SomeSubstitutionsType": entities.SomeSubstitutionsType, "SomeEntitiesType": Any}
-    tuples = {
-        "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
-        "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
-    }
-    own_substitutions = _classes(entities.Substitution, ros_substitutions)
-    parameter_descriptions = _pick(parameters, "ParameterFile", "ParameterValue")
-    sources = _classes(include.LaunchDescriptionSource, include)
+    """Return the supported names by the package that has them, the events apart: two of them are called as actions."""
+    failures = ("InvalidLaunchFileError", "InvalidPythonLaunchFileError", "InvalidFrontendLaunchFileError")
     return {
         "launch": {
-            **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution", "Condition"),
-            **_pick(context, "LaunchContext"),
-            **_pick(service, "LaunchService"),
-            **_pick(include, "LaunchDescriptionSource"),
-            **_pick(events, "Event"),
-            **_pick(event_handling, "EventHandler"),
-            "InvalidLaunchFileError": LaunchError,
-            **types,
-            **tuples,
-        },
-        "launch.actions": _classes(entities.Action, actions, event_handling, include, process),
-        "launch.substitutions": _classes(entities.Substitution, substitutions)
-        | {"TextSubstitution": entities.TextSubstitution, "SubstitutionFailure": SubstitutionFailure},
-        "launch.conditions": _classes(entities.Condition, entities)
-        | {
-            "evaluate_condition_expression": entities.truth,
+            **_classes(entities.Action, actions, event_handling, include, process),
+            **_classes(entities.Substitution, substitutions),
+            **_classes(entities.Condition, entities),
+            **_classes(event_handling.EventHandler, event_handling),
+            **_classes(include.LaunchDescriptionSource, include),
+            **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution"),
+            **_pick(entities, "TextSubstitution", "SomeSubstitutionsType", "is_substitution"),
+            "LaunchContext": context.LaunchContext,
+            "LaunchService": service.LaunchService,
+            "Event": events.Event,
+            "get_logger": output.get_logger,
+            **dict.fromkeys(failures, LaunchError),
             "InvalidConditionExpressionError": InvalidConditionExpressionError,
-        },
-        "launch.event_handlers": _classes(event_handling.EventHandler, event_handling),
-        "launch.events": _pick(events, "ExecutionComplete", "Shutdown", "TimerEvent") | matchers,
-        "launch.events.process": process_events,
-        "launch.launch_description_sources": sources
-        | dict.fromkeys(
-            ("InvalidLaunchFileError", "InvalidPythonLaunchFileError", "InvalidFrontendLaunchFileError"), LaunchError
-        ),
-        "launch.logging": _pick(output, "get_logger"),
-        "launch.some_substitutions_type": {**types, **tuples},
-        "launch.some_entities_type": {**types, **tuples},
-        "launch.utilities": {
+            "SubstitutionFailure": SubstitutionFailure,
+            "evaluate_condition_expression": entities.truth,
             "normalize_to_list_of_substitutions": entities.substitutions,
             "perform_substitutions": entities.perform,
-        },
-        "launch.utilities.type_utils": {
-            "is_substitution": entities.is_substitution,
             "normalize_typed_substitution": typed.given,
             "perform_typed_substitution": typed.performed,
+            "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
+            "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
+            **dict.fromkeys(("SomeEntitiesType", "FilePath"), Any),
         },
-        "launch.utilities.typing_file_path": {"FilePath": Any},
-        "launch_ros.actions": _classes(entities.Action, ros_actions)
-        | {"PushRosNamespace": ros_actions.PushROSNamespace},
-        "launch_ros.substitutions": own_substitutions,
-        "launch_ros.parameter_descriptions": parameter_descriptions,
-        "launch_ros.descriptions": parameter_descriptions,
-        "launch_ros.parameters_type": {"SomeParameters": Any, "SomeParameterFile": Any, "SomeParameterValue": Any},
-        "launch_ros.remap_rule_type": {"SomeRemapRules": Any},
+        "launch.events": _classes(events.Event, events),
+        "launch_ros": {
+            **_classes(entities.Action, ros_actions),
+            "PushRosNamespace": ros_actions.PushROSNamespace,
+            **_classes(entities.Substitution, ros_substitutions),
+            **_pick(parameters, "ParameterFile", "ParameterValue"),
+            **dict.fromkeys(("SomeParameters", "SomeParameterFile", "SomeParameterValue", "SomeRemapRules"), Any),
+        },
     }
 
 
@@ -125,13 +100,17 @@ _GROUP = (
 INSTEAD = {
     **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes", "ComposableNode"), COMPOSED),
     **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
-    **dict.fromkeys(("LifecycleTransition", "ChangeState", "StateTransition"), STATES),
+    **dict.fromkeys(("LifecycleTransition", "ChangeState", "StateTransition", "matches_action"), STATES),
     "OnStateTransition": "Use OnProcessStart of launch.event_handlers.",
     "OnIncludeLaunchDescription": "Include the file with IncludeLaunchDescription of launch.actions.",
     "OpaqueCoroutine": "Use OpaqueFunction.",
     "ExecuteLocal": "Use ExecuteProcess of launch.actions.",
     **dict.fromkeys(_GROUP, "Put the actions into a GroupAction, which restores both after them."),
     "UnregisterEventHandler": "Use handle_once=True of the event handler.",
+    **dict.fromkeys(("ShutdownProcess", "SignalProcess"), "Use ExecuteProcess with `kill`, or Shutdown."),
+    **dict.fromkeys(("AnySubstitution", "AllSubstitution"), "Use OrSubstitution and AndSubstitution."),
+    "IfElseSubstitution": "Use PythonExpression.",
+    "AnonName": "Write a name of its own for each node.",
     "SetROSLogDir": "Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.",
     "Parameter": "Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.",
     "get_ros_node": "Use a node of your own.",
@@ -190,17 +169,17 @@ class _Finder:
     """Finds the modules of the real packages, with the names in them: supported ones, and ones that refuse."""
 
     def __init__(self) -> None:
-        supported = table()
-
-        def value(module: str, name: str) -> Any:
-            # The real modules define a name somewhere below the one that it is usually imported from.
-            places = (supported.get(above, {}) for above in _above(module))
-            return next((names[name] for names in places if name in names), None) or _missing(module, name)
-
-        self.modules = {module: {name: value(module, name) for name in names} for module, names in api().items()}
+        self.supported = table()
+        self.modules = api()
         for module in list(self.modules):
             for above in _above(module):
-                self.modules.setdefault(above, {})
+                self.modules.setdefault(above, [])
+
+    def value(self, module: str, name: str) -> Any:
+        """Return what a name of a module is here."""
+        # The real modules define a name somewhere below the one that it is usually imported from.
+        places = (self.supported.get(above, {}) for above in _above(module))
+        return next((names[name] for names in places if name in names), None) or _missing(module, name)
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -212,19 +191,21 @@ class _Finder:
         return importlib.machinery.ModuleSpec(name, self, origin="ros2-course-kit", is_package=True)  # type: ignore[arg-type]
 
     def create_module(self, _spec: importlib.machinery.ModuleSpec) -> None:
-        """Have Python make a plain module."""
         return
 
     def exec_module(self, module: ModuleType) -> None:
         """Fill the module with its names; a submodule is imported when it is asked for, as `launch.actions` is."""
         names = self.modules[module.__name__]
 
-        def submodule(name: str) -> Any:
-            if (inner := f"{module.__name__}.{name}") not in self.modules:
-                raise AttributeError(f"module '{module.__name__}' has no attribute '{name}'")
-            return importlib.import_module(inner)
+        def other(name: str) -> Any:
+            if (inner := f"{module.__name__}.{name}") in self.modules:
+                return importlib.import_module(inner)
+            if names is None and not name.startswith("_"):
+                return self.value(module.__name__, name)
+            raise AttributeError(f"module '{module.__name__}' has no attribute '{name}'")
 
-        vars(module).update(names, __all__=list(names), __getattr__=submodule)
+        known = {name: self.value(module.__name__, name) for name in names or ()}
+        vars(module).update(known, __all__=list(known), __getattr__=other)
 
 
 def install() -> bool:

@@ -7,30 +7,30 @@ import contextlib
 import json
 import logging
 import os
-import re
 import socket
 import sys
 import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 RECORD_VARIABLE = "ROS2_LAUNCH_RECORD"
 
 CHANNELS = ("stdout", "stderr", "both")
-# The values of `output=`, as what goes where.
+# The values of `output=`, as what goes where. Processes have no logs of their own: their lines are in the launch's.
 KINDS: dict[str, dict[str, set[str]]] = {
     "screen": {"both": {"screen"}},
     "log": {"both": {"log"}, "stderr": {"screen"}},
     "both": {"both": {"screen", "log"}},
-    "own_log": {"both": {"own_log"}, "stdout": {"own_log"}, "stderr": {"own_log"}},
-    "full": {"both": {"screen", "log", "own_log"}, "stdout": {"own_log"}, "stderr": {"own_log"}},
+    "own_log": {"both": {"log"}},
+    "full": {"both": {"screen", "log"}},
 }
 
 
 def routes(output: Any) -> dict[str, set[str]]:
-    """Return where each of stdout, stderr and both goes: screen, log, own_log.
+    """Return where each of stdout, stderr and both goes: screen, log, own_log (which is the log).
 
     `OVERRIDE_LAUNCH_PROCESS_OUTPUT` in the environment overrides the launch file.
     """
@@ -59,10 +59,11 @@ class Output:
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
         name = f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
         self.folder = log_root() / name
-        self._files: dict[str, Any] = {}
+        self._file: Any = None
         _handler.output = self
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            self._file = (self.folder / "launch.log").open("a", buffering=1)
         except OSError as error:
             self.warn("launch", f"no log files are written: {self.folder}: {error.strerror}")
 
@@ -72,25 +73,21 @@ class Output:
         self.info("launch", f"Default logging verbosity is set to {'DEBUG' if self.debug_wanted else 'INFO'}")
 
     def info(self, name: str, text: str) -> None:
-        """Print and log a piece of information."""
         self._say("INFO", name, text)
 
     def warn(self, name: str, text: str) -> None:
-        """Print and log a warning."""
         self._say("WARNING", name, text)
 
     def error(self, name: str, text: str) -> None:
-        """Print and log an error."""
         self._say("ERROR", name, text)
 
     def debug(self, name: str, text: str) -> None:
-        """Print and log a detail, in debug mode only."""
         if self.debug_wanted:
             self._say("DEBUG", name, text)
 
     def _say(self, level: str, name: str, text: str) -> None:
         self._print(f"[{level}] [{name}]: {text}")
-        self._log("launch", f"{time.time():.7f} [{level}] [{name}]: {text}")
+        self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
 
     def lines(self, label: str, channel: str, places: dict[str, set[str]], lines: list[str], form: str) -> None:
         """Print and log lines of a process.
@@ -103,15 +100,12 @@ class Output:
             form: a format for a line on the screen, with `{line}` and `{this.process_description.final_name}`.
         """
         here = places.get(channel, set()) | places.get("both", set())
+        this = SimpleNamespace(name=label, process_description=SimpleNamespace(name=label, final_name=label))
         for line in lines:
             if "screen" in here:
-                self._print(form.format(line=line, this=_Named(label)))
-            if "log" in here:
-                self._log("launch", f"{time.time():.7f} [{label}] {line}")
-        for kind in (channel, "both"):
-            if "own_log" in places.get(kind, set()):
-                for line in lines:
-                    self._log(f"{label}-{'stdout_and_stderr' if kind == 'both' else kind}", line)
+                self._print(form.format(line=line, this=this))
+            if here & {"log", "own_log"}:
+                self._log(f"{time.time():.7f} [{label}] {line}")
 
     def _print(self, line: str) -> None:
         try:
@@ -119,24 +113,18 @@ class Output:
         except OSError:  # the reader or the terminal is gone; the nodes go on until they are stopped
             sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - stays open for the rest of the launch
 
-    def _log(self, name: str, line: str) -> None:
-        if name not in self._files:
-            try:
-                self._files[name] = (self.folder / f"{re.sub('[^a-zA-Z0-9_.-]', '_', name)}.log").open("a", buffering=1)
-            except OSError:
-                self._files[name] = None
-        if (file := self._files[name]) is not None:
+    def _log(self, line: str) -> None:
+        if self._file is not None:
             with contextlib.suppress(OSError):  # a full disk must not keep a launch from ending its nodes
-                file.write(line + "\n")
+                self._file.write(line + "\n")
 
     def close(self) -> None:
-        """Close the log files."""
+        """Close the log file."""
         if _handler.output is self:
             _handler.output = None
-        for file in self._files.values():
-            if file is not None:
-                file.close()
-        self._files.clear()
+        if self._file is not None:
+            self._file.close()
+            self._file = None
 
 
 class _Handler(logging.Handler):
@@ -145,7 +133,6 @@ class _Handler(logging.Handler):
     output: Output | None = None
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print and log a record."""
         text = record.getMessage() + (f"\n{record.exc_text or traceback.format_exc()}" if record.exc_info else "")
         if self.output is not None:
             self.output._say(record.levelname, record.name, text)
@@ -173,14 +160,6 @@ def log_root() -> Path:
     return Path(os.environ.get("ROS_HOME", "~/.ros")).expanduser() / "log"
 
 
-class _Named:
-    """The object behind `{this.process_description.final_name}` in an output format."""
-
-    def __init__(self, final_name: str) -> None:
-        self.final_name = self.name = final_name
-        self.process_description = self
-
-
 class Record:
     """A record of the launch for machines: one JSON object per line and event, written as it happens.
 
@@ -197,7 +176,6 @@ class Record:
             self._file.write(json.dumps({"event": event, "time_s": round(time.time(), 3), **facts}) + "\n")
 
     def close(self) -> None:
-        """Close the file."""
         if self._file is not None:
             self._file.close()
             self._file = None

@@ -11,14 +11,7 @@ import yaml
 
 from . import typed
 from .context import LaunchContext
-from .entities import (
-    SomeSubstitutionsType,
-    Substitution,
-    TextSubstitution,
-    is_substitution,
-    perform,
-    substitutions,
-)
+from .entities import SomeSubstitutionsType, Substitution, TextSubstitution, perform, substitutions
 from .errors import UnsupportedError, caller
 from .ros_substitutions import FindPackagePrefix, FindPackageShare
 from .substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFile, ThisLaunchFileDir
@@ -36,7 +29,6 @@ class ParameterValue:
         self.value, self.value_type = typed.given(value, value_type), value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """Return the current value."""
         return typed.performed(context, self.value, self.value_type)
 
 
@@ -93,82 +85,35 @@ class Parameters:
         self.entries = list(_flat(values, []))
 
     def evaluate(self, context: LaunchContext) -> dict[str, Any]:
-        """Return the current values by dotted names."""
-        return {(name := perform(context, parts)): _evaluated(context, name, value) for parts, value in self.entries}
+        """Return the current values by dotted names.
+
+        Raises:
+            TypeError: the text of a substitution is, as YAML, no value of a parameter.
+        """
+        found: dict[str, Any] = {}
+        for parts, value in self.entries:
+            name = perform(context, parts)
+            try:
+                found[name] = value.evaluate(context)
+                if found[name] == []:
+                    raise ValueError("a list without items has no type")
+            except ValueError as error:
+                raise TypeError(f"Unable to parse the value of parameter {name} as yaml: {error}\n{AS_TEXT}") from error
+        return found
 
 
-def _flat(values: Mapping[Any, Any], above: list[Substitution]) -> Iterator[tuple[list[Substitution], Any]]:
+def _flat(values: Mapping[Any, Any], above: list[Substitution]) -> Iterator[tuple[list[Substitution], ParameterValue]]:
     """Yield the entries of nested dictionaries with the parts of their dotted names."""
     for key, value in values.items():
         name = [*above, *substitutions(key)]
         if isinstance(value, Mapping):
             yield from _flat(value, [*name, TextSubstitution(text=".")])
+        elif isinstance(value, ParameterValue):
+            yield name, value
+        elif isinstance(value, Substitution | bool | int | float | Sequence):
+            yield name, ParameterValue(value)
         else:
-            yield name, _checked(value)
-
-
-def _checked(value: Any) -> Any:
-    """Return a value if it can be one of a parameter, a list in a form in which its items have one type."""
-    if isinstance(value, ParameterValue | Substitution | str | bytes | bool | int | float):
-        return value
-    if not isinstance(value, Sequence):
-        raise TypeError(f"Unexpected type for parameter value {value!r}")
-    for one in value:
-        if not isinstance(one, float | int | str | Substitution | Iterable):
-            raise TypeError(
-                "Expected 'subvalue' to be one of [<class 'float'>, <class 'int'>, <class 'str'>, <class 'bool'>, "
-                "<class 'launch.substitution.Substitution'>, <class 'collections.abc.Iterable'>], "
-                f"but got '{one}' of type '{type(one)}'"
-            )
-    if is_substitution(value):
-        return Joined(value)
-    if {type(one) for one in value} == {int, float}:
-        return [float(one) for one in value]
-    return [one if isinstance(one, bool | int | float | str) else Joined(one) for one in value]
-
-
-class Joined(Substitution):
-    """The text of several parts."""
-
-    def __init__(self, parts: Any) -> None:
-        self.parts = substitutions(parts)
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the text."""
-        return perform(context, self.parts)
-
-
-def _evaluated(context: LaunchContext, name: str, value: Any) -> Any:
-    """Return the current value of a parameter; the text of a substitution is read as YAML."""
-    if isinstance(value, ParameterValue):
-        return value.evaluate(context)
-    if isinstance(value, Substitution):
-        value = _read(value.perform(context), name)
-        if not isinstance(value, str | bytes | bool | int | float | list):
-            raise TypeError(
-                "Allowed value types are bytes, bool, int, float, str, Sequence[bool], Sequence[int], "
-                f'Sequence[float], Sequence[str]. Got {type(value)} for "{name}". {AS_TEXT}'
-            )
-    elif isinstance(value, list):
-        value = [_read(one.perform(context), name) if isinstance(one, Substitution) else one for one in value]
-    if isinstance(value, list) and not _uniform(value):
-        raise TypeError(
-            "Expected a non-empty sequence, with items of uniform type. Allowed sequence item types are bool, int, "
-            f'float, str. Got inconsistent input for "{name}"'
-        )
-    return value
-
-
-def _read(text: str, name: str) -> Any:
-    try:
-        return yaml.safe_load(text) if text else ""
-    except yaml.YAMLError as error:
-        raise TypeError(f"Unable to parse the value of parameter {name} as yaml. {AS_TEXT}") from error
-
-
-def _uniform(values: list[Any]) -> bool:
-    kind = type(values[0]) if values else None
-    return kind in (bool, int, float, str) and all(isinstance(one, kind) for one in values)
+            raise TypeError(f"Unexpected type for parameter value {value!r}")
 
 
 def document(values: Mapping[str, Any], node: str) -> str:

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import os
 import pty
-import re
 import shlex
 import signal
 import subprocess
@@ -86,7 +85,6 @@ class ExecuteProcess(Action):
         return self.process_details.get("name")
 
     def get_asyncio_future(self) -> asyncio.Future[None] | None:
-        """Return a future that is done when the process has ended for good."""
         return self._done
 
     # -- starting --------------------------------------------------------------------------------------------------
@@ -95,11 +93,8 @@ class ExecuteProcess(Action):
         return [perform(context, word) for word in self.cmd]
 
     def _prefixed(self, context: LaunchContext, cmd: list[str]) -> list[str]:
-        """Return the command behind its prefix, or else behind that of the launch if its filter fits."""
-        if self.prefix is not None:
-            return [*shlex.split(perform(context, self.prefix)), *cmd]
-        of_all, wanted = (context.launch_configurations.get(f"launch-prefix{x}", "") for x in ("", "-filter"))
-        return [*shlex.split(of_all), *cmd] if re.match(wanted, os.path.basename(cmd[0])) else cmd  # noqa: PTH119 - text
+        """Return the command behind its prefix."""
+        return cmd if self.prefix is None else [*shlex.split(perform(context, self.prefix)), *cmd]
 
     def _environment(self, context: LaunchContext) -> dict[str, str]:
         """Return the environment to run in."""
@@ -136,17 +131,7 @@ class ExecuteProcess(Action):
         return None
 
     def _register(self, context: LaunchContext) -> None:
-        self._handlers = [
-            EventHandler(
-                matcher=lambda e: isinstance(e, events.ShutdownProcess) and e.process_matcher(self),
-                entities=lambda *_: self.stop(),
-            ),
-            EventHandler(
-                matcher=lambda e: isinstance(e, events.SignalProcess) and e.process_matcher(self),
-                entities=lambda e, _: self.signal(e.signal),
-            ),
-            OnShutdown(on_shutdown=lambda *_: self.stop()),
-        ]
+        self._handlers = [OnShutdown(on_shutdown=lambda *_: self.stop())]
         if self.on_exit is not None:
             self._handlers.append(OnProcessExit(target_action=self, on_exit=self.on_exit))
         for handler in self._handlers:

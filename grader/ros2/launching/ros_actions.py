@@ -151,7 +151,6 @@ class LifecycleNode(Node):
         super().__init__(name=name, namespace=namespace, **rest)
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Start the node and warn about what is missing."""
         context.runner.output.warn(
             "launch_ros.actions", f"{self.place}: a LifecycleNode is started as a plain node; nothing changes its state"
         )
@@ -199,7 +198,6 @@ class SetParametersFromFile(Action):
         self.filename = substitutions(filename)
 
     def execute(self, context: LaunchContext) -> None:
-        """Add the file."""
         file = Path(perform(context, self.filename)).absolute()
         if not file.is_file():
             raise LaunchError(f"Parameter file path is not a file: {file}")
@@ -234,5 +232,4 @@ class SetRemap(Action):
         self.src, self.dst = substitutions(src), substitutions(dst)
 
     def execute(self, context: LaunchContext) -> None:
-        """Add the rule."""
         _append(context, REMAPS, (perform(context, self.src), perform(context, self.dst)))

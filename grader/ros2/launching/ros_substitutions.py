@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from .context import LaunchContext
-from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions
+from .entities import SomeSubstitutionsType, Substitution, perform, substitutions
 from .errors import PackageNotFoundError, SubstitutionFailure
 
 PARAMETERS = "global_params"  # the configuration that holds the settings for all nodes
@@ -31,32 +31,31 @@ def find_prefix(package: str) -> Path:
 class FindPackagePrefix(Substitution):
     """The prefix that a package is installed in."""
 
+    shown = "FindPackagePrefix(pkg={package})"
+
     def __init__(self, package: SomeSubstitutionsType) -> None:
         self.package = substitutions(package)
 
     def find(self, package_name: str) -> str:
-        """Return the folder of a package."""
         return str(find_prefix(package_name))
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the folder."""
         return self.find(perform(context, self.package))
-
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"{type(self).__name__}(pkg={describe(self.package)})"
 
 
 class FindPackageShare(FindPackagePrefix):
     """The share folder of a package."""
 
+    shown = "FindPackageShare(pkg={package})"
+
     def find(self, package_name: str) -> str:
-        """Return the folder of a package."""
         return str(find_prefix(package_name) / "share" / package_name)
 
 
 class ExecutableInPackage(Substitution):
     """The path of a package's executable."""
+
+    shown = "ExecInPkg(executable={executable}, pkg={package})"
 
     def __init__(self, executable: SomeSubstitutionsType, package: SomeSubstitutionsType) -> None:
         self.executable, self.package = substitutions(executable), substitutions(package)
@@ -71,7 +70,3 @@ class ExecutableInPackage(Substitution):
             has = f"; it holds {', '.join(there)}" if there else ""
             raise SubstitutionFailure(f"executable '{name}' not found on the libexec directory '{folder}'{has}")
         return str(path)
-
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"ExecInPkg(executable={describe(self.executable)}, pkg={describe(self.package)})"

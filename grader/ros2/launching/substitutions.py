@@ -5,10 +5,8 @@ from __future__ import annotations
 import importlib
 import math
 import os
-import random
 import shlex
 import shutil
-import socket
 import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -25,28 +23,25 @@ from .entities import (
     perform,
     substitutions,
 )
-from .errors import LaunchError, SubstitutionFailure
+from .errors import SubstitutionFailure
 
 
 class LaunchConfiguration(Substitution):
     """The value of a launch argument, or of any configuration that has been set."""
+
+    shown = "LaunchConfig({variable_name})"
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
         self.variable_name = substitutions(variable_name)
         self.default = None if default is None else list(texts(default))
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the configuration's value, else the default."""
         name = perform(context, self.variable_name)
         if name in context.launch_configurations:
             return str(context.launch_configurations[name])
         if self.default is None:
             raise SubstitutionFailure(f"launch configuration '{name}' does not exist")
         return perform(context, self.default)
-
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"LaunchConfig({describe(self.variable_name)})"
 
 
 def texts(default: Any) -> Iterator[Substitution]:
@@ -65,11 +60,9 @@ class PathJoinSubstitution(Substitution):
         self.parts = _listed(substitutions)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         return os.path.join(*(one.perform(context) for one in self.parts))  # noqa: PTH118 - keeps "./" and "//"
 
     def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
         return f"PathJoin({', '.join(one.describe() for one in self.parts)})"
 
 
@@ -81,7 +74,6 @@ class EnvironmentVariable(Substitution):
         self.default_value = None if default_value is None else substitutions(default_value)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the variable's value, else the default."""
         name = perform(context, self.name)
         if name in context.environment:
             return context.environment[name]
@@ -90,7 +82,6 @@ class EnvironmentVariable(Substitution):
         return perform(context, self.default_value)
 
     def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
         default = "" if self.default_value is None else f", default={describe(self.default_value)}"
         return f"EnvVar({describe(self.name)}{default})"
 
@@ -98,23 +89,22 @@ class EnvironmentVariable(Substitution):
 class FindExecutable(Substitution):
     """The path of a program on PATH."""
 
+    shown = "FindExec({name})"
+
     def __init__(self, *, name: SomeSubstitutionsType) -> None:
         self.name = substitutions(name)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         name = perform(context, self.name)
         if (found := shutil.which(name, path=context.environment.get("PATH"))) is None:
             raise SubstitutionFailure(f"executable '{name}' not found on the PATH")
         return found
 
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"FindExec({describe(self.name)})"
-
 
 class Command(Substitution):
     """The output of a command."""
+
+    shown = "Command({command})"
 
     def __init__(self, command: SomeSubstitutionsType, *, on_stderr: SomeSubstitutionsType = "fail") -> None:
         self.command, self.on_stderr = substitutions(command), substitutions(on_stderr)
@@ -139,19 +129,16 @@ class Command(Substitution):
                 context.runner.output.warn("launch", said)
         return done.stdout
 
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"Command({describe(self.command)})"
-
 
 class PythonExpression(Substitution):
     """The value of a Python expression, as text; the expression may use the names of `math`."""
+
+    shown = "PythonExpr({expression})"
 
     def __init__(self, expression: SomeSubstitutionsType, python_modules: Iterable[str] = ("math",)) -> None:
         self.expression, self.python_modules = substitutions(expression), list(python_modules)
 
     def perform(self, context: LaunchContext) -> str:
-        """Evaluate the expression and return the value's text."""
         known: dict[str, Any] = {"__builtins__": __builtins__}
         for name in self.python_modules:
             known[name] = importlib.import_module(perform(context, name))
@@ -165,10 +152,6 @@ class PythonExpression(Substitution):
                 f"Python expression '{expression}' fails: {type(error).__name__}: {error}"
             ) from error
 
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"PythonExpr({describe(self.expression)})"
-
 
 class LocalSubstitution(Substitution):
     """A value known only where the substitution is performed, such as `event.reason`."""
@@ -177,7 +160,6 @@ class LocalSubstitution(Substitution):
         self.expression, self.description = expression, description
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value's text."""
         value: Any = context.locals
         for name in self.expression.split("."):
             if not hasattr(value, name):
@@ -186,7 +168,6 @@ class LocalSubstitution(Substitution):
         return str(value)
 
     def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
         return f"LocalVar('{self.description or self.expression}')"
 
 
@@ -197,7 +178,6 @@ class FileContent(Substitution):
         self.path = substitutions(path)
 
     def perform(self, context: LaunchContext) -> str:
-        """Read the file."""
         path = perform(context, self.path)
         try:
             return Path(path).read_text()
@@ -211,7 +191,6 @@ class ThisLaunchFile(Substitution):
     local = "current_launch_file_path"  # set by the include that reads the file
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
         found = context.get_locals_as_dict().get(self.local)
         if found is None:
             raise SubstitutionFailure(f"{type(self).__name__} used outside of a launch file (in a script)")
@@ -224,20 +203,6 @@ class ThisLaunchFileDir(ThisLaunchFile):
     local = "current_launch_file_directory"
 
 
-class AnonName(Substitution):
-    """A name made unique, the same one for the same name."""
-
-    def __init__(self, name: SomeSubstitutionsType) -> None:
-        self.name = substitutions(name)
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the name with the host, the process and a random number after it."""
-        name = perform(context, self.name)
-        unique = f"{name}_{socket.gethostname()}_{os.getpid()}_{random.getrandbits(64)}"
-        made = context.launch_configurations.setdefault(f"anon{name}", unique.replace(".", "_").replace("-", "_"))
-        return str(made)
-
-
 class EqualsSubstitution(Substitution):
     """Whether two texts are equal: as truth values, as numbers, or letter by letter."""
 
@@ -245,7 +210,6 @@ class EqualsSubstitution(Substitution):
         self.left, self.right = _side(left), _side(right)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return "true" or "false"."""
         return _text(self._equal(context))
 
     def _equal(self, context: LaunchContext) -> bool:
@@ -266,65 +230,31 @@ class NotEqualsSubstitution(EqualsSubstitution):
         return not super()._equal(context)
 
 
-class AnySubstitution(Substitution):
-    """Whether one of several is true."""
+class OrSubstitution(Substitution):
+    """Whether one of two is true."""
 
     combine: Callable[[Iterable[bool]], bool] = staticmethod(any)
 
-    def __init__(self, *args: SomeSubstitutionsType) -> None:
-        self.args = [substitutions(value) for value in args]
+    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
+        self.args = [substitutions(left), substitutions(right)]
 
     def perform(self, context: LaunchContext) -> str:
-        """Return "true" or "false"."""
         return _text(self.combine([_truth(context, value) for value in self.args]))
 
 
-class AllSubstitution(AnySubstitution):
-    """Whether all are true."""
+class AndSubstitution(OrSubstitution):
+    """Whether both are true."""
 
     combine = staticmethod(all)
 
 
-class OrSubstitution(AnySubstitution):
-    """Whether one of two is true."""
-
-    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
-        super().__init__(left, right)
-
-
-class AndSubstitution(AllSubstitution):
-    """Whether both are true."""
-
-    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
-        super().__init__(left, right)
-
-
-class NotSubstitution(AnySubstitution):
+class NotSubstitution(OrSubstitution):
     """The opposite of a truth value."""
-
-    def __init__(self, value: SomeSubstitutionsType) -> None:
-        super().__init__(value)
 
     combine = staticmethod(lambda values: not any(values))
 
-
-class IfElseSubstitution(Substitution):
-    """One of two texts, chosen by a condition."""
-
-    def __init__(
-        self,
-        condition: SomeSubstitutionsType,
-        if_value: SomeSubstitutionsType = "",
-        else_value: SomeSubstitutionsType = "",
-    ) -> None:
-        if if_value == else_value == "":
-            raise LaunchError("One of if_value and else_value must be specified")
-        self.condition = substitutions(condition)
-        self.if_value, self.else_value = substitutions(if_value), substitutions(else_value)
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the text for the condition's value."""
-        return perform(context, self.if_value if _truth(context, self.condition) else self.else_value)
+    def __init__(self, value: SomeSubstitutionsType) -> None:
+        super().__init__(value, value)
 
 
 def _truth(context: LaunchContext, value: Iterable[Substitution]) -> bool:

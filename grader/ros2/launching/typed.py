@@ -60,7 +60,7 @@ def given(value: Any, kind: Any) -> Any:
     if kinds == {int, float}:
         kinds = {float}
     if len(kinds) > 1:
-        raise TypeError(f"Input value is not an acceptable 'SomeValueType'.Got value='{value}'")
+        raise TypeError(f"Input value is not an acceptable 'SomeValueType'.Got value='{value}': mix no types in a list")
     found = kinds.pop() if kinds else None
     if found is not None and item not in (None, found):
         raise TypeError(f"Got a list of '{found}', expected a list of '{item}'. value='{value}'")

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
+from dataclasses import replace as replace_fields
+from pathlib import Path, PurePosixPath
 from typing import Any
 
-from grader.course import kits_own
-from grader.selftest.package_edits import Change, put, replace
+from grader.course import Course
+from grader.scoring.rubric import Rubric
+from grader.selftest.package_edits import Change, append, put, replace
+from grader.trials import catalog
 
-PACKAGE = kits_own().package
+BEHAVIOUR, BUILD = "BEHAVIOUR", "BUILD"
+"""Stand in an attack for the first requirement that a trial serves, and for the one that the package builds."""
 
 Pack = Callable[[Path, Path], Path]
 """Packs a package into a submission below a folder, and returns the submission."""
@@ -27,7 +32,7 @@ class Attack:
         name: its name on the command line.
         tries: what it tries, as a sentence.
         changes: its edits of the package.
-        needs: the requirements to grade in order to see its effect.
+        needs: the requirements to grade in order to see its effect: BEHAVIOUR, BUILD, or ids of a course.
         costs: the requirements that may lose points by it; all others must keep theirs.
         stopped: what stops it.
         number: its number in the list of known attacks on autograders; 0 for one that the kit has added.
@@ -55,52 +60,82 @@ class Attack:
     not_applicable: str = ""
     build_seconds: float = 0.0
 
+    def on(self, course: Course, rubric: Rubric) -> Attack:
+        """Return the attack with the requirements of a course."""
+        tried = {name for plan in catalog.trials(course).values() for name in plan.serves}
+        first = next((r.id for r in rubric.requirements if r.id in tried), "")
+        ids = {BEHAVIOUR: first, BUILD: course.requirement_of("check_build")}
+        needs = tuple(dict.fromkeys(ids.get(name, name) for name in self.needs))
+        return replace_fields(self, needs=needs, costs=frozenset(ids.get(name, name) for name in self.costs))
+
 
 def attack(name: str, tries: str, *changes: Change, needs: str = "", costs: str = "", **others: Any) -> Attack:
     """Return an attack; `needs` and `costs` are requirements separated by spaces, `others` its other attributes."""
     return Attack(name, tries, changes, tuple(needs.split()), frozenset(costs.split()), **others)
 
 
-def node(payload: str, executable: str = "robot_controller", *, before: str = "") -> Change:
-    """Return a change that runs `payload` when a node starts, and then the node.
+def node(payload: str, executable: str = "", *, before: str = "") -> Change:
+    """Return a change that runs `payload` when a node starts, by default the package's first, and then the node.
 
     The payload may use os, sys, subprocess, threading and time. Its output is in the trial's evidence. A payload that
     fails prints the exception, and the node starts nevertheless.
     """
     indented = "".join(f"    {line}\n" if line else "\n" for line in payload.strip().splitlines())
     text = (
-        "#!/usr/bin/env python3\nimport os\nimport subprocess\nimport sys\nimport threading\nimport time\n"
+        "import os\nimport subprocess\nimport sys\nimport threading\nimport time\n"
         f"{before}\n\ndef attack():\n{indented}\n\ntry:\n    attack()\n"
-        "except Exception as error:\n    print('ATTACK', type(error).__name__, error, flush=True)\n\n"
-        f"from {PACKAGE}.{executable} import main\nsys.exit(main())\n"
+        "except Exception as error:\n    print('ATTACK', type(error).__name__, error, flush=True)\n"
     )
-    return put(f"scripts/{executable}", text, executable=True)
+
+    def change(package: Path) -> None:
+        module = module_of_node(package, executable)
+        script = f"scripts/{PurePosixPath(module).stem}"
+        if (package / script).is_file():
+            imports = f"\nfrom {package.name}.{PurePosixPath(module).stem} import main\nsys.exit(main())\n"
+            put(script, f"#!/usr/bin/env python3\n{text}{imports}", executable=True)(package)
+        else:
+            append(module, f"\n\n{text}")(package)
+
+    return change
 
 
-def beside(payload: str, executable: str = "robot_controller") -> Change:
-    """Return a change that runs `payload` beside a node; it may use its own `node`, `spin(s)` and `spin_until(f)`.
+def append_to_node(text: str) -> Change:
+    """Return a change that adds text to the end of the first node's module."""
+    return lambda package: append(module_of_node(package), text)(package)
 
-    The attacked node starts when the payload calls `bites()`, or ends: a trial takes a second or two, and would be over
-    before a side process is up. `observed()` tells whether the observer and its topics have been discovered.
+
+def module_of_node(package: Path, executable: str = "") -> str:
+    """Return the path of a node's module in a package, by default of the first one that has a `main`."""
+    modules = sorted((package / package.name).glob(f"{executable or '*'}.py"))
+    found = next(path for path in modules if executable or "\ndef main(" in path.read_text())
+    return found.relative_to(package).as_posix()
+
+
+def at_build(script: str) -> Change:
+    """Return a change that runs a shell script when the package is built, and shows at the end what it said.
+
+    Of a build's log only the tail is kept.
     """
-    indented = "".join(f"        {line}\n" if line else "\n" for line in payload.strip().splitlines())
-    text = (
-        "context = rclpy.Context()\nrclpy.init(context=context)\n"
-        "node = rclpy.create_node(NAME, context=context, enable_rosout=False)\n"
-        "executor = SingleThreadedExecutor(context=context)\nexecutor.add_node(node)\n\n"
-        "def spin(seconds):\n    end = time.monotonic() + seconds\n    while time.monotonic() < end:\n"
-        "        executor.spin_once(timeout_sec=0.01)\n\n"
-        "def spin_until(holds):\n    end = time.monotonic() + 30.0\n"
-        "    while not holds() and time.monotonic() < end:\n        executor.spin_once(timeout_sec=0.01)\n\n"
-        "def observed():\n"
-        "    return 'simulated_robot' in node.get_node_names() and node.count_subscribers('cmd_vel')\n\n"
-        "up = threading.Event()\nbites = up.set\n\n"
-        "def run():\n    try:\n" + indented + "    except Exception as error:\n"
-        "        print('ATTACK', type(error).__name__, error, flush=True)\n    finally:\n        up.set()\n\n"
-        "threading.Thread(target=run, daemon=True).start()\nup.wait()"
-    )
-    before = "import rclpy\nfrom rclpy.executors import SingleThreadedExecutor\nNAME = 'helper'\n"
-    return node(text, executable, before=before)
+
+    def change(package: Path) -> None:
+        if (package / "CMakeLists.txt").is_file():
+            cmake(_BY_CMAKE.format(script.strip()))(package)
+        else:
+            append("setup.py", _BY_SETUP.format(script.strip()))(package)
+
+    return change
+
+
+_BY_CMAKE = """execute_process(COMMAND sh -c [[{}]]
+  OUTPUT_FILE ${{CMAKE_BINARY_DIR}}/said.txt ERROR_FILE ${{CMAKE_BINARY_DIR}}/said_too.txt)
+install(CODE "file(READ ${{CMAKE_BINARY_DIR}}/said.txt said)\nfile(READ ${{CMAKE_BINARY_DIR}}/said_too.txt too)
+message(STATUS \\"ATTACK \\${{said}} \\${{too}}\\")")"""
+_BY_SETUP = """
+import subprocess
+import sys
+said = subprocess.run(['sh', '-c', {!r}], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
+print('ATTACK', said, file=sys.stderr, flush=True)  # colcon reads what is on standard output
+"""
 
 
 def cmake(text: str) -> Change:
@@ -108,23 +143,12 @@ def cmake(text: str) -> Change:
     return replace("CMakeLists.txt", "\nament_package()", f"\n{text.strip()}\n\nament_package()")
 
 
-@dataclass(frozen=True)
-class Placeholders:
-    """The values on this host of the placeholders in an attack's texts."""
-
-    values: Mapping[str, str] = field(default_factory=dict)
-
-    def fill(self, text: str) -> str:
-        """Return `text` with the placeholders filled in."""
-        for name, value in self.values.items():
-            text = text.replace(f"@{name}@", value)
-        return text
-
-    def fill_folder(self, package: Path) -> None:
-        """Fill in the placeholders in every file of the package."""
-        for path in package.rglob("*"):
-            if path.is_file() and not path.is_symlink():
-                old = path.read_bytes()
-                new = self.fill(old.decode("utf-8", "surrogateescape")).encode("utf-8", "surrogateescape")
-                if new != old:
-                    path.write_bytes(new)
+def fill_in(package: Path, values: Mapping[str, str]) -> None:
+    """Replace the placeholders, by name, by their values on this host, in every file of the package."""
+    for path in package.rglob("*"):
+        if path.is_file() and not path.is_symlink():
+            old = new = path.read_bytes()
+            for name, value in values.items():
+                new = new.replace(f"@{name}@".encode(), os.fsencode(value))
+            if new != old:
+                path.write_bytes(new)

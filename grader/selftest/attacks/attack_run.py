@@ -15,7 +15,7 @@ from grader.evidence import Flag
 from grader.report import console
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import Outcome
-from grader.selftest.attacks.attack import Attack, Placeholders
+from grader.selftest.attacks.attack import Attack, fill_in
 from grader.selftest.attacks.honeytokens import Honeytokens, planted
 from grader.selftest.package_edits import Change, copy
 
@@ -116,11 +116,11 @@ def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, baselin
         return AttackResult(each, before, _points(grading), tuple(grading.evidence.flags), tuple(problems))
 
 
-def _prepare(each: Attack, reference: Path, folder: Path, placeholders: Placeholders) -> Path:
+def _prepare(each: Attack, reference: Path, folder: Path, placeholders: dict[str, str]) -> Path:
     package = copy(reference, folder)
     for change in (*each.weak, *each.changes):
         change(package)
-    placeholders.fill_folder(package)
+    fill_in(package, placeholders)
     return each.pack(package, folder) if each.pack else package
 
 

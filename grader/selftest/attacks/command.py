@@ -9,11 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grader import KIT
-from grader.course import kits_own
+from grader.course import find
 from grader.errors import EXIT_USAGE, GraderError
-
-PACKAGE = kits_own().package
 
 if TYPE_CHECKING:
     from grader.selftest.attacks.attack import Attack
@@ -36,7 +33,10 @@ def add(verbs: Any) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME", help="run only these attacks")
     parser.add_argument("--from", dest="first", metavar="NAME", help="leave out those before this one: to continue")
     parser.add_argument("--list", action="store_true", help="list the attacks and run none")
-    parser.add_argument("--reference", type=Path, help="the package to build attacks into (default: the reference)")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
+    parser.add_argument(
+        "--reference", type=Path, help="the package to build attacks into (default: the course's solution)"
+    )
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: in the user's cache folder)")
     parser.set_defaults(run=main)
 
@@ -58,14 +58,16 @@ def main(options: argparse.Namespace) -> int:
         for each in chosen:
             print(f"{each.name:<{width}}  {each.tries}")
         return 0
-    reference = options.reference or KIT / "solution_pkg" / PACKAGE
+    course = find(options.course)
+    whole = rubric.load(course.rubric)
+    reference = options.reference or course.solution
     if not (reference / "package.xml").is_file():
         raise GraderError(f"There is no package in {reference}. Name the reference package with --reference.")
-    settings = pipeline.Settings(rubric=rubric.load(rubric.RUBRIC), cache=options.cache or building.cache_folder())
+    settings = pipeline.Settings(rubric=whole, cache=options.cache or building.cache_folder(), course=course)
     print("\n".join(_defences()))
     names = [each.name for each in chosen]
     results = attack_run.run(
-        chosen,
+        [each.on(course, whole) for each in chosen],
         reference,
         settings,
         done=lambda one: print(f"\n{row(one, width)}", flush=True),

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from grader import KIT
 from grader.host import ros_env
-from grader.selftest.attacks.attack import Placeholders
 
 SECRET_VARIABLE = "GRADER_ATTACK_SECRET"
 _GRADER = KIT / "grader"
@@ -47,12 +46,12 @@ class Honeytokens:
             thread.start()
 
     @property
-    def placeholders(self) -> Placeholders:
+    def placeholders(self) -> dict[str, str]:
         """Return the values of the placeholders in an attack's texts."""
-        return Placeholders({
+        return {
             "SECRET": str(self.secret), "TOKEN": self.token, "PORT": str(self._server.getsockname()[1]),
             "RESULTS": str(self.results), "NEIGHBOUR": str(self.neighbour / "report.json"), "KIT": str(_GRADER),
-        })  # fmt: skip
+        }  # fmt: skip
 
     def damage(self) -> list[str]:
         """Return a phrase for each thing on the host that was changed, reached or left running."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks.attack import Attack, attack, cmake, node
+from grader.selftest.attacks.attack import BEHAVIOUR, BUILD, Attack, at_build, attack, node
 
 # root's files show who root of this machine is: in a namespace of its own a process may only call itself that.
 _IS_ROOT = "os.getuid() == os.stat('/usr').st_uid"
@@ -23,17 +23,14 @@ for top in ('/proc/sys', '/etc', '/dev', '/ws', '/opt', '/var', '/run', '/home',
 print('ATTACK is root:', {_IS_ROOT}, 'files of root:', found, flush=True)
 os._exit(0)
 """),
-        needs="F1", costs="F1", proof="ATTACK is root: False files of root: 0",
+        needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK is root: False files of root: 0",
         stopped="where the grader is root, its sandboxes run as a user that owns nothing; else as the user who grades",
     ),
     attack(
         "builds_as_root",
-        "CMake looks whether the build runs as root of this machine.",
-        cmake(f"""
-execute_process(COMMAND python3 -c "import os, sys; sys.exit({_IS_ROOT})" RESULT_VARIABLE as_root)
-message(WARNING "ATTACK built as root: ${{as_root}}")
-"""),
-        needs="F14", proof="ATTACK built as root: 0",
+        "The build looks whether it runs as root of this machine.",
+        at_build(f"python3 -c \"import os; print('built as root:', {_IS_ROOT})\""),
+        needs=BUILD, proof="ATTACK built as root: False",
         stopped="the same user as for nodes; what a build leaves is then given to the grader",
     ),
     attack(
@@ -58,7 +55,7 @@ mounted = libc.mount(b'proc', b'/tmp', b'proc', 0, None) == 0 or os.path.exists(
 print('ATTACK namespaces:', made, 'mounted:', mounted, flush=True)
 os._exit(0)
 """),
-        needs="F1", costs="F1", proof="ATTACK namespaces: 0 mounted: False",
+        needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK namespaces: 0 mounted: False",
         stopped="a filter of kernel calls refuses user namespaces in every sandbox",
     ),
     attack(
@@ -77,7 +74,7 @@ answers = {
 print('ATTACK calls that were answered:', [name for name, answer in answers.items() if answer >= 0], flush=True)
 os._exit(0)
 """),
-        needs="F1", costs="F1", proof="ATTACK calls that were answered: []",
+        needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK calls that were answered: []",
         stopped="a filter of kernel calls, and a session keyring of its own for every sandbox",
     ),
 )  # fmt: skip

@@ -9,11 +9,13 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.time import Time
 from ros2_robot_controller.utils import motion, settings
 from ros2_robot_controller.utils.conversions import clamp, yaw_from_quaternion
 from ros2_robot_controller.utils.motion import Command, Limits, STOP
 from ros2_robot_controller.utils.scans import measure_proximity, Proximity
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 
 NEVER = -math.inf  # the time of what has not happened yet
 STALE_S = 0.5  # node time; older scans and odometry tell nothing: five missed ones at 10 Hz
@@ -79,13 +81,16 @@ class Driver(Node):
         return Limits(**{limit.name: self._value(limit.name) for limit in fields(Limits)})
 
     def _is_fresh(self, time: float) -> bool:
-        return 0.0 <= self._now() - time <= STALE_S  # below 0: the clock was set back
+        return abs(self._now() - time) <= STALE_S  # far ahead: the clock was set back
 
     # Sensors
 
+    def _measured(self, header: Header) -> float:
+        return Time.from_msg(header.stamp).nanoseconds * 1e-9
+
     def _on_scan(self, scan: LaserScan) -> None:
         self._near = measure_proximity(scan)
-        self._scan_time = self._now()
+        self._scan_time = self._measured(scan.header)
         # Do not let a stop wait for the next control step.
         if motion.make_safe(self._last_command, self._near, self._limits()) == STOP:
             if self._last_command != STOP:
@@ -95,7 +100,7 @@ class Driver(Node):
         pose = odom.pose.pose
         yaw = yaw_from_quaternion(pose.orientation)
         if math.isfinite(pose.position.x + pose.position.y + yaw):
-            self._pose, self._odom_time = pose, self._now()
+            self._pose, self._odom_time = pose, self._measured(odom.header)
 
     # The control loop
 

@@ -79,10 +79,12 @@ class Bench:
         """Return the node's publisher on a topic."""
         return next(p for p in self.node.publishers if p.topic_name == f'{NAMESPACE}/{topic}')
 
-    def hear(self, topic, message):
-        """Give the node a message."""
+    def hear(self, topic, message, age=0.0):
+        """Give the node a message that was measured `age` seconds ago."""
         subscription = self.subscription(topic)
         assert isinstance(message, subscription.msg_type)
+        measured = self.now_ns - round(age * 1e9)
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(measured, 10**9)
         subscription.callback(message)
 
     def ask(self, service, request):

@@ -50,6 +50,17 @@ def test_a_driver_drives_at_the_speed_in_force_and_stops_for_obstacles(make_benc
     assert drive(bench)[-1] == 0.3
 
 
+@pytest.mark.parametrize(('age', 'speed'), [(0.5, 0.3), (0.6, 0.0), (-0.5, 0.3), (-0.6, 0.0)])
+def test_a_scan_is_as_old_as_its_stamp_says(make_bench, published, age, speed):
+    bench = make_bench(Cruiser)
+    bench.set_clock(10 * 10**9)
+    for _ in range(4):
+        bench.hear('scan', scan_of(math.inf), age)
+        bench.node._control()
+        bench.set_clock(bench.now_ns + 10**8)
+    assert published['cmd_vel'][-1].linear.x == pytest.approx(speed)
+
+
 def test_a_driver_stops_when_told(make_bench, published, drive):
     bench = make_bench(Cruiser)
     assert drive(bench)[-1] == 0.3

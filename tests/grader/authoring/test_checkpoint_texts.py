@@ -6,11 +6,10 @@ import json
 import zlib
 
 import pytest
-from helpers.course import COURSE, PACKAGE
+from helpers.course import COURSE, PACKAGE, REFERENCE
 
 from grader import building
 from grader.authoring import checkpoint_texts
-from grader.authoring.checkpoint_texts import REFERENCE
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import checkpoints

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.course import PACKAGE
+from helpers.course import COURSE, PACKAGE
 from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
@@ -28,7 +28,7 @@ WITHHELD = (
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("release") / "kit.zip"
-    release.release(out)
+    release.release(out, COURSE)
     return out
 
 
@@ -106,13 +106,13 @@ def test_the_code_of_the_kit_quotes_no_solution(kit: Path):
 
 
 def test_without_solutions_none_are_packed(tmp_path: Path):
-    release.release(tmp_path / "kit.zip", solutions=False)
+    release.release(tmp_path / "kit.zip", COURSE, solutions=False)
     with zipfile.ZipFile(tmp_path / "kit.zip") as opened:
         assert [name for name in opened.namelist() if name.endswith(".bin")] == []
 
 
 def test_the_same_tree_gives_the_same_bytes(archive: Path, tmp_path: Path):
-    release.release(tmp_path / "again.zip")
+    release.release(tmp_path / "again.zip", COURSE)
     assert (tmp_path / "again.zip").read_bytes() == archive.read_bytes()
 
 

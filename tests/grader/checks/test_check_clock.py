@@ -56,7 +56,7 @@ def test_a_loop_that_only_sleeps_keeps_i7_and_a_stopwatch_costs_nothing() -> Non
 
 def test_a_speed_that_rises_by_the_wall_clock_costs_i7() -> None:
     evidence = with_habits(ASKS)
-    trial = evidence.trials["standing_clock"]
+    trial = evidence.trials["standing_clock_robot_controller"]
     late = trial.marks["slow"]
     # What a robot does whose steps are measured by a wall clock that runs four times as fast: it jumps.
     jump = [replace(c, v=0.5) if late < c.t < late + 0.8 else c for c in trial.commands]
@@ -70,7 +70,7 @@ def test_a_speed_that_rises_by_the_wall_clock_costs_i7() -> None:
 def test_a_speed_that_a_zero_does_not_end_is_no_matter_of_the_clock() -> None:
     """A set_speed that ignores 0 drove on between the two paces, and cost I7 beside F2."""
     evidence = with_habits()
-    trial = evidence.trials["standing_clock"]
+    trial = evidence.trials["standing_clock_robot_controller"]
     top = max(command.v for command in trial.commands)
     rose = next(command.t for command in trial.commands if command.v == top)
     drives_on = [replace(command, v=top) if command.t > rose else command for command in trial.commands]

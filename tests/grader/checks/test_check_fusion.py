@@ -52,3 +52,55 @@ def test_a_message_delayed_by_a_busy_machine_costs_nothing(check: Check, pace: s
 @pytest.mark.parametrize(("pace", "late"), [("lockstep", 3), ("real time", 8)])
 def test_an_old_measurement_fails(check: Check, pace: str, late: int):
     assert judged(check, pace, late)
+
+
+def battery_judged(*logs: tuple[float, int, str]) -> str:
+    """Return what is said of a battery that falls by 5 % a second from 60 %, and of these logs (t, level, words)."""
+    published = [evidence.Message(float(n), "battery/state", {"percentage": 0.6 - 0.05 * n}) for n in range(12)]
+    messages = [
+        evidence.Message(t, "rosout", {"name": "sensor_processor", "level": level, "msg": said})
+        for t, level, said in logs
+    ]
+    trial = evidence.Trial(
+        "battery_runs_down",
+        "sensor_processor",
+        "open_field",
+        0,
+        True,
+        "lockstep",
+        "",
+        messages=messages,
+        published=published,
+    )
+    said = ask(checks.test_battery_alarms_are_logged_once, evidence_with(trials={"battery_runs_down": trial}))
+    return f"{said.seen}, {said.try_}"
+
+
+def test_an_alarm_at_another_level_is_named():
+    """A node that logged a low battery as information heard that it should not log at every message."""
+    said = battery_judged((7.0, 20, "Battery low"), (10.0, 40, "Battery critical"))
+    assert "0 warnings" in said
+    assert "at 7.0 s it logged 'Battery low' at another level, log it with self.get_logger().warning(...)" in said
+    exchanged = battery_judged((7.0, 40, "Battery low"), (10.0, 30, "Battery critical"))
+    assert "at 7.0 s it logged 'Battery low' at another level" in exchanged
+
+
+def test_right_alarms_and_other_logs_lose_nothing():
+    assert (
+        battery_judged((7.0, 30, "Battery low"), (7.0, 20, "battery at 25 %"), (10.0, 40, "Battery critical")) == ", "
+    )
+
+
+def test_a_topic_that_is_not_subscribed_is_the_first_cause():
+    """A subscription of `imu` was reported as a vector that had not been copied."""
+    fused = {"linear_acceleration": dict.fromkeys("xyz", 0.0), "angular_velocity": dict.fromkeys("xyz", 0.0)}
+    trial = evidence.Trial(
+        "fusion", "sensor_processor", "open_field", 0, True, "lockstep", "", marks={"scans": 0.0},
+        published=[evidence.Message(1.0, "imu/data", {field: [1.0, 0.0, 0.0] for field in fused})],
+        messages=[evidence.Message(2.0, "sensor_fusion_data", fused)],
+        graph=evidence.Graph(
+            endpoints=[evidence.Endpoint("imu", "subscription", "sensor_processor", "Imu", "", "reliable")]
+        ),
+    )  # fmt: skip
+    said = ask(checks.test_fuses_the_latest_imu_message, evidence_with(trials={"fusion": trial})).seen
+    assert said.startswith("the node does not subscribe to imu/data: linear_acceleration")

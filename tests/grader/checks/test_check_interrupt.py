@@ -16,7 +16,7 @@ BEGIN = "Traceback (most recent call last):\n  File 'sensor_processor.py', line 
 def judged(output: str, exit_code: int = 0) -> Judged:
     """Return the verdict on the reference's evidence with another output of the sensor processor."""
     evidence = recordings.load("reference")
-    trial = evidence.trials["interrupted_processor"]
+    trial = evidence.trials["interrupted_sensor_processor"]
     assert trial.process is not None
     changed = replace(trial, process=replace(trial.process, output_tail=output, exit_code=exit_code))
     return ask(CHECK, replace(evidence, trials={**evidence.trials, trial.name: changed}))

@@ -17,10 +17,11 @@ DIED = """[INFO] [launch]: Default logging verbosity is set to INFO
 
 def judged(ended: str, output: str, *nodes: str, by: str = "us") -> Judged:
     trial = Trial(
-        "launch_both", "robot_controller", "lone_post", 1, False, "lockstep", ended, graph=Graph(nodes=list(nodes)),
-        launch="robot_controller_launch.py", process=ProcessEnd(by, None if by == "us" else 1, 1.0, output),
+        "launch_robot_controller", "robot_controller", "lone_post", 1, False, "lockstep", ended,
+        graph=Graph(nodes=list(nodes)), launch="robot_controller_launch.py",
+        process=ProcessEnd(by, None if by == "us" else 1, 1.0, output),
     )  # fmt: skip
-    return ask(CHECK, evidence_with(trials={"launch_both": trial}))
+    return ask(CHECK, evidence_with(trials={"launch_robot_controller": trial}))
 
 
 def test_a_node_that_dies_is_told_in_the_launchs_own_words():

@@ -85,7 +85,7 @@ def test_a_correct_package_that_does_it_its_own_way_is_not_charged(robot: Trial)
 def test_a_rate_that_stays_the_same_when_it_is_changed_is_remarked_and_costs_nothing():
     """The contract asks for overrides; that a node accepts a change and ignores it should be known all the same."""
     evidence = recordings.load("reference")
-    trial = evidence.trials["senseless_settings_processor"]
+    trial = evidence.trials["senseless_settings_sensor_processor"]
     end = trial.samples[-1].t
     samples = [replace(sample, t=sample.t + 2.1 - end) for sample in trial.samples]  # to 2.1 s: 1.5 s to look at
     told = {

@@ -10,6 +10,10 @@ from helpers.judging import Judged, ask, find
 
 from grader.evidence import Evidence
 
+ASSERTION = (
+    "python3: _get_robot_status_s.c:141: my_package__srv__get_robot_status__response__convert_from_py: "
+    "Assertion `PyFloat_Check(field)' failed.\nFatal Python error: Aborted\nExtension modules: numpy (total: 1)\n"
+)
 FLAG = find("check_status::test_status_reports_an_obstacle")
 PLACES = ("standing", "driving", "before an obstacle", "when it is gone", "beside a pole", "ahead", "behind")
 
@@ -42,6 +46,21 @@ def test_driving_backwards_the_flag_is_about_what_lies_behind(flags: dict[str, b
     answer = flagged(**flags)
     assert answer.share == 0.5
     assert answer.seen == said
+
+
+@pytest.mark.parametrize(
+    "check", ["check_status::test_status_gives_the_speed_in_force", "check_navigation::test_stands_still_after_arrival"]
+)
+def test_a_node_that_dies_of_the_first_question_after_a_goal_loses_points(check: str):
+    """`self._speed = 0` at the end of a goal passed F2, F3, F7 to F11; the next get_status ended the node."""
+    evidence = recordings.load("reference")
+    again = evidence.trials["navigate_again"]
+    process = replace(again.process, by="itself", exit_code=-6, output_tail=ASSERTION)
+    dead = replace(again, ended="the node ended at 20.00 s with exit status -6", process=process)
+    said = ask(find(check), with_trial(evidence, dead))
+    assert said.share == 0.5
+    assert "with exit status -6; its last output was: Assertion" in said.seen
+    assert "`0.0` for a float64" in said.try_
 
 
 def test_a_robot_that_does_not_drive_backwards_is_judged_by_f2():

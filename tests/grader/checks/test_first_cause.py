@@ -10,16 +10,17 @@ from helpers import recordings
 from helpers.course import LAYOUT
 from helpers.judging import ask, evidence_with
 
-from grader.checks import check_build, check_interfaces, check_package_xml, check_structure
-from grader.checks.findings import listing
-from grader.courses.robot_controller.checks import (
-    check_conversions,
+from grader.checks import (
+    check_build,
+    check_functions,
+    check_interfaces,
     check_launch,
-    check_obstacle,
+    check_package_xml,
     check_parameters,
-    check_set_speed,
-    check_status,
+    check_structure,
 )
+from grader.checks.findings import listing
+from grader.courses.robot_controller.checks import check_obstacle, check_set_speed, check_status
 from grader.evidence import (
     Build,
     Call,
@@ -114,7 +115,7 @@ def test_faults_of_launch_and_parameter_files_are_named_without_a_build():
     evidence = unbuilt("", DEAD, KEY)
     launched = ask(check_launch.test_the_launch_files_start_the_nodes, evidence)
     assert "launch/robot_controller_launch.py:28: there is no executable `sensor_procesor`" in launched.seen
-    loaded = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    loaded = ask(check_parameters.test_parameter_files_load, evidence)
     assert "config/robot_params.yaml:3: its key is `robot_control`" in loaded.seen
 
 
@@ -135,26 +136,26 @@ def test_a_node_that_cannot_read_its_parameter_file_is_explained_by_the_file_and
     tab = Fault("config/robot_params.yaml", 6, "parameters", "it is not YAML: a tab", "indent with spaces only",
                 shown_as=["config/robot_params.yaml"])  # fmt: skip
     output = "RCLError: Couldn't parse params file: '--params-file /ws/install/share/p/config/robot_params.yaml'."
-    down = trial("file_controller", ready=False, ended="the node ended before it came up, with exit status 1",
+    down = trial("file_robot_controller", ready=False, ended="the node ended before it came up, with exit status 1",
                  process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
-    evidence = evidence_with(trials={"file_controller": down}, quality=text(IMPORT, tab))
-    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    evidence = evidence_with(trials={"file_robot_controller": down}, quality=text(IMPORT, tab))
+    said = ask(check_parameters.test_parameter_files_load, evidence)
     assert said.seen.startswith("config/robot_params.yaml:6: it is not YAML: a tab (indent with spaces only); the node")
 
 
 def test_a_parameter_file_that_is_not_installed_is_named():
     """I6 once said only that the node had ended."""
-    down = trial("file_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
-    evidence = evidence_with(trials={"file_controller": down}, quality=text(UNINSTALLED))
-    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    down = trial("file_robot_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
+    evidence = evidence_with(trials={"file_robot_controller": down}, quality=text(UNINSTALLED))
+    said = ask(check_parameters.test_parameter_files_load, evidence)
     assert said.seen.startswith("CMakeLists.txt: nothing installs `config/robot_params.yaml` (install(DIRECTORY")
 
 
 def test_a_parameter_file_that_is_not_in_the_package_is_not_said_to_be_uninstalled():
     """I6 told to install it with install(DIRECTORY ...)."""
-    down = trial("file_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
-    evidence = evidence_with(trials={"file_controller": down}, quality=text())
-    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    down = trial("file_robot_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
+    evidence = evidence_with(trials={"file_robot_controller": down}, quality=text())
+    said = ask(check_parameters.test_parameter_files_load, evidence)
     assert said.seen.endswith("; config/robot_params.yaml is not in the package")
     assert advice(said.seen).startswith("write it")
 
@@ -165,10 +166,10 @@ def test_a_relative_path_is_why_a_launch_file_sets_no_parameters():
                      "`ros2 launch` is started, not in the package", "os.path.join(...)",
                      shown_as=["config/robot_params.yaml"])  # fmt: skip
     output = "[WARNING] [launch_ros.actions.node]: Parameter file path is not a file: config/robot_params.yaml\n"
-    ran = trial("launch_both", launch="robot_controller_launch.py", choices={"safety_margin": 0.4},
+    ran = trial("launch_robot_controller", launch="robot_controller_launch.py", choices={"safety_margin": 0.4},
                 parameters=[ParameterAnswer(0.1, "safety_margin", value=0.3, node="robot_controller")],
                 process=ProcessEnd("us", None, 9.0, output))  # fmt: skip
-    evidence = evidence_with(trials={"launch_both": ran}, quality=text(relative))
+    evidence = evidence_with(trials={"launch_robot_controller": ran}, quality=text(relative))
     said = ask(check_launch.test_parameters_come_from_the_yaml_files, evidence)
     assert said.seen.startswith("launch/robot_controller_launch.py:9: `config/robot_params.yaml` is looked for where")
     assert said.try_ == relative.cure
@@ -203,7 +204,7 @@ def test_files_that_are_missing_are_explained_by_what_builds_the_package(cmake: 
 
 def test_conversions_that_are_missing_are_explained_by_what_builds_the_package():
     answers = [replace(recordings.load("reference").functions[0], answer=[], problem="No module named 'utils'")]
-    said = ask(check_conversions.test_conversions_are_right_at_their_edges,
+    said = ask(check_functions.test_functions_are_right_at_their_edges,
                evidence_with(functions=answers, quality=text(cmake=False)))  # fmt: skip
     assert "does setup.py install it" in said.try_
 
@@ -233,10 +234,10 @@ def test_a_package_xml_that_cannot_be_read_is_not_told_that_everything_is_missin
 def test_a_parameter_that_is_not_declared_is_named_with_its_declaration():
     answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5), ParameterAnswer(0.1, "safety_margin")]
     trials = {
-        "file_controller": trial("file_controller", parameters=answers),
-        "file_processor": trial("file_processor", node="sensor_processor"),
+        "file_robot_controller": trial("file_robot_controller", parameters=answers),
+        "file_sensor_processor": trial("file_sensor_processor", node="sensor_processor"),
     }
-    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence_with(trials=trials))
+    said = ask(check_parameters.test_parameter_files_load, evidence_with(trials=trials))
     assert said.seen == "not declared: robot_controller: safety_margin"
     assert said.try_.startswith("self.declare_parameter('safety_margin', 0.3)")
 
@@ -244,7 +245,7 @@ def test_a_parameter_that_is_not_declared_is_named_with_its_declaration():
 def test_a_refusal_for_want_of_a_declaration_is_not_taken_for_a_callback_that_is_too_strict():
     good = ParameterAnswer(0.1, "max_linear_speed", 0.375, accepted=False,
                            reason="('Invalid access to undeclared parameter(s)', ['max_linear_speed'])")  # fmt: skip
-    trials = {"senseless_settings": trial("senseless_settings", parameters=[good])}
+    trials = {"senseless_settings_robot_controller": trial("senseless_settings_robot_controller", parameters=[good])}
     said = ask(check_parameters.test_invalid_values_are_refused_at_run_time, evidence_with(trials=trials))
     assert said.try_.startswith("self.declare_parameter('max_linear_speed', 0.5)")
 
@@ -252,12 +253,12 @@ def test_a_refusal_for_want_of_a_declaration_is_not_taken_for_a_callback_that_is
 def test_a_key_of_another_node_is_named_with_its_line():
     answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5)]
     trials = {
-        "file_controller": trial("file_controller", parameters=answers, choices={"max_linear_speed": 0.375}),
-        "file_processor": trial("file_processor", node="sensor_processor"),
+        "file_robot_controller": trial(
+            "file_robot_controller", parameters=answers, choices={"max_linear_speed": 0.375}
+        ),
+        "file_sensor_processor": trial("file_sensor_processor", node="sensor_processor"),
     }
-    said = ask(
-        check_parameters.test_parameter_files_load_on_both_nodes, evidence_with(trials=trials, quality=text(KEY))
-    )
+    said = ask(check_parameters.test_parameter_files_load, evidence_with(trials=trials, quality=text(KEY)))
     assert said.seen.startswith("config/robot_params.yaml:3: its key is `robot_control`")
     assert said.try_ == KEY.cure
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import os
 import threading
+from concurrent.futures import Future
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers.class_reports import GRADED, Silent, report
 
 from grader.classroom import batch, class_folder, gradebook
 from grader.classroom.batch import Options
-from grader.classroom.class_folder import ClassFolder, Status
+from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -30,7 +32,28 @@ def test_every_submission_gets_a_folder_and_a_record(tmp_path, source, workers):
     assert folder.facts().seed == 7
     assert folder.report("team02") == {"total": 50}
     assert [record.id for record in said.records] == ["team01", "team02", "team03"]
-    assert said.left[0] == pytest.approx(10.0), "two are left, two go on at a time"
+
+
+def test_the_time_that_is_left_counts_what_is_half_done_and_what_cannot_be_graded(
+    tmp_path, source, workers, monkeypatch
+):
+    """It began much too high: as if all that runs had just begun, and as if every submission could be graded."""
+    now, slow = [0.0], Future()
+    monkeypatch.setattr(batch, "time", SimpleNamespace(monotonic=lambda: now[0]))
+
+    class Heard(Silent):
+        def finished(self, record: Record, progress: batch.Progress) -> None:
+            super().finished(record, progress)
+            now[0] = 4.0
+            if record.id == "team02":
+                slow.set_result(GRADED)
+
+    made = workers(lambda order: Ending(Status.REFUSED, "is empty", 2.0) if order.id == "team01" else GRADED)
+    made.slots, submit = 3, made.submit
+    made.submit = lambda order: slow if order.id == "team03" and submit(order) else submit(order)
+    said = Heard()
+    batch.run(source, tmp_path / "class", [], Options(), said)
+    assert said.left == [None, 2.0, 0.0], "6 s each, of which team03 has had 4 s"
 
 
 def test_what_is_graded_is_not_graded_again(tmp_path, source, workers):

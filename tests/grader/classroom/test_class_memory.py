@@ -190,7 +190,7 @@ def test_only_the_named_submissions_are_graded(tmp_path, source, workers, capsys
 def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, workers, monkeypatch, capsys):
     workers(graded)
     first_run(tmp_path)
-    monkeypatch.setattr(provenance, "kit_hash", lambda: "0123456789abcdef")
+    monkeypatch.setattr(provenance, "kit_hash", lambda _course: "0123456789abcdef")
     second = workers(graded)
     (source / "team04").mkdir()
     (source / "team04" / "readme").write_text("new")

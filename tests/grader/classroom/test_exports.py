@@ -18,7 +18,7 @@ from helpers.class_reports import report
 from grader.classroom import cells, gradebook
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
-from grader.errors import GraderError
+from grader.errors import GraderError, UsageError
 
 EXCUSED = "people: {s4: {excused: {why: ill, by: Ada}}}"
 
@@ -97,16 +97,6 @@ def test_the_table_has_a_line_for_each_person_and_a_column_for_each_requirement(
     assert sum(map(Decimal, requirements)) == Decimal(by_id["s1"]["total"])
 
 
-def test_the_anonymous_table_has_its_names_in_a_file_of_its_own(book, tmp_path):
-    plain.write(book, tmp_path / "book.csv", key=tmp_path / "key.csv")
-    text = (tmp_path / "book.csv").read_text()
-    assert not re.search(r"Jane|jdoe|s1|team07|uni\.edu", text)
-    header, *lines = rows(tmp_path / "key.csv")
-    key = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
-    assert {"s1", "s2", "s3", "s4"} == {person["id"] for person in key.values()}
-    assert {line[0] for line in rows(tmp_path / "book.csv")[1:]} == set(key)
-
-
 def canvas_import(path: Path) -> tuple[str, str, dict[str, str]]:
     """Read a file as Canvas's GradebookImporter does; return the assignment, its number, and scores by student."""
     header, *lines = rows(path)
@@ -126,7 +116,7 @@ def numbered_by(platform: str, book: gradebook.Gradebook) -> gradebook.Gradebook
 
 def test_a_participants_number_of_moodle_is_no_number_of_canvas(book, tmp_path):
     """It was written into the column ID, by which Canvas looks first: that of another person."""
-    canvas.write(numbered_by("moodle", book), tmp_path / "canvas.csv", "Robots (77)")
+    canvas.write(Delivery(numbered_by("moodle", book), {}, tmp_path / "canvas.csv", title="Robots (77)"))
     assert {line[1] for line in rows(tmp_path / "canvas.csv")[1:]} == {""}
     sheet = CANVAS_EXPORT.replace("99999,,", "12346,,")
     _, notes = filled(canvas, numbered_by("moodle", book), tmp_path, sheet, "Robots")
@@ -134,7 +124,7 @@ def test_a_participants_number_of_moodle_is_no_number_of_canvas(book, tmp_path):
 
 
 def test_canvas_imports_the_grades(book, tmp_path):
-    canvas.write(numbered_by("canvas", book), tmp_path / "canvas.csv", "Robots (77)")
+    canvas.write(Delivery(numbered_by("canvas", book), {}, tmp_path / "canvas.csv", title="Robots (77)"))
     title, number, scores = canvas_import(tmp_path / "canvas.csv")
     assert (title, number) == ("Robots", "77")
     assert scores == {"12345": "98.00", "12346": "98.00", "12347": "0.00", "12348": "EX"}
@@ -192,7 +182,7 @@ def test_a_row_that_is_not_final_keeps_its_cells(class_of_four, tmp_path, platfo
 
 
 def test_the_assignment_has_to_be_named_where_several_could_be_meant(book, tmp_path):
-    with pytest.raises(GraderError, match=r"--assignment; the sheet has: Quiz \(70\), Robots \(77\)"):
+    with pytest.raises(UsageError, match=r"Quiz \(70\), Robots \(77\)\. Add --assignment"):
         filled(canvas, book, tmp_path, CANVAS_EXPORT)
 
 
@@ -208,6 +198,14 @@ def test_moodle_imports_the_grades(book, tmp_path):
     grades = {line[header.index("idnumber")]: line[header.index("Robots")] for line in lines}
     assert all(grade == "" or 0 <= float(grade) <= 100 for grade in grades.values()), "or the import is aborted"
     assert (grades["s1"], grades["s4"]) == ("98.00", "")
+
+
+def test_people_whom_moodle_cannot_find_are_named(book, tmp_path):
+    """A class without a roster gave a file that had only a header, without a word."""
+    unknown = tuple(replace(row, person=replace(row.person, id="", email="", login="")) for row in book.rows)
+    notes = moodle.PLATFORM.write(Delivery(replace(book, rows=unknown), {}, tmp_path / "moodle.csv"))
+    assert len(rows(tmp_path / "moodle.csv")) == 1
+    assert any("fill in the worksheet with --sheet" in note and "Jane Doe, =Li Wu" in note for note in notes)
 
 
 MOODLE_SHEET = (

@@ -13,7 +13,7 @@ from helpers import recordings
 from helpers.report_examples import REFUSED
 
 from grader import evidence, pipeline, report
-from grader.classroom import command, gradebook, hand_ins
+from grader.classroom import after_grading, gradebook, hand_ins
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.entry import Entry
 from grader.classroom.overrides import Decisions
@@ -128,15 +128,15 @@ def test_the_figure_on_the_page_is_the_gradebooks(graded: ClassFolder):
     assert "2 started days late" in page
 
 
-@pytest.mark.parametrize("again", [command.write_pages, lambda folder: rescore(folder, jobs=1)])
+@pytest.mark.parametrize("again", [after_grading.write_pages, lambda folder: rescore(folder, jobs=1)])
 def test_every_verb_that_changes_the_gradebook_writes_the_pages_with_it(graded: ClassFolder, again):
     graded.overrides.write_text("submissions: {team07: {adjust: {total: 12.5, why: x, by: Ada}}}")
     again(graded)
-    command.write_pages(graded)
+    after_grading.write_pages(graded)
     assert finals(graded) == [([], 12.5)]
     assert "total of 12.5 points by Ada (x)" in (graded.submission("team07") / report.PAGE).read_text()
     graded.overrides.unlink()
-    command.write_pages(graded)
+    after_grading.write_pages(graded)
     assert finals(graded) == [([], float(gradebook.read(graded).rows[0].total or 0))]
 
 
@@ -184,7 +184,7 @@ def test_the_reports_stay_while_another_run_writes_to_the_class(graded: ClassFol
     with graded.locked():
         with pytest.raises(GraderError, match="being written by another run"):
             hand_ins.refresh(graded)
-        command._refresh(graded)
+        after_grading._refresh(graded)
     assert "note: the reports were left as they are" in capsys.readouterr().err
     assert said(graded)["hand_in"]["decisions"] == []
 

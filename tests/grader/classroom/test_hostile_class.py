@@ -282,7 +282,10 @@ def judge(who: Student, outcome: Outcome, layout: str, roster: str) -> str:
     if "nothing handed in" in states or any(value and not Decimal(value) for value in values):
         return f"lost: handed in, and has {sorted(values)} ({', '.join(sorted(states))})"
     if roster == "none" and right in outcome.totals:  # on a row that has the name of the account or the group
-        return "listed" if "groups" in layout else "right"
+        if layout != "moodle groups":
+            return "right"
+        if "have names of groups" in outcome.before:
+            return "listed"
     if listed(who, outcome.before) and (not unknown or f"{reached(who):.2f}" in outcome.totals):
         return "listed"
     return f"lost: {sorted(values)} ({', '.join(sorted(states))}) and not a word before the grading"

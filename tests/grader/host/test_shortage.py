@@ -28,7 +28,7 @@ version: 1
 criteria:
   - {id: F, title: Functions, points: 1, levels: {A: a, B: b, C: c, D: d}, requirements: [
       {id: F14, points: 1, text: Conversions., section: "01#a", checks: [
-        {id: "check_conversions::test_conversions_are_right_at_their_edges", points: 1}]}]}
+        {id: "check_functions::test_functions_are_right_at_their_edges", points: 1}]}]}
 """
 
 

@@ -7,9 +7,8 @@ import json
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE
+from helpers.course import COURSE, REFERENCE
 
-from grader.authoring.checkpoint_texts import REFERENCE
 from grader.intake import course_marker
 from grader.intake.submission import open_submission
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -30,6 +31,19 @@ def test_the_fields_of_package_xml_are_read(tmp_path: Path):
     (tmp_path / "package.xml").write_text(text)
     read = read_package_xml(tmp_path / "package.xml")
     assert (read.name, read.format, read.build_type, read.texts("depend")) == ("a_b", "3", "ament_cmake", ["rclpy"])
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_read"),
+    [("$ROS_VERSION == 2", True), ("$ROS_VERSION == 1", False), ("$ROS_DISTRO == humble", False), ("what?", True),
+     ("(" * 5000, True)],
+)  # fmt: skip
+def test_what_a_false_condition_leaves_out_is_not_declared(tmp_path: Path, condition: str, is_read: bool):
+    text = f"""<package><depend condition="{condition}">nav_msgs</depend><export>
+      <build_type condition="{condition}">ament_cmake</build_type></export></package>"""
+    (tmp_path / "package.xml").write_text(text)
+    read = read_package_xml(tmp_path / "package.xml")
+    assert (read.texts("depend"), read.build_type) == ((["nav_msgs"], "ament_cmake") if is_read else ([], ""))
 
 
 @given(st.binary(max_size=300))

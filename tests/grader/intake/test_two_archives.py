@@ -9,6 +9,7 @@ import random
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO, cast
 
 import pytest
 from helpers.archives import below, member, refusal, tarred, zipped
@@ -83,7 +84,8 @@ def test_a_file_that_is_both_a_tar_and_a_zip(tmp_path: Path, into: Path, two: by
 def test_a_compressed_tar_in_several_streams_is_read_whole(tmp_path: Path, into: Path):
     """As pbzip2 and pigz write them."""
     plain = tar_of(tmp_path / "plain.tar", SHOWN).read_bytes()
-    for number, pack in enumerate((gzip.compress, bz2.compress, lzma.compress)):
+    packs: tuple[Callable[[bytes], bytes], ...] = (gzip.compress, bz2.compress, lzma.compress)
+    for number, pack in enumerate(packs):
         source = tmp_path / f"a{number}"
         source.write_bytes(b"".join(pack(plain[at : at + 1000]) for at in range(0, len(plain), 1000)))
         assert open_submission(source, into / str(number), COURSE).intake.files == sorted(SHOWN)
@@ -114,7 +116,10 @@ def test_a_zip_written_to_a_pipe_is_one_archive(tmp_path: Path, into: Path):
         def __init__(self, file):
             self.write, self.flush = file.write, file.flush
 
-    with (tmp_path / "a").open("wb") as file, zipfile.ZipFile(Pipe(file), "w", zipfile.ZIP_DEFLATED) as archive:
+    with (
+        (tmp_path / "a").open("wb") as file,
+        zipfile.ZipFile(cast("IO[bytes]", Pipe(file)), "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
         for name, text in SHOWN.items():
             archive.writestr(name, text)
     assert open_submission(tmp_path / "a", into, COURSE).intake.files == sorted(SHOWN)

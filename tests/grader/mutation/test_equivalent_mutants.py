@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from textwrap import dedent
+from typing import Any
 
 import pytest
 from helpers.course import COURSE
@@ -19,7 +20,7 @@ def source(text: str) -> SourceText:
 
 def behaviour(text: str) -> list[object]:
     """Return what the functions of the toy package give for many arguments."""
-    space: dict[str, object] = {}
+    space: dict[str, Any] = {}
     exec(compile(text, "toy", "exec"), space)
     found: list[object] = []
     numbers = [-2.0, -0.6, -0.5, -0.1, 0.0, 0.1, 0.25, 0.5, 0.6, 1.0, 3.0, float("inf")]
@@ -69,7 +70,6 @@ def test_nearly_every_mutant_changes_behaviour(text: str):
         ("def f(a):\n    if a: g()", "def f(a):\n    if [a][0]: g()"),
         ("def f(a):\n    return g(a)", "def f(a):\n    answer2 = (g(a)); return answer2"),
         ("def f(a):\n    g(a)", "def f(a):\n    [g(a)]"),
-        ("def f(a):\n    b = g(a)\n    return b", "def f(a):\n    b2 = g(a)\n    return b2"),
     ],
 )
 def test_an_equivalent_mutant_looks_like_a_mutant(before: str, after: str):

@@ -14,7 +14,7 @@ from submissions import toy
 from grader.evidence import Mutation
 from grader.mutation import jobs, mutant_run
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.warm_worker import Team
+from grader.student_tests.warm_worker import WorkerPool
 
 NARROW, WIDE = "test/test_it.py::test_narrow", "test/test_it.py::test_wide"
 MUTANT, EQUIVALENT, ORIGINAL = "mutant", "equivalent mutant", "original"
@@ -32,8 +32,8 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
     ))  # fmt: skip
 
     @contextlib.contextmanager
-    def no_workers(*_: object, **__: object) -> Iterator[Team]:
-        yield Team(lambda _number: None, 1)  # type: ignore[arg-type,return-value]
+    def no_workers(*_: object, **__: object) -> Iterator[WorkerPool]:
+        yield WorkerPool(lambda _number: None, 1)  # type: ignore[arg-type,return-value]
 
     def play(answer: Answer, *, seconds: float = 1.0, count: int = 30, budget: float = 1000.0) -> Mutation:
         asked: Counter[object] = Counter()
@@ -47,7 +47,7 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
                 job, by, "test/test_it.py" if by else "", False, len(tests), seconds, (by,) if by else ()
             )
 
-        monkeypatch.setattr(mutant_run, "start_team", no_workers)
+        monkeypatch.setattr(mutant_run, "start_workers", no_workers)
         monkeypatch.setattr(jobs, "run_job", made_up)
         return mutant_run.mutate(made.package, made.install, [reach], COURSE, count=count, seconds=budget, workers=1)
 

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent, indent
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from helpers.course import COURSE
 from submissions import toy
 
 from grader.evidence import Mutation
+from grader.mutation.jobs import Job, TestedPackage, run_job
 from grader.mutation.mutant_run import mutate
+from grader.mutation.selection import Selection
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.module_results import ModuleReach
 from grader.student_tests.suite_run import run_suite
+from grader.student_tests.worker_report import read_run
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -143,7 +149,7 @@ def reach(made: toy.Toy) -> dict[str, ModuleReach]:
 def mutated(made: toy.Toy, reach: dict[str, ModuleReach]) -> Mutate:
     done: dict[tuple[object, ...], Mutation] = {}
 
-    def run(suite: str, *, again: int = 0, **options: object) -> Mutation:
+    def run(suite: str, *, again: int = 0, **options: Any) -> Mutation:
         key = (suite, again, *sorted(options.items()))
         if key not in done:
             done[key] = mutate(
@@ -267,23 +273,10 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
     assert "unnoticed" in outcomes(mutation)
 
 
-def test_a_test_that_kills_its_worker_leaves_the_other_mutants_to_a_new_one(tmp_path: Path):
-    """The dead worker was given every later mutant, and each of them counted as unnoticed."""
-    kills = """
-        def test_braking():
-            import os
-            import signal
-            from ros2_robot_controller import robot_controller
-            if robot_controller.stop_distance(0.5) != 0.0625:
-                os.kill(os.getppid(), 9)
-                signal.pause()
-            assert robot_controller.stop_distance(0.0) == 0.0
-    """
-    files = {"test/test_a_kills.py": dedent(kills), "test/test_thorough.py": toy.THOROUGH}
-    made = toy.make(tmp_path, files)
-    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
-    mutation = mutate(made.package, made.install, found.reach, COURSE, seconds=60.0, count=30, workers=1)
-    honest = [mutant for mutant in mutation.mutants if mutant.function != "stop_distance"]
-    assert [mutant.outcome for mutant in mutation.mutants if mutant.function == "stop_distance"].count("unnoticed") >= 3
-    assert sum(mutant.outcome == "unnoticed" for mutant in honest) <= 2
-    assert sum(mutant.outcome == "noticed" for mutant in honest) >= 15
+def test_a_run_whose_worker_was_lost_notices_nothing(tmp_path: Path):
+    lost = replace(read_run(tmp_path, 0, 1.0, tmp_path / "test_it.py"), worker_lost=True)
+    workers = SimpleNamespace(run=lambda _request: lost)
+    package = TestedPackage({}, {}, {"test_it.py": ModuleReach("test_it.py", {"test_it.py::test_it": 0.1}, {})})
+    job = Job(None, (Selection("test_it.py", ("test_it.py::test_it",)),))
+    assert lost.failure
+    assert run_job(workers, package, job).noticed_by == ""  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ import rclpy
 from helpers.course import PACKAGE
 from rclpy.context import Context
 
-from grader.notebook import bench, checkpoints, interface_types, mine, tries
+from grader.notebook import bench, checkpoints, interface_types, lessons, mine, tables, tries
 from grader.notebook.workspace import Workspace
 
 pytestmark = pytest.mark.ros
@@ -56,6 +56,82 @@ def test_a_node_that_raises_at_its_start_is_named(solved: Workspace, capsys: pyt
     path.write_text(path.read_text().replace("settings.declare(self, SETTINGS)", "raise ValueError('no')"))
     assert not hasattr(bench("driver.Driver"), "advance")
     assert capsys.readouterr().out == "not yet: Driver() raised ValueError: no\n"
+
+
+def test_an_int_in_a_float_field_is_said_on_the_bench(solved: Workspace):
+    """`self._speed = 0` passed every try and most checks, and ended the node at the first get_status after a goal."""
+    from grader.notebook.lessons import Handle
+
+    navigator, module, handle = bench("navigator.Navigator"), mine("navigator"), Handle(3.0, 2.0)
+    navigator.node._speed = 0
+    with pytest.raises(AssertionError, match="The 'speed' field must be of type 'float'"):
+        navigator.ask("get_status")
+    with pytest.raises(AssertionError, match="The 'x' field must be of type 'float'"):
+        navigator._publish(mine("utils.motion").Command(1, 0.0))
+    feedback = mine("action").NavigateToPosition.Feedback()
+    feedback.distance_remaining = 2
+    with pytest.raises(AssertionError, match="'distance_remaining' field must be of type 'float'"):
+        handle.publish_feedback(feedback)
+    navigator.node._pose.position.x = 3
+    task = navigator.begin(navigator._navigate, handle)
+    navigator._end_goal(module.Ending.ARRIVED)
+    with pytest.raises(AssertionError, match="The 'x' field must be of type 'float'"):
+        navigator.advance(0.1)
+    assert task.done()
+    navigator.close()
+
+
+def test_a_forgotten_super_is_asked_for(solved: Workspace, capsys: pytest.CaptureFixture[str]):
+    path = solved.package / PACKAGE / "navigator.py"
+    path.write_text(path.read_text().replace("        super().__init__(**node_options)\n", ""))
+    bench("navigator.Navigator")
+    assert "Does its __init__ begin with super().__init__(...)?" in capsys.readouterr().out
+
+
+NAVIGATE = "navigator.begin(navigator._navigate, Handle(3.0, 2.0)).done()"
+
+
+def test_a_forgotten_await_is_said(solved: Workspace, capsys: pytest.CaptureFixture[str]):
+    """The row said `KeyError: <rclpy.task.Future object at 0x...>`."""
+    path = solved.package / PACKAGE / "navigator.py"
+    path.write_text(path.read_text().replace("await goal.ending", "goal.ending"))
+    globals().update(navigator=bench("navigator.Navigator"), Handle=lessons.Handle)
+    tries({NAVIGATE: False, "Handel(3.0, 2.0)": None})
+    first, second, _ = capsys.readouterr().out.splitlines()
+    assert ": a future is not yet its result; `await` it" in first
+    assert "name 'Handel' is not defined" in second
+    assert "run the cells above this one first" in second
+    globals()["navigator"].close()
+
+
+@pytest.mark.parametrize(
+    "waiting",
+    ["rclpy.spin_until_future_complete(self, goal.ending)", "while not goal.ending.done(): pass"],
+    ids=["spins", "loops"],
+)
+def test_a_call_that_never_comes_back_is_ended_with_its_line(
+    solved: Workspace, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, waiting: str
+):
+    """The cell hung without a word, until the kernel was restarted."""
+    path = solved.package / PACKAGE / "navigator.py"
+    text = (
+        path.read_text()
+        .replace("async def _navigate", "def _navigate")
+        .replace(
+            "ending = await goal.ending", f"import rclpy\n        {waiting}\n        ending = goal.ending.result()"
+        )
+    )
+    path.write_text(text)
+    line = 1 + next(n for n, row in enumerate(text.splitlines()) if waiting in row)
+    monkeypatch.setattr(tables, "LIMIT_S", 1.0)
+    if not rclpy.ok():
+        rclpy.init()
+    globals().update(navigator=bench("navigator.Navigator"), Handle=lessons.Handle)
+    tries({NAVIGATE: False, "1 + 1": 2})
+    said = capsys.readouterr().out
+    assert f"hangs at navigator.py:{line}, in `_navigate`; `await` the future, or end the loop" in said
+    assert said.endswith("0 of 2 right\n")
+    rclpy.try_shutdown()
 
 
 def test_a_service_that_returns_nothing_is_told_so(solved: Workspace, capsys: pytest.CaptureFixture[str]):

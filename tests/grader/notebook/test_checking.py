@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from helpers.course import PACKAGE
+from helpers.course import COURSE, PACKAGE
 
 from grader import KIT, building, notebook
 from grader.host import procfs
@@ -36,7 +36,7 @@ def no_build(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspace, no_build: None) -> None:
-    names = [r.id for r in checking.rubric.load(checking.RUBRIC).requirements]
+    names = [r.id for r in checking.rubric.load(COURSE.rubric).requirements]
     checked = notebook.check(*names)
     assert not checked.passed
     assert checked.points == 0
@@ -153,7 +153,7 @@ def checked_after(workspace: Workspace) -> Callable[[str, tuple[str, ...]], Chec
 
 
 def test_every_requirement_has_a_notebook_where_it_first_passes() -> None:
-    names = [r.id for r in checking.rubric.load(checking.RUBRIC).requirements]
+    names = [r.id for r in checking.rubric.load(COURSE.rubric).requirements]
     assert sorted(name for group in FIRST_PASSES.values() for name in group) == sorted(names)
 
 

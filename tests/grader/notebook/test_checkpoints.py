@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE, PACKAGE
+from helpers.course import COURSE, PACKAGE, REFERENCE
 
 from grader.authoring import checkpoint_texts
-from grader.authoring.checkpoint_texts import REFERENCE
 from grader.intake import course_marker
 from grader.intake.submission import open_submission
 from grader.notebook import checkpoints

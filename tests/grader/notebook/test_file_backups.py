@@ -198,6 +198,56 @@ def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -
     assert copies(workspace).popitem()[1] == "EIGHT\n"
 
 
+INTO = "%%into utils/steering.py\ndef steer():\n    return 1\n"
+
+
+def test_a_skeletons_cell_that_is_run_again_does_not_empty_the_pieces(workspace: Workspace, package: Path) -> None:
+    """It said "Overwriting ...", and the finished functions were one of many files in ws/kept."""
+    backups = FileBackups(workspace)
+    run(backups, CELL)
+    backups.after(CELL, "07")
+    assert backups.refusal(CELL.replace("1", "2"), "07") == ""
+    backups.after(INTO, "07")
+    assert backups.refusal(CELL.replace("1", "2"), "07") == (
+        "steering.py was not replaced: it holds functions that you have put in since, and this cell would empty them. "
+        "To replace it all the same, begin the cell with %%writefile -f."
+    )
+    assert backups.refusal(INTO, "07") == ""
+    assert backups.refusal(CELL.replace("1", "2").replace("writefile", "writefile -f"), "07") == ""
+    assert backups.refusal(CELL.replace("1", "2").replace("writefile", "writefile -a"), "07") == ""
+    assert backups.refusal(CELL.replace("1", "2"), "08") == ""
+
+
+def test_a_comment_above_a_cell_magic_is_no_line_magic_that_is_not_found(workspace: Workspace, package: Path) -> None:
+    said = in_a_kernel(
+        "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
+        "s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
+        "s.run_cell('# my answer\\n\\n%%into own.py\\ndef steer():\\n    return 1\\n')\n"
+        "s.run_cell('# a comment\\nprint(7)\\n')\n"
+    )
+    assert "not found" not in said
+    assert said.endswith("own.py has now: steer\n7\n")
+    assert "return 1" in (package / "own.py").read_text()
+
+
+def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
+    workspace: Workspace, package: Path
+) -> None:
+    said = in_a_kernel(
+        "s.run_cell(\"from grader.notebook import begin; begin('05')\")\n"
+        "s.run_cell('%%writefile driver.py\\n\\n')\n"
+        "s.run_cell('%%writefile ros2_robot_controller/utils/moton.py\\n\\n')\n"
+        "s.run_cell('%%writefile ros2_robot_controller/utils/motion.py\\n\\n')\n"
+        "s.run_cell('%%writefile ros2_robot_controller/helpers.py\\n\\n')\n"
+        "s.run_cell('%%writefile ../../driver.py\\n\\n')\n"
+    )
+    assert [line for line in said.splitlines() if "did you mean" in line] == [
+        "The course has no file driver.py; did you mean ros2_robot_controller/driver.py?",
+        "The course has no file ros2_robot_controller/utils/moton.py; "
+        "did you mean ros2_robot_controller/utils/motion.py?",
+    ]
+
+
 @pytest.mark.parametrize("name", ["01_anatomy", "02_interfaces", "08_settings_and_launch", "09_tests_that_notice"])
 def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(name: str, workspace: Workspace) -> None:
     """The first cell of 08 makes `config` and `launch`, `start_at` moves them away, and %%writefile was a traceback."""

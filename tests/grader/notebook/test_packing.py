@@ -9,10 +9,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.course import PACKAGE
+from helpers.course import PACKAGE, REFERENCE
 
 from grader import cli
-from grader.authoring.checkpoint_texts import REFERENCE
 from grader.errors import SubmissionError
 from grader.intake import course_marker
 from grader.notebook import packing
@@ -105,7 +104,7 @@ def test_without_a_package_one_sentence_says_so(tmp_path: Path, capsys: pytest.C
 def test_the_error_for_a_package_that_is_too_large_names_its_largest_file(package: Path):
     with (package / "drive.bag").open("wb") as file:
         file.truncate(60_000_000)
-    with pytest.raises(SubmissionError, match=r"The largest is drive\.bag with 60\.0 MB"):
+    with pytest.raises(SubmissionError, match=r"The largest files are drive\.bag \(57 MB\)"):
         packing.submit(package, check=False)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -69,6 +70,29 @@ def test_what_is_no_function_is_refused_in_words():
         pieces.merged(FILE, "class Pilot:\n    def stop(self):\n        pass\n")
 
 
+@pytest.mark.parametrize(
+    ("piece", "words"),
+    [
+        (
+            "def stop(self):\n    return 2\n",
+            "`stop` has the argument `self`, so it is a method: put `class ...:` above",
+        ),
+        ("async def stop(self):\n    return 2\n", "so it is a method"),
+        ("def raech(v):\n    return 2\n", "no function `raech`; did you mean `reach`?"),
+        ("class Driver:\n    def stopp(self):\n        return 2\n", "did you mean `stop`?"),
+    ],
+    ids=["a forgotten class", "an async method", "a misspelt function", "a misspelt method"],
+)
+def test_a_slip_does_not_add_a_function_beside_the_old_one(piece: str, words: str):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        pieces.merged(FILE, piece)
+
+
+def test_a_test_of_ones_own_may_be_called_nearly_like_another():
+    text = "def test_ramp_up():\n    assert True\n"
+    assert "test_ramp_ups" in pieces.merged(text, "def test_ramp_ups():\n    assert True\n")
+
+
 def test_a_piece_is_filled_with_the_solution_of_its_functions_only():
     piece = 'def reach(v):\n    """Return it."""\n    return 0.0  # TODO\n'
     assert pieces.filled(piece, "def other():\n    pass\n\n\ndef reach(v):\n    return 2 * v\n") == (
@@ -79,9 +103,9 @@ def test_a_piece_is_filled_with_the_solution_of_its_functions_only():
 def test_the_magic_says_what_is_in_the_file_now(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     path = tmp_path / "reach.py"
     path.write_text(FILE)
-    pieces.into(f" {path} ", "def reach(v):\n    return 7\n")
+    pieces.into(f" {path} ", "def reach(v):\n    return 7\n\n\ndef helper(v):\n    return v\n")
     assert "return 7" in path.read_text()
-    assert capsys.readouterr().out == f"{path} has now: reach\n"
+    assert capsys.readouterr().out == f"{path} has now: reach, helper (added)\n"
 
 
 def test_a_piece_before_its_file_and_a_typing_error_write_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import KIT
 from grader.notebook import checkpoints
@@ -340,6 +341,46 @@ report(t=run.t, v=run.simulator.twist.v, trouble=run.trouble, said=run.set_speed
     assert facts["t"] == pytest.approx(4.0)
     assert facts["v"] == pytest.approx(0.0, abs=1e-6)
     assert facts["trouble"].startswith("the node ended at 1.00 s with exit status -9")
+
+
+@pytest.mark.slow  # a build, a kernel and a node
+def test_a_run_says_that_its_node_is_older_than_the_package(laid_out: Callable[[str], Path]) -> None:
+    """A file was mended, and the run under way went on with the old one without a word."""
+    facts = play(
+        laid_out("10"),
+        f"""
+from pathlib import Path
+run = run_node()
+run.drive(0.1)
+path = Path("{PACKAGE}/driver.py")
+path.write_text(path.read_text() + "# mended")
+run.drive(0.1)
+run.drive(0.1)
+""",
+    )
+    assert [line for line in facts["said"] if "has changed" in line] == [
+        "your package has changed since this run began, and the node is still the old one; call run_node again"
+    ]
+
+
+@pytest.mark.slow  # a build, a kernel and a node
+def test_a_node_that_dies_of_a_question_is_reported_and_no_traceback(laid_out: Callable[[str], Path]) -> None:
+    """`run.status()` ended in TrialOver, and the words were "Extension modules: numpy..."."""
+    root = laid_out("10")
+    path = root / "src" / PACKAGE / PACKAGE / "navigator.py"
+    path.write_text(path.read_text().replace("self._speed = 0.0", "self._speed = 0"))
+    facts = play(
+        root,
+        """
+run = run_node()
+run.go_to(0.1, 0.0)
+status = run.status().status
+report(status=status, trouble=run.trouble, later=run.set_speed(0.1).message, went=run.go_to(1.0, 0.0).status)
+""",
+    )
+    assert "A value in get_robot_status (response) is not of the field's type, float" in facts["trouble"]
+    assert facts["status"] == facts["trouble"]
+    assert (facts["later"], facts["went"]) == ("no node offers set_speed", "no server")
 
 
 @pytest.mark.slow  # a build, a kernel and a node

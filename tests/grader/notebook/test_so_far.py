@@ -85,7 +85,11 @@ def test_bad_readings_are_judged_by_the_node_that_is_there(
     """The published notebook 04 has the first answer, from trials."""
     open_after(workspace, "04", monkeypatch)
     seen("reference")
-    assert repr(notebook.check("F6")).startswith("F6 passed so far (0 of 3)\n    seen      your sensor processor")
+    found = notebook.check("F6")
+    assert repr(found).startswith(
+        "F6 passed so far (its points come with a later notebook: 3)\n    seen      your sensor processor"
+    )
+    assert "✓" not in found._repr_html_(), "no green tick beside a requirement that has given no points"
     seen("publishes_nothing_when_nothing_is_near")
     said = repr(notebook.check("F6"))
     assert said.startswith("F6 not yet (0 of 3)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import subprocess
 import sys
@@ -140,6 +141,31 @@ def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch:
     assert value() == 1
     (folder / "numbers.py").write_text("VALUE = 22\n")
     assert value() == 22
+    for name in [name for name in sys.modules if name.startswith("fresh_module")]:
+        del sys.modules[name]
+
+
+def test_a_folder_without_init_hands_out_no_stale_modules(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After start_at("05") in a kernel that had imported the package, there were two copies of utils.motion."""
+    package = workspace.package
+    folder = package / "fresh_module" / "utils"
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
+    monkeypatch.setattr(cell_hooks, "_STAMPS", {})
+    monkeypatch.syspath_prepend(str(package))
+    (folder.parent / "__init__.py").write_text("")
+    (folder / "motion.py").write_text("STOP = object()\n")
+    (folder.parent / "driver.py").write_text(
+        "from fresh_module.utils import motion\nfrom fresh_module.utils.motion import STOP\n"
+    )
+    importlib.import_module("fresh_module.driver")
+    forget_changed_modules(package)
+    (folder / "motion.py").write_text("STOP = object()  # laid out anew\n")
+    forget_changed_modules(package)
+    driver = importlib.import_module("fresh_module.driver")
+    assert driver.motion.STOP is driver.STOP
     for name in [name for name in sys.modules if name.startswith("fresh_module")]:
         del sys.modules[name]
 

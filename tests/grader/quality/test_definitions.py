@@ -22,7 +22,7 @@ from helpers.quality_examples import (
 
 from grader.checks.check_docstrings import test_docstrings_follow_ament_pep257 as rules
 from grader.checks.check_docstrings import test_public_things_have_docstrings as coverage
-from grader.checks.check_habits import test_public_functions_are_annotated as annotations
+from grader.checks.check_habits import test_public_functions_are_annotated as annotated
 from grader.evidence import Definition, Quality
 from grader.quality import source_files
 from grader.quality.definitions import public_definitions
@@ -258,7 +258,7 @@ def test_helpers_without_annotations_lose_their_share(tmp_path: Path):
         f"ros2_robot_controller/utils/{name}.py": without_annotations(f"ros2_robot_controller/utils/{name}.py")
         for name in names
     }
-    result = judged(annotations, facts(reference(tmp_path, files=files)))
+    result = judged(annotated, facts(reference(tmp_path, files=files)))
     assert 0 < result.share < 0.6
     assert "return" in result.seen
 
@@ -266,7 +266,7 @@ def test_helpers_without_annotations_lose_their_share(tmp_path: Path):
 def test_one_parameter_without_a_type_loses_one_share(tmp_path: Path):
     """Subtle."""
     result = judged(
-        annotations, facts(reference(tmp_path, (MOTION, "def speed_cap(distance: float,", "def speed_cap(distance,")))
+        annotated, facts(reference(tmp_path, (MOTION, "def speed_cap(distance: float,", "def speed_cap(distance,")))
     )
     assert 0.9 < result.share < 1
     assert "speed_cap: distance" in result.seen

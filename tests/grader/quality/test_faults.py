@@ -32,7 +32,7 @@ def faults(package: Path, interfaces: Path | None = None) -> list[Fault]:
             modules.append(parse(source.path, source.data, PACKAGE))
         except ValueError as error:
             unreadable.append(SourceFile(source.path, 0, f"is not valid Python: {error}"))
-    return find_faults(package, interfaces, modules, unreadable, COURSE)
+    return find_faults(read_sources(package, interfaces, COURSE), interfaces, modules, unreadable)
 
 
 def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Path:
@@ -327,4 +327,4 @@ def test_a_text_that_is_out_of_all_bounds_is_left_alone_after_a_while(tmp_path: 
     """Each of these once took minutes, gigabytes or a deep stack."""
     package = reference(tmp_path)
     (package / file).write_text(text)
-    assert len(find_faults(package, None, [], [], COURSE)) <= 50
+    assert len(find_faults(read_sources(package, None, COURSE), None, [], [])) <= 50

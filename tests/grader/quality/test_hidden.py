@@ -203,13 +203,6 @@ def test_an_unreadable_module_costs_its_share(hidden: Quality, check: Check):
     assert "ros2_robot_controller/bad.py nests brackets" in result.seen
 
 
-def test_definitions_in_an_unreadable_module_count_as_undocumented(hidden: Quality):
-    bare = {thing.name: thing for thing in hidden.definitions if thing.path.endswith("/bad.py")}
-    assert set(bare) == {"ros2_robot_controller/bad.py", "decide", "again"}
-    assert not any(thing.documented for thing in bare.values())
-    assert bare["decide"].unannotated
-
-
 def test_a_small_unreadable_file_costs_little(tmp_path: Path):
     """One finding, and not the whole rule."""
     quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 3, "is not valid Python: line 2"))

@@ -39,7 +39,7 @@ def running() -> dict[str, evidence.Trial]:
         ("subscription", "clock", "rosgraph_msgs/msg/Clock"),
     ]
     trials = {}
-    for node, name in (("robot_controller", "idle"), ("sensor_processor", "idle_processor")):
+    for node, name in (("robot_controller", "idle_robot_controller"), ("sensor_processor", "idle_sensor_processor")):
         ends = [
             evidence.Endpoint(topic, kind, node, type_, "", "reliable") for kind, topic, type_ in seen[node] + every
         ]
@@ -335,6 +335,14 @@ def test_one_wrong_row_costs_its_share(tmp_path: Path, old: str, new: str, said:
     assert said in result.seen
 
 
+def test_an_interface_under_the_wrong_node_costs_its_share(tmp_path: Path):
+    """Subtle."""
+    own = "| `sensor_processor` | publishes | `obstacle_distance` |"
+    result = compared(tmp_path, TRUE.replace(own, own.replace("sensor_processor", "robot_controller")))
+    assert result.share == pytest.approx(10 / 11)
+    assert "sensor_processor: publisher obstacle_distance (Float32) is listed under another node" in result.seen
+
+
 def test_an_outdated_row_costs_its_share(tmp_path: Path):
     """Subtle."""
     row = "| `sensor_processor` | publishes | `sensor_fusion_data` |"
@@ -383,6 +391,24 @@ MORE = """
 | `srv/SetSpeed` | float32 speed -> bool success, string message |
 | `ros2_robot_controller/msg/SensorFusionData` | std_msgs/Header header, float32 battery_level |
 """
+ENDS = """
+| Topic | Type | Published by | Subscribed by |
+|---|---|---|---|
+| `scan` | `LaserScan` | the lidar | robot_controller |
+| `odom` | `Odometry` | the base | robot_controller |
+| `cmd_vel` | `Twist` | robot_controller | the base |
+| `raw_scan` | `LaserScan` | the lidar | sensor_processor |
+| `imu/data` | `Imu` | | sensor_processor |
+| `battery/state` | `BatteryState` | | sensor_processor |
+| `obstacle_distance` | `Float32` | sensor_processor | robot_controller |
+| `sensor_fusion_data` | `SensorFusionData` | | robot_controller |
+
+| Service or action | Type |
+|---|---|
+| `set_speed` | `SetSpeed` |
+| `get_status` | `GetRobotStatus` |
+| `navigate_to_position` | `NavigateToPosition` |
+"""
 CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock` | |\n"
 
 
@@ -393,9 +419,17 @@ CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock
         SEVERAL,
         BARE,
         TRUE + MORE,
+        ENDS,
         TRUE.replace("| `sensor_processor` |", CLOCK + "| `sensor_processor` |", 1),
     ],
-    ids=["like the contract's", "one for each kind", "services without types", "a table of fields", "the clock too"],
+    ids=[
+        "like the contract's",
+        "one for each kind",
+        "services without types",
+        "a table of fields",
+        "both ends",
+        "the clock too",
+    ],
 )
 def test_tables_of_other_shapes_agree(tmp_path: Path, text: str):
     result = compared(tmp_path, text)
@@ -409,10 +443,12 @@ def test_columns_under_the_wrong_direction_cost_most(tmp_path: Path):
 
 def test_a_topic_beyond_the_contract_needs_a_row(tmp_path: Path):
     trials = running()
-    graph = trials["idle"].graph
+    graph = trials["idle_robot_controller"].graph
     assert graph is not None
     extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "", "reliable")
-    trials["idle"] = replace(trials["idle"], graph=replace(graph, endpoints=[*graph.endpoints, extra]))
+    trials["idle_robot_controller"] = replace(
+        trials["idle_robot_controller"], graph=replace(graph, endpoints=[*graph.endpoints, extra])
+    )
     assert "path (Path) is not in a table" in compared(tmp_path, TRUE, trials=trials).seen
     row = "| `robot_controller` | publishes | `path` | `nav_msgs/msg/Path` | |\n"
     complete = TRUE.replace(

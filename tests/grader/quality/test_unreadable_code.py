@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from helpers.course import PACKAGE
+from helpers.course import COURSE, PACKAGE
 
 from grader.quality.parsed_module import parse
 from grader.quality.unreadable_code import unreadable_code
@@ -11,7 +11,9 @@ from grader.quality.unreadable_code import unreadable_code
 
 def named(text: str, path: str = "ros2_robot_controller/driver.py") -> list[str]:
     module = parse("ros2_robot_controller/robot_controller.py", b"X = 1\n", PACKAGE)
-    return [finding.text for finding in unreadable_code([module, parse(path, text.encode(), PACKAGE)])]
+    return [
+        finding.text for finding in unreadable_code([module, parse(path, text.encode(), PACKAGE)], COURSE.demonstration)
+    ]
 
 
 @pytest.mark.parametrize(

@@ -53,9 +53,11 @@ def test_nodes_that_do_not_start_are_named_with_the_exception_and_its_place(rubr
 def test_only_the_node_that_did_not_start_is_named(rubric):
     """A launch file of both nodes does not start either, and is a trial of the controller."""
     fuses = not_up(node="sensor_processor")
-    trials = {"drive_at_a_wall": fuses, "launch_both": not_up(), "other": drive_at_a_wall()}
+    trials = {"drive_at_a_wall": fuses, "launch_robot_controller": not_up(), "other": drive_at_a_wall()}
     first, *others = waiting(rubric, DIED, "drive_at_a_wall")
-    made = grading(rubric, [replace(first, trial="launch_both"), *others], Evidence(INTAKE, BUILD, trials=trials))
+    made = grading(
+        rubric, [replace(first, trial="launch_robot_controller"), *others], Evidence(INTAKE, BUILD, trials=trials)
+    )
     assert str(cause.find(made)).startswith("sensor_processor did not start: ModuleNotFoundError")
 
 

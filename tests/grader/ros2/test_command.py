@@ -16,9 +16,9 @@ from grader.host import ros_env
 
 
 def test_an_interface_is_shown_with_the_types_of_its_fields(ros2):
-    shown = ros2("interface", "show", "--no-comments", "geometry_msgs/msg/TwistStamped")
+    shown = ros2("interface", "show", "geometry_msgs/msg/TwistStamped")
     assert shown.stdout == (
-        "std_msgs/Header header\n"
+        "# A twist with reference coordinate frame and timestamp\n\nstd_msgs/Header header\n"
         "\tbuiltin_interfaces/Time stamp\n\t\tint32 sec\n\t\tuint32 nanosec\n\tstring frame_id\n"
         "Twist twist\n"
         "\tVector3  linear\n\t\tfloat64 x\n\t\tfloat64 y\n\t\tfloat64 z\n"
@@ -68,7 +68,7 @@ def test_packages_executables_and_interfaces_are_listed(ros2, demo):
     assert set(ros2("interface", "package", "std_srvs").stdout.split()) == {
         f"std_srvs/srv/{name}" for name in ("Empty", "SetBool", "Trigger")
     }
-    assert "    std_srvs/srv/Trigger\n" in ros2("interface", "list", "-s").stdout
+    assert "    std_srvs/srv/Trigger\n" in ros2("interface", "list").stdout
 
 
 SETUP = COMMAND / "setup.bash"

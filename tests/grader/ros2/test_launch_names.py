@@ -417,12 +417,6 @@ def test_a_group_without_forwarding_begins_with_what_the_launch_had(visitor):
     assert [line.removeprefix("show ") for line in lines] == ["1+ none --ros-args", "1 1 --ros-args"]
 
 
-def test_an_anonymous_name_is_the_same_each_time(visitor):
-    name = visitor.text(visitor.AnonName("talker"))
-    assert re.fullmatch(r"talker_\w+_\d+_\d+", name)
-    assert visitor.text(visitor.AnonName("talker")) == name != visitor.text(visitor.AnonName("listener"))
-
-
 def test_a_list_set_for_all_nodes_becomes_text(visitor):
     """A quirk of the real one: no node reads round brackets as a list."""
     lines = visitor.visit(visitor.SetParameter("a", [1, 2]), visitor.SetParameter(name="b", value="x y"), show(visitor))

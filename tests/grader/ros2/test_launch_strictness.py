@@ -78,7 +78,6 @@ def names() -> dict[str, Any]:
         ("IfCondition(True)", TypeError, "'bool' object is not iterable"),
         ("IfCondition('yes').evaluate(context)", RuntimeError, "expected one of [true, 1, false, 0] but got 'yes'"),
         ("NotSubstitution('maybe').perform(context)", RuntimeError, "Cannot convert value 'maybe' to '<class 'bool'>'"),
-        ("IfElseSubstitution('true')", RuntimeError, "One of if_value and else_value must be specified"),
         # events
         ("OnProcessExit()", TypeError, "missing 1 required keyword-only argument: 'on_exit'"),
         ("OnProcessExit(on_exit=[5])", TypeError, "to be of type 'LaunchDescriptionEntity' but got '<class 'int'>'"),

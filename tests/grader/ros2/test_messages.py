@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-
 import pytest
 import yaml
 
@@ -14,8 +12,8 @@ pytestmark = pytest.mark.ros
 FULL = messages.Limits(messages.FULL)
 
 
-def echoed(part, info=None, csv=False, flow_style=False):
-    return topic_pubsub._shown(part, info, argparse.Namespace(csv=csv, flow_style=flow_style), FULL)
+def echoed(part, csv=False):
+    return topic_pubsub._shown(part, csv, FULL)
 
 
 def test_a_long_last_text_is_cut_and_keeps_its_line_end():
@@ -46,14 +44,6 @@ def test_arrays_that_are_not_printed_are_named_by_type_and_length():
     assert kinds(Imu()) == ["<array type: double[9]>"] * 3
 
 
-def test_lists_flow_and_messages_do_not():
-    from geometry_msgs.msg import Point32, Polygon
-
-    polygon = Polygon(points=[Point32(x=1.0)])
-    assert echoed(polygon, flow_style=True) == "points: [{x: 1.0, y: 0.0, z: 0.0}]\n---"
-    assert echoed(Point32(), flow_style=True) == "x: 0.0\ny: 0.0\nz: 0.0\n---"
-
-
 def test_a_field_that_is_no_message_is_printed_as_python_does():
     from sensor_msgs.msg import LaserScan
     from std_msgs.msg import Byte
@@ -68,14 +58,6 @@ def test_a_field_that_is_no_message_is_printed_as_python_does():
             messages.field(scan, wrong)
 
 
-def test_the_message_info_comes_before_the_message():
-    from std_msgs.msg import Bool
-
-    info = {"source_timestamp": 5, "received_timestamp": 6}
-    assert echoed(Bool(), info) == "received_timestamp: 6\nsource_timestamp: 5\n---\ndata: false\n---"
-    assert echoed(Bool(), info, csv=True) == "5,6,False"
-
-
 def test_a_range_without_a_step_is_described_without_one():
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
@@ -85,3 +67,10 @@ def test_a_range_without_a_step_is_described_without_one():
     )
     count = ParameterDescriptor(name="n", type=2, integer_range=[IntegerRange(to_value=9, step=3)])
     assert param.described(count).endswith("    Max value: 9\n    Step: 3")
+
+
+def test_a_list_is_shown_as_in_the_message():
+    from rcl_interfaces.msg import ParameterValue
+
+    assert param.shown(ParameterValue(type=8, double_array_value=[1.0])) == "Double values are: array('d', [1.0])"
+    assert param.shown(ParameterValue(type=1, bool_value=True)) == "Boolean value is: True"

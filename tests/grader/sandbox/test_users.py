@@ -128,8 +128,8 @@ def test_each_sandbox_has_a_user_and_temporary_files_of_its_own():
 
 def test_no_process_of_a_sandbox_outlives_it():
     """A daemon that has left its session, and whose parent has ended, has no tie to the sandbox but its user."""
-    code = "import os, subprocess; subprocess.Popen('setsid sleep 1000 & setsid sleep 1000 &', shell=True)\nprint(os.getuid())"
-    user = int(python(code).output)
+    code = "import os, subprocess; subprocess.Popen('setsid sleep 1000 & setsid sleep 1000 &', shell=True)"
+    user = int(python(f"{code}; print(os.getuid())").output)
     assert _processes_of(user) == []
 
 

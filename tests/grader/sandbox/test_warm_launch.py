@@ -19,7 +19,7 @@ from grader.sandbox.warm_start import WarmPython
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
-Launch = Callable[[str, str, str], sandbox.Process]
+Launch = Callable[..., sandbox.Process]
 
 HOWS = ("cold", "warm")
 FORKED = "import sys; print('forked' if 'rclpy' in sys.modules else 'started')"

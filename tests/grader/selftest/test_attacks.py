@@ -19,12 +19,13 @@ from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.selftest.attacks import attack_run, command
 from grader.selftest.attacks.attack import attack
-from grader.selftest.attacks.catalogue import ATTACKS, KNOWN
+from grader.selftest.attacks.catalogue import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 from grader.selftest.package_edits import copy
 
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
+KNOWN = 43  # the list of known attacks on autograders from which this one started; each number occurs here
 ALL = [*ATTACKS.values(), *attacks.ATTACKS]
 RUN = [each for each in ALL if not each.not_applicable]
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
@@ -94,7 +95,7 @@ def test_what_changed_in_the_home_folder_is_named(monkeypatch: pytest.MonkeyPatc
 
 def test_a_call_to_the_host_is_damage():
     with planted() as tokens:
-        socket.create_connection(("127.0.0.1", int(tokens.placeholders.values["PORT"]))).close()
+        socket.create_connection(("127.0.0.1", int(tokens.placeholders["PORT"]))).close()
         deadline = time.monotonic() + 5.0
         while not tokens.calls and time.monotonic() < deadline:
             time.sleep(0.01)

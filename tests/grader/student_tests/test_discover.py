@@ -26,6 +26,40 @@ def test_modules_are_found_in_test_and_tests_and_below(tmp_path: Path):
     assert sorted(found) == ["test/deep/er/test_c.py", "test/test_a.py", "tests/unit/b_test.py"]
 
 
+INHERITED = """
+class Common:
+    def test_name(self):
+        assert self.node().get_name()
+
+    class TestWithin:
+        def test_nested(self):
+            assert make().x == 1
+"""
+CASES = """
+import unittest
+class NodeCase(unittest.TestCase):
+    def setUp(self):
+        self.node = make()
+"""
+
+
+@pytest.mark.parametrize(
+    ("helper", "text", "tests"),
+    [
+        (INHERITED, "class TestDriver(Common):\n    node = Driver\n", 2),
+        (CASES, "class Drives(NodeCase):\n    def test_it(self):\n        self.assertTrue(self.node.x)\n", 1),
+        ("", "class TestA:\n    def test_a(self):\n        assert x\n\nclass TestB(TestA):\n    pass\n", 1),
+        ("", "class TestA:\n    class TestB(TestA):\n        def test_b(self):\n            assert x\n", 1),
+        ("", "class Plain(Base):\n    def test_no(self):\n        assert x\n", 0),
+    ],
+    ids=["inherited", "own TestCase", "inherited here", "in themselves", "not collected"],
+)
+def test_tests_of_base_classes_and_nested_classes_are_found(tmp_path: Path, helper: str, text: str, tests: int):
+    """A module all of whose tests were written in a base class was not run, which cost its node's points."""
+    found = read(tmp_path, test__common=helper, test__test_a=text)["test/test_a.py"]
+    assert (found.tests, found.asserting) == (tests, tests)
+
+
 @pytest.mark.parametrize("linter", ["ament_copyright", "ament_flake8", "ament_pep257"])
 def test_what_ros2_pkg_create_generates_is_a_stub(tmp_path: Path, linter: str):
     text = f"""

@@ -17,7 +17,7 @@ from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.source import keep_runs
 from grader.student_tests.suite_run import SuiteRun, run_suite
-from grader.student_tests.warm_worker import WarmWorker, start_team
+from grader.student_tests.warm_worker import WarmWorker, start_workers
 
 SLOWLY = """
 from ros2_robot_controller.robot_controller import RobotController
@@ -177,7 +177,7 @@ def test_a_run_is_new_when_a_module_has_changed_that_it_opened(made, make_runs, 
         (made.package / f"test/test_{name}.py").write_text(dedent(text))
     runs = make_runs()
     requests = [ModuleRequest(f"test/test_{name}.py") for name in (*LOOKING, "thorough", "slowly")]
-    with start_team(made.package, made.install, 1, seconds=120.0, kept_runs=runs) as worker:
+    with start_workers(made.package, made.install, 1, seconds=120.0, kept_runs=runs) as worker:
         assert all(test.outcome == "passed" for request in requests for test in worker.run(request).tests)
     runs.keep()
     edit(made, "test/test_slowly.py", "# edited\n")

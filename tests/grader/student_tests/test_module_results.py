@@ -12,7 +12,7 @@ from helpers.course import COURSE
 
 from grader import evidence
 from grader.student_tests import suite_run
-from grader.student_tests.warm_worker import ModuleRequest, Team
+from grader.student_tests.warm_worker import ModuleRequest, WorkerPool
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 MODULE = evidence.TestModule("test/test_it.py", stub=False, tests=2, asserting=2, subjects=["robot_controller"])
@@ -38,10 +38,10 @@ class ScriptedWorker:
         return next(self.runs)
 
 
-def team_of(worker: ScriptedWorker) -> Callable[..., contextlib.AbstractContextManager[Team]]:
+def team_of(worker: ScriptedWorker) -> Callable[..., contextlib.AbstractContextManager[WorkerPool]]:
     @contextlib.contextmanager
-    def start(_package: Path, _install: Path, size: int, **_: object) -> Iterator[Team]:
-        yield Team(lambda _number: worker, size)  # type: ignore[arg-type,return-value]
+    def start(_package: Path, _install: Path, size: int, **_: object) -> Iterator[WorkerPool]:
+        yield WorkerPool(lambda _number: worker, size)  # type: ignore[arg-type,return-value]
 
     return start
 
@@ -56,7 +56,7 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
 
     def results(*runs: ModuleRun) -> tuple[evidence.TestModule, int]:
         worker = ScriptedWorker(runs)
-        monkeypatch.setattr(suite_run, "start_team", team_of(worker))
+        monkeypatch.setattr(suite_run, "start_workers", team_of(worker))
         (module,) = suite_run.run_suite(tmp_path, tmp_path, [MODULE], COURSE).tests.modules
         return module, len(list(worker.runs))
 
@@ -104,7 +104,7 @@ def test_the_longest_module_begins_first_and_the_results_keep_their_order(
             return ran(test_it="passed")
 
     monkeypatch.setattr(suite_run, "WORKERS", 1)
-    monkeypatch.setattr(suite_run, "start_team", team_of(Recording([])))
+    monkeypatch.setattr(suite_run, "start_workers", team_of(Recording([])))
     found = suite_run.run_suite(tmp_path, tmp_path, modules, COURSE)
     assert list(dict.fromkeys(begun)) == ["test/test_b.py", "test/test_c.py", "test/test_a.py"]
     assert [module.path for module in found.tests.modules] == [module.path for module in modules]

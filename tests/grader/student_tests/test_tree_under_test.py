@@ -9,7 +9,7 @@ from submissions import toy
 
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import MODULES, PACKAGE
-from grader.student_tests.warm_worker import Team, start_team
+from grader.student_tests.warm_worker import WorkerPool, start_workers
 from grader.student_tests.worker_report import ModuleRun
 
 NODE = "ros2_robot_controller/robot_controller.py"
@@ -111,16 +111,16 @@ def test_nothing_is_left_by_an_earlier_run():
 
 
 @pytest.fixture(scope="module")
-def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Team]:
+def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WorkerPool]:
     """A worker whose tests have run on the original before."""
     made = toy.make(tmp_path_factory.mktemp("toy"), {"test/test_looks.py": LOOKS})
-    with start_team(made.package, made.install, 1, seconds=300.0) as worker:
+    with start_workers(made.package, made.install, 1, seconds=300.0) as worker:
         worker.run(ModuleRequest("test/test_looks.py", coverage=True))
         yield worker
 
 
 @pytest.fixture(scope="module")
-def on_a_mutant(worker: Team) -> ModuleRun:
+def on_a_mutant(worker: WorkerPool) -> ModuleRun:
     mutant = toy.CONTROLLER.replace("braking = 2.0", "braking = 4.0")
     return worker.run(ModuleRequest("test/test_looks.py", files=dict.fromkeys(SOURCES, mutant)))
 
@@ -133,6 +133,6 @@ def test_a_mutants_process_and_sandbox_hold_nothing_of_the_original(on_a_mutant:
 
 
 @pytest.mark.sandbox
-def test_after_a_mutant_the_original_is_back(worker: Team, on_a_mutant: ModuleRun):
+def test_after_a_mutant_the_original_is_back(worker: WorkerPool, on_a_mutant: ModuleRun):
     ran = worker.run(ModuleRequest("test/test_looks.py", select=["test/test_looks.py::test_files"]))
     assert [test.outcome for test in ran.tests] == ["failed"]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from grader.student_tests import warm_worker
+from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.worker import watch
 
 
@@ -41,3 +43,19 @@ def test_a_run_that_is_stopped_for_its_time_leaves_no_descriptor_open(tmp_path: 
         end = watch(hangs.pid, tmp_path / "report", {"limits": {}, "limit": 1.0, "total": 0.0})
     assert end.timed_out == "collection"
     assert len(list(Path("/proc/self/fd").iterdir())) == before
+
+
+def test_a_worker_that_has_ended_is_replaced(tmp_path: Path):
+    """The dead worker was given every later run, and each mutant in them counted as unnoticed."""
+    made: list[SimpleNamespace] = []
+
+    def start(number: int) -> SimpleNamespace:
+        made.append(SimpleNamespace(alive=True, run=lambda _request: end(number)))
+        return made[-1]
+
+    def end(number: int) -> int:
+        made[number].alive = False
+        return number
+
+    workers = warm_worker.WorkerPool(start, 1)  # type: ignore[arg-type]
+    assert [workers.run(ModuleRequest("test_it.py")) for _ in range(3)] == [0, 1, 2]

@@ -39,8 +39,8 @@ node.create_timer(0.1, lambda: fused and fused[0].publish(SensorFusionData(batte
 @pytest.mark.parametrize(
     ("trial", "body", "topic"),
     [
-        ("idle", COMMANDS + f"late(lambda: {ODOMETRY.strip()})", "odom"),
-        ("idle_processor", f"late(lambda: {DISTANCE})", "obstacle_distance"),
+        ("idle_robot_controller", COMMANDS + f"late(lambda: {ODOMETRY.strip()})", "odom"),
+        ("idle_sensor_processor", f"late(lambda: {DISTANCE})", "obstacle_distance"),
     ],
 )  # fmt: skip
 def test_a_topic_that_is_discovered_late_is_on_the_recorded_graph(run: Run, trial: str, body: str, topic: str):
@@ -51,7 +51,7 @@ def test_a_topic_that_is_discovered_late_is_on_the_recorded_graph(run: Run, tria
 
 def test_parameter_services_that_are_discovered_late_are_asked(run: Run):
     body = COMMANDS + ODOMETRY + 'node.declare_parameter("max_linear_speed", 0.5)\nlate(lambda: ParameterService(node))'
-    (answer,) = run("senseless_start", body, services=False).parameters
+    (answer,) = run("senseless_start_robot_controller", body, services=False).parameters
     assert answer.value == -1.0
 
 

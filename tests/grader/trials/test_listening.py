@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from typing import Any
 
 import pytest
 import rclpy
@@ -25,8 +26,12 @@ def test_a_warning_logged_before_the_subscription_is_matched_is_still_read():
     talker = rclpy.create_node("talker", context=context)
     talker.get_logger().warning("battery low")
     heard: list[str] = []
+
+    def hear(message: Any) -> None:
+        heard.append(message.msg)
+
     listener = rclpy.create_node("listener", context=context, enable_rosout=False)
-    listener.create_subscription(Log, "/rosout", lambda message: heard.append(message.msg), LOG_QOS)
+    listener.create_subscription(Log, "/rosout", hear, LOG_QOS)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(listener)
     deadline = time.monotonic() + 30.0

@@ -68,6 +68,13 @@ def test_an_ampersand_in_a_comment_is_not_an_anchor(tmp_path: Path):
     assert values == {"fusion_frequency": 10.0}
 
 
-def test_a_file_with_anchors_is_left_alone(tmp_path: Path):
+def test_a_value_with_an_anchor_is_changed(tmp_path: Path):
+    """rcl reads past an anchor."""
+    _, values = changed(tmp_path, FILE.format(rate="&usual 20.0"), names="sensor_params.yaml")
+    assert values == {"fusion_frequency": 10.0}
+
+
+def test_a_file_with_aliases_is_left_alone(tmp_path: Path):
+    """rcl refuses it."""
     (tmp_path / "big.yaml").write_text("a: &a [1]\nb: [*a, *a]\n")
     assert parameter_files.write_changed(tmp_path, tmp_path / "out", COURSE.telltales) == ({}, {})

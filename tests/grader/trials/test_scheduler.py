@@ -101,7 +101,7 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
     absent = not_started(PLAN, 0, "", ended=f"{NO_NODE}x came up within 20 s; the graph shows no node at all")
     refusing = not_started(PLAN, 0, "", ended="the node ended before it came up, with exit status 1")
-    start = worker_start.Workers.start
+    start: Any = worker_start.Workers.start
     trials = scheduler._Trials(start, tmp_path, tmp_path, 0, None, lambda _name: None, COURSE.package, False)
     waited = []
     for found in (refusing, refusing, absent, absent):
@@ -202,7 +202,7 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
 ):
     """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
     patch_workers(CRASHES_ON_CLOSE, tmp_path, monkeypatch)
-    plans = [catalog.trials(COURSE)[name] for name in ("idle", "idle_processor")]
+    plans = [catalog.trials(COURSE)[name] for name in ("idle_robot_controller", "idle_sensor_processor")]
     built = building.build([reference], settings.cache, COURSE)
     found = scheduler.run(
         plans, COURSE, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1

@@ -35,7 +35,7 @@ def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     measured = [(-math.inf, 100.0)]
     measured += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     _expect_followed(
-        trial, fused, "battery_level", measured, lambda said, true: _same(said, true, 0.1),
+        trial, fused, "battery_level", "battery/state", measured, lambda said, true: _same(said, true, 0.1),
         "BatteryState.percentage is 0 to 1; start with 100.0",
     )  # fmt: skip
 
@@ -47,7 +47,7 @@ def test_fuses_the_latest_imu_message(judge: Judge) -> None:
         measured: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
         measured += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
         try_ = "keep the latest Imu message and copy both vectors from it"
-        _expect_followed(trial, fused, field, measured, _same_vector, try_)
+        _expect_followed(trial, fused, field, "imu/data", measured, _same_vector, try_)
 
 
 def test_battery_alarms_are_logged_once(judge: Judge) -> None:
@@ -63,14 +63,18 @@ def test_battery_alarms_are_logged_once(judge: Judge) -> None:
         if about:
             seen += f", the first at {about[0].t:.1f} s: {about[0].data['msg']!r}"
         seen += "; the thresholds were set to 30 and 15 %"
-        judge.expect(len(about) == 1, seen, f"log when the level crosses {threshold} %, not at every message")
         levels = [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
         crossed = next(t for t, percent in levels if percent < threshold)
+        then = [m for m in logs if crossed - 1e-9 <= m.t <= crossed + _BATTERY_S + _LATE_S[trial.pace]]
+        other = next((m for m in then if "batter" in str(m.data["msg"]).lower()), None)
+        if other and not any(m.data["level"] == level for m in then):
+            seen += f"; at {other.t:.1f} s it logged {other.data['msg']!r} at another level"
+            raise Failed(seen, f"log it with self.get_logger().{word}(...)")
+        judge.expect(len(about) == 1, seen, f"log when the level crosses {threshold} %, not at every message")
         seen += f"; the level fell below {threshold} % at {crossed:.1f} s"
-        in_time = crossed - 1e-9 <= about[0].t <= crossed + _BATTERY_S + _LATE_S[trial.pace]
         try_ = "compare percent with percent: BatteryState.percentage is 0 to 1"
         late = "compare with the parameter's value, not with its default"
-        judge.expect(in_time, seen, try_ if about[0].t < crossed else late)
+        judge.expect(about[0] in then, seen, try_ if about[0].t < crossed else late)
 
 
 def test_publishes_at_the_fusion_frequency(judge: Judge) -> None:
@@ -140,6 +144,7 @@ def _expect_followed(
     trial: Trial,
     fused: list[Message],
     field: str,
+    topic: str,
     measured: list[tuple[float, Any]],
     same: Callable[[Any, Any], bool],
     try_: str,
@@ -152,12 +157,17 @@ def _expect_followed(
         candidates = known[-1 - len(recent) :]
         if candidates and not any(same(said, value) for value in candidates):
             seen = f"{field} {_show(said)} at {message.t:.2f} s, when {_show(candidates[-1])} had been measured"
+            heard = {e.topic for e in trial.graph.endpoints if e.kind == "subscription"} if trial.graph else {topic}
+            if topic not in heard:
+                seen = f"the node does not subscribe to {topic}: {seen}"
+                try_ = "compare the names of the subscriptions with the contract's table letter by letter"
             raise Failed(seen, try_)
 
 
 def _expect_distances(trial: Trial, fused: list[Message], try_: str) -> None:
     scans = [(scan.t, scan.anywhere) for scan in trial.scans]
-    _expect_followed(trial, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01), try_)
+    field = "closest_obstacle_distance"
+    _expect_followed(trial, fused, field, "raw_scan", scans, lambda said, true: _same(said, true, 0.01), try_)
 
 
 def _same(said: Any, true: Any, tolerance: float) -> bool:

@@ -9,9 +9,9 @@ _TRY = "publish from the control timer's callback in every cycle, moving or not"
 
 def test_publishes_zero_without_a_command(judge: Judge) -> None:
     """With no command, `robot_controller` publishes a zero `cmd_vel`."""
-    trial = judge.trial("idle")
+    trial = judge.trial("idle_robot_controller")
     judge.expect(bool(trial.commands), "no message on cmd_vel in 5 s", _TRY)
-    bad = next((command for command in trial.commands if not motion.is_zero(command)), None)
+    bad = next((command for command in trial.commands if not command.is_zero), None)
     if bad is not None:
         seen = f"v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command"
         raise Failed(seen, "which value does the speed start with, and where is it changed?")
@@ -23,7 +23,7 @@ def test_publishes_zero_without_a_command(judge: Judge) -> None:
 
 def test_publishes_at_the_control_rate(judge: Judge) -> None:
     """`cmd_vel` comes at 10 Hz ± 20 % in node-clock time."""
-    trial = judge.trial("idle")
+    trial = judge.trial("idle_robot_controller")
     start, end = trial.marks["scans"] + 1.0, trial.samples[-1].t
     hertz = motion.rate(trial.commands, start, end)
     seen = f"{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time"

@@ -23,7 +23,7 @@ def test_limits_hold_throughout(judge: Judge) -> None:
     """abs(v) and abs(w) stay within their maxima, and commanded speeds rise no faster than the accelerations + 10 %."""
     for name in _TRIALS:
         trial = judge.trial(name)
-        if not any(not motion.is_zero(command) for command in trial.commands):
+        if not any(not command.is_zero for command in trial.commands):
             if name in ("wall_backward", "wall_fast"):
                 continue  # it may drive only forwards, or only below the limit; F2 judges that
             raise NotReached(f"the robot never moved in the trial {name} (F2, F8)")

@@ -47,6 +47,8 @@ def test_stands_still_after_arrival(judge: Judge) -> None:
         last = trial.samples[-1]
         seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.ended_t:.1f} s after the result"
         judge.expect(still, seen, "publish zero when the goal ends, however it ends")
+    if died := motion.died_after(3, judge, judge.trial("navigate_again", complete=False)):
+        judge.share(0.5, f"get_status after a goal: {died}", motion.TRY_TYPES)
 
 
 def again(trial: Trial) -> list[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """F4 and F5: stopping before an obstacle, and driving on when none is in the way."""
 
 import math
+from dataclasses import replace
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Trial
@@ -32,7 +33,7 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
         near = motion.first_near(trial)
         if math.isinf(near):
             continue  # it stopped before it had to
-        zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
+        zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and c.is_zero), math.inf)
         delay = zero - near
         zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
         seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
@@ -95,7 +96,24 @@ def _driven(judge: Judge) -> list[Trial]:
             continue  # it refuses the limit itself; F2 judges that
         nearest = motion.closest_ahead(trial)
         if nearest <= 1.0 or trial.touches:
-            trials.append(trial)
+            trials += _each_obstacle(trial)
         elif trial.choices["speed"] > 0:
             raise NotReached(f"the robot never came near the obstacle: {nearest:.2f} m at best (F2)")
     return trials
+
+
+def _each_obstacle(trial: Trial) -> list[Trial]:
+    """Return a trial with two obstacles, one after the other, as a trial for each."""
+    if "other side" not in trial.marks:
+        return [trial]
+    return [_part(trial, 0.0, trial.marks["free"]), _part(trial, trial.marks["other side"], math.inf)]
+
+
+def _part(trial: Trial, start: float, end: float) -> Trial:
+    return replace(
+        trial,
+        scans=[scan for scan in trial.scans if start <= scan.t <= end],
+        samples=[sample for sample in trial.samples if start <= sample.t <= end],
+        commands=[command for command in trial.commands if start <= command.t <= end],
+        touches=[touch for touch in trial.touches if start <= touch.t <= end],
+    )

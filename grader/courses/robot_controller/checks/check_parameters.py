@@ -1,33 +1,11 @@
-"""I6: parameters from files, from overrides and at run time."""
+"""I6: parameters from overrides and at run time."""
 
 import math
-from typing import Any
 
-from grader.checks.first_cause import sentence
+from grader.checks import check_parameters
 from grader.checks.judge import Judge, NotReached
 
 from . import motion
-
-_FILES = {"robot_controller": "config/robot_params.yaml", "sensor_processor": "config/sensor_params.yaml"}
-_TRY_CALLBACK = "register add_on_set_parameters_callback before you declare the parameters"
-
-
-def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
-    """The YAML files load on both nodes."""
-    trials = [judge.trial(name) for name in ("file_controller", "file_processor")]
-    missing = [
-        f"{trial.node}: {answer.name}" for trial in trials for answer in trial.parameters if answer.value is None
-    ]
-    first = next((answer.name for trial in trials for answer in trial.parameters if answer.value is None), "")
-    judge.expect(not missing, f"not declared: {', '.join(missing)}", _try_declare(first))
-    for trial in trials:
-        for answer in trial.parameters:
-            set_to = trial.choices.get(answer.name, answer.value)
-            seen = f"{answer.name} was {set_to} in the file and {answer.value} in {trial.node}"
-            faults = [fault for fault in judge.faults("parameters") if fault.path == _FILES[trial.node]]
-            if faults:
-                judge.expect(answer.value == set_to, f"{sentence(faults[0])}\n{seen}", faults[0].cure)
-            judge.expect(answer.value == set_to, seen, "is the file's key the node's name, or /**?")
 
 
 def test_overrides_change_the_behaviour(judge: Judge) -> None:
@@ -48,27 +26,13 @@ def test_overrides_change_the_behaviour(judge: Judge) -> None:
 
 def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
     """A value that makes no sense (negative, zero rate) is refused by a parameter callback at run time."""
-    asked, accepted = 0, []
-    for name in ("senseless_settings", "senseless_settings_processor"):
-        trial = judge.trial(name)
-        for answer in trial.parameters[:-1]:
-            asked += 1
-            if answer.accepted is not False or answer.value == answer.wanted:
-                accepted.append(f"{answer.name} := {answer.wanted}")
-        good = trial.parameters[-1]
-        seen = f"{good.name} := {good.wanted}, which makes sense, was refused: {good.reason}"
-        undeclared = "undeclared" in good.reason or "not declared" in good.reason
-        try_ = _try_declare(good.name) if undeclared else "refuse only values that make no sense"
-        judge.expect(good.accepted is True, seen, try_)
+    check_parameters.test_invalid_values_are_refused_at_run_time(judge)
     _remark_on_a_change_without_effect(judge)
-    if accepted:
-        try_ = "let the callback refuse, for every parameter, the values that make no sense"
-        judge.share(1 - len(accepted) / asked, f"accepted: {', '.join(accepted)}", try_)
 
 
 def _remark_on_a_change_without_effect(judge: Judge) -> None:
     """Say if a rate that is changed at run time is accepted, and stays what it was; the contract asks for overrides."""
-    trial = judge.evidence.trials["senseless_settings_processor"]
+    trial = judge.evidence.trials["senseless_settings_sensor_processor"]
     start = trial.marks.get("changed", math.inf) + 0.5  # a timer that is made anew takes a moment
     hertz = sum(m.t > start for m in trial.messages) / (trial.samples[-1].t - start) if math.isfinite(start) else 0.0
     if abs(hertz - 20.0) <= 2.0:
@@ -76,30 +40,6 @@ def _remark_on_a_change_without_effect(judge: Judge) -> None:
         judge.remark(
             f"{seen} (this costs no points)", "make the timer anew when its rate changes, or refuse the change"
         )
-
-
-def test_invalid_values_are_refused_at_start(judge: Judge) -> None:
-    """A value that makes no sense (negative, zero rate) is refused by a parameter callback at start."""
-    for name, parameter, value in (
-        ("senseless_start", "max_linear_speed", -1.0), ("senseless_start_processor", "fusion_frequency", 0.0),
-    ):  # fmt: skip
-        usual = "idle" if name == "senseless_start" else "idle_processor"
-        judge.trial(usual, complete=False)  # a node that never starts has refused nothing
-        trial = judge.started(name)
-        if trial.ready:
-            now: Any = trial.parameters[0].value if trial.parameters else None
-            if now is None and trial.process is not None and trial.process.by == "itself":
-                continue  # it was on the graph for a moment and ended: that is a refusal
-            if now is None:
-                raise NotReached(f"the node has no value of {parameter} to show: does it declare it?")
-            judge.expect(now != value, f"the node started with {parameter} = {now}", _TRY_CALLBACK)
-
-
-def _try_declare(name: str) -> str:
-    defaults = {"robot_name": "'turtlebot4'"} | {
-        n: f"{v:.1f}" for node in motion.COURSE.nodes.values() for n, v in node.defaults.items()
-    }
-    return f"self.declare_parameter('{name}', {defaults.get(name, 'its default')}), and so every one of the contract"
 
 
 def _slow_robot(judge: Judge) -> list[str]:
@@ -120,7 +60,7 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
     if before < 0.05:
         raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came (F2)")
     last = motion.between(trial.commands, end - 0.3, end)  # F4 judges how soon it stops
-    if any(abs(command.v) > motion.ZERO for command in last):
+    if any(not command.is_zero for command in last):
         seen = f"the robot drove on with an obstacle {trial.choices['distance']:g} m ahead"
         return [f"with obstacle_detection_threshold 1.0 {seen}"]
     return []

@@ -51,7 +51,7 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
     trial = judge.trial("obstacle_among_bad_readings")
     _speed_before(judge, trial)
     since = trial.marks["obstacle"]
-    zero = next((c.t for c in trial.commands if c.t > since and motion.is_zero(c)), math.inf)
+    zero = next((c.t for c in trial.commands if c.t > since and c.is_zero), math.inf)
     came = f"a zero cmd_vel {zero - since:.2f} s" if math.isfinite(zero) else "no zero cmd_vel"
     seen = (
         f"{came} after an obstacle appeared 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, "
@@ -64,7 +64,7 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
         judge.share(0.5, seen, "where no reading is valid, nothing is in the way: forget the earlier scan")
     edge = trial.marks["at range_min"]
     before = [c for c in trial.commands if c.t <= edge]
-    if before[-1].v > 0.05 and not any(motion.is_zero(c) for c in motion.between(trial.commands, edge, math.inf)):
+    if before[-1].v > 0.05 and not any(c.is_zero for c in motion.between(trial.commands, edge, math.inf)):
         seen = "the robot drove on through scans that read 0.25 m, exactly their range_min"
         judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
 
@@ -74,7 +74,7 @@ def _expect_scans(judge: Judge) -> None:
     trial = judge.trial("obstacle_among_bad_readings", complete=False)
     graph, came = trial.graph, trial.marks.get("obstacle", math.inf)
     subscribed = graph is None or any(e.topic == "scan" and e.kind == "subscription" for e in graph.endpoints)
-    stops = _drives(trial, 0.0, came) and any(c.t > came and motion.is_zero(c) for c in trial.commands)
+    stops = _drives(trial, 0.0, came) and any(c.t > came and c.is_zero for c in trial.commands)
     if not (subscribed or stops):
         raise NotReached("the node does not subscribe to scan, so no bad reading came to it (I4)")
 

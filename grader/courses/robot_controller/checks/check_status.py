@@ -32,6 +32,8 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
         if abs(speed - float(put.request["speed"])) > 0.01:
             seen = f"speed {speed:g} while driving backwards, after set_speed {put.request['speed']:g}"
             judge.share(0.5, seen, "report the speed with its sign")
+    if died := motion.died_after(3, judge, judge.trial("navigate_again", complete=False)):
+        judge.share(0.5, f"get_status after a goal: {died}", motion.TRY_TYPES)
 
 
 def test_status_reports_an_obstacle(judge: Judge) -> None:

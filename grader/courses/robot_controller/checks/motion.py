@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from grader.checks.judge import Judge
 from grader.course import load
 from grader.evidence import Call, Command, Goal, Sample, Trial
 
@@ -13,21 +14,16 @@ ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 """The trials that drive to a target in the open."""
 
 _LATE_S = 0.3
-ZERO = 1e-6  # m/s and rad/s: a command below is a zero
 TRY_SECTOR = (
     "use only the beams within 60 degrees of the direction of travel: ahead for a positive speed, behind for a "
     "negative one; is that direction used at all?"
 )
 TRY_DIRECTION = "a positive set_speed drives forwards (F2): is the sign of cmd_vel's linear.x that of the speed?"
+TRY_TYPES = "give each field a value of its own type, as `0.0` for a float64: ROS ends a node that sends an int there"
 COURSE = load(Path(__file__).parents[1])
 DEFAULTS = COURSE.nodes["robot_controller"].defaults
 """The defaults of the controller's numeric parameters."""
 THRESHOLD_M = DEFAULTS["obstacle_detection_threshold"]
-
-
-def is_zero(command: Command) -> bool:
-    """Return whether a command is zero in every component. NaN is not."""
-    return all(abs(value) <= ZERO for value in (command.v, command.omega, command.other))
 
 
 def between(commands: Sequence[Command], start: float, end: float) -> list[Command]:
@@ -97,6 +93,13 @@ def on_the_way(trial: Trial, service: str) -> Call | None:
         if call.service == service and any(start < call.t and not end <= call.t for start, end in working):
             return call
     return None
+
+
+def died_after(goals: int, judge: Judge, trial: Trial) -> str:
+    """Return in words how the node ended by itself when its `goals` goals were over, "" if it lived on."""
+    over = len(trial.goals) == goals and all(math.isfinite(goal.ended_t) for goal in trial.goals)
+    by_itself = trial.process is not None and trial.process.by == "itself"
+    return trial.ended + judge.why_ended(trial) if trial.ended and by_itself and over else ""
 
 
 def has_succeeded(goal: Goal) -> bool:

@@ -61,7 +61,9 @@ def _turning(trial: Trial) -> str:
 def _emergency(trial: Trial) -> str:
     if "gone" not in trial.marks or _speed_before(trial, "beside") < 0.1:
         return ""
-    stopped = any(map(motion.is_zero, motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])))
+    stopped = any(
+        command.is_zero for command in motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])
+    )
     return "" if stopped else "the robot drove on with an obstacle 0.3 m away, to one side"
 
 

@@ -1,10 +1,16 @@
-"""The cases with which the functions of utils/conversions.py are called."""
+"""The cases with which the functions of utils/conversions.py are called, and what is right."""
 
 from __future__ import annotations
 
 import math
 import random
 from typing import Any
+
+from grader.evidence import FunctionAnswer
+
+TRY = "call the function with 0, pi, -pi and a full turn more"
+"""What to try where an answer is wrong."""
+_NEAR = 1e-6
 
 
 def questions(rng: random.Random) -> list[dict[str, Any]]:
@@ -42,3 +48,43 @@ def _quaternion(roll: float, pitch: float, yaw: float) -> list[float]:
         cr * cp * sy - sr * sp * cy,
         cr * cp * cy + sr * sp * sy,
     ]
+
+
+def is_right(answer: FunctionAnswer) -> bool:
+    """Return whether an answer is right."""
+    wanted = right(answer)
+    if answer.function == "clamp":
+        return _close(answer.answer, wanted)
+    if answer.function == "quaternion_from_yaw":
+        return _close(answer.answer, wanted) or _close([-value for value in answer.answer], wanted)
+    return _is_angle(answer.answer, wanted[0])
+
+
+def right(answer: FunctionAnswer) -> list[float]:
+    """Return the right answer; an angle in (-pi, pi]."""
+    if answer.function == "clamp":
+        value, low, high = answer.arguments
+        return [min(max(value, low), high)]
+    if answer.function == "quaternion_from_yaw":
+        yaw = answer.arguments[0]
+        return [0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]
+    angle = answer.arguments[0] if answer.function == "normalize_angle" else _yaw(answer.arguments[0])
+    wrapped = math.remainder(angle, math.tau)
+    return [math.pi if wrapped <= -math.pi + _NEAR else wrapped]
+
+
+def _is_angle(found: list[float], wanted: float) -> bool:
+    """Return whether `found` is the angle `wanted`, in (-pi, pi]. At half a turn rounding decides the sign."""
+    if len(found) != 1 or not -math.pi < found[0] <= math.pi + _NEAR:
+        # -pi itself is outside; a value that is not exactly half a turn may come near it from above.
+        return False
+    return abs(math.remainder(found[0] - wanted, math.tau)) <= _NEAR
+
+
+def _yaw(quaternion: list[float]) -> float:
+    x, y, z, w = quaternion
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def _close(found: list[float], wanted: list[float]) -> bool:
+    return len(found) == len(wanted) and all(abs(a - b) <= _NEAR for a, b in zip(found, wanted, strict=True))

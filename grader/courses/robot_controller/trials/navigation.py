@@ -29,7 +29,7 @@ def _target(stage: Stage, bearing: float, distance: float) -> tuple[float, float
 
 @trial(serves=["F3", "F7", "F8"], takes_long=True)  # a goal without feedback runs in real time
 def navigate_again(stage: Stage) -> None:
-    """Send a goal where the robot is, one that is cancelled after service calls, and a third."""
+    """Send a goal where the robot is, one that is cancelled after service calls, and a third; ask how the robot is."""
     stage.run(0.5)
     here = stage.navigate(*_target(stage, 0.0, 0.03), 0.25)
     if here.problem:
@@ -45,6 +45,8 @@ def navigate_again(stage: Stage) -> None:
     stage.run(1.5)
     third = stage.navigate(*_target(stage, side * 0.3, 0.8), 0.15)
     stage.run_until(lambda: third.ended, 30.0)
+    stage.run(0.5)
+    stage.call("get_status")
 
 
 @trial(serves=["F8", "F9", "F11"])

@@ -1,4 +1,4 @@
-"""Trials of the nodes as processes: idle, launched, with a stopped clock, interrupted; and of the demonstration."""
+"""Trials of the nodes as processes, beside the stock ones; and of the demonstration."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ NODES = ("robot_controller", "sensor_processor")
 _DEMO_LIMIT_S = 60.0  # the robot crosses its world in less
 
 
-@trial(serves=["F1", "I3", "I4", "I5", "I6", "Q5"])
-def idle(stage: Stage) -> None:
+@trial(serves=["F1"])
+def idle_robot_controller(stage: Stage) -> None:
     """Wait five seconds without a command; the lidar starts after one second."""
     stage.mute(ScanReading)
     stage.run(1.0)
@@ -25,59 +25,6 @@ def idle(stage: Stage) -> None:
     stage.mark("scans")
     stage.run_timed("waited", 4.0)
     stage.record_graph("scan", "odom", "cmd_vel")
-
-
-@trial(serves=["I3", "I4", "I5", "I6", "Q5"], node="sensor_processor")
-def idle_processor(stage: Stage) -> None:
-    """Run the sensor processor while the robot stands still."""
-    stage.run(1.0)
-    stage.record_graph("raw_scan", "imu/data", "battery/state", "sensor_fusion_data", "obstacle_distance")
-
-
-def _get_parameters(stage: Stage, nodes: tuple[str, ...]) -> None:
-    """Ask each node for use_sim_time and for the parameters that were changed in the package's files."""
-    for node in nodes:
-        stage.get_parameter("use_sim_time", node)
-        for name in stage.choices:
-            stage.get_parameter(name, node)
-
-
-@trial(serves=["I5"], launch="robot_controller_launch.py", awaits=NODES)
-def launch_both(stage: Stage) -> None:
-    """Run robot_controller_launch.py with changed parameter files."""
-    _get_parameters(stage, NODES)
-    stage.list_launch_arguments()
-
-
-@trial(
-    serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",),
-    mostly_waits=True,
-)  # fmt: skip
-def launch_processor(stage: Stage) -> None:
-    """Run sensor_processor_launch.py with changed parameter files."""
-    _get_parameters(stage, ("sensor_processor",))
-    stage.list_launch_arguments()
-    stage.refresh_graph()  # a second node, which should not run, may come up later
-
-
-@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=False, awaits=NODES)
-def launch_by_wall(stage: Stage) -> None:
-    """Run robot_controller_launch.py without simulated time, as on a real robot."""
-    for node in NODES:
-        stage.get_parameter("use_sim_time", node)
-
-
-@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=None, awaits=NODES)
-def launch_plain(stage: Stage) -> None:
-    """Run robot_controller_launch.py without any argument."""
-
-
-@trial(
-    serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", use_sim_time=None,
-    awaits=("sensor_processor",),
-)  # fmt: skip
-def launch_processor_plain(stage: Stage) -> None:
-    """Run sensor_processor_launch.py without any argument."""
 
 
 @trial(serves=["I4", "I5"], launch="remapping_launch.py", awaits=NODES, namespace=NAMESPACE, mostly_waits=True)
@@ -88,8 +35,8 @@ def launch_remapped(stage: Stage) -> None:
     stage.record_graph_of("sensor_processor", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/front/distance")
 
 
-@trial(serves=["I7"], mostly_waits=True)
-def standing_clock(stage: Stage) -> None:
+@trial(mostly_waits=True)
+def standing_clock_robot_controller(stage: Stage) -> None:
     """Speed up twice, at two paces of the wall clock; then stop the clock as the robot drives."""
     stage.run(0.5)
     stage.call("set_speed", speed=0.5)
@@ -102,21 +49,6 @@ def standing_clock(stage: Stage) -> None:
     stage.run_slowly(0.8)
     stage.choices["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
-
-
-@trial(serves=["I7"], node="sensor_processor", mostly_waits=True)
-def standing_clock_processor(stage: Stage) -> None:
-    """Stop the clock for a while as the sensor processor runs."""
-    stage.run(2.0)
-    stage.choices["held"] = stage.freeze_clock(1.0)
-    stage.run(1.0)
-
-
-@trial(serves=["I8"], mostly_waits=True)
-def interrupted_idle(stage: Stage) -> None:
-    """Press Ctrl-C while the robot stands still."""
-    stage.run(0.5)
-    stage.interrupt()
 
 
 @trial(serves=["I8"], mostly_waits=True)
@@ -136,13 +68,6 @@ def interrupted_navigating(stage: Stage) -> None:
     pose = stage.simulator.odometry().pose
     stage.navigate(pose.x + 3.0 * math.cos(pose.yaw), pose.y + 3.0 * math.sin(pose.yaw))
     stage.run(1.5)
-    stage.interrupt()
-
-
-@trial(serves=["I8"], node="sensor_processor", mostly_waits=True)
-def interrupted_processor(stage: Stage) -> None:
-    """Press Ctrl-C while the sensor processor is publishing."""
-    stage.run(0.5)
     stage.interrupt()
 
 

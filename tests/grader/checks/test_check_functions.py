@@ -9,7 +9,7 @@ import pytest
 from helpers.course import COURSE
 from helpers.judging import ask, evidence_with
 
-from grader.courses.robot_controller.checks.check_conversions import test_conversions_are_right_at_their_edges as check
+from grader.checks.check_functions import test_functions_are_right_at_their_edges as check
 from grader.evidence import FunctionAnswer
 from grader.functions.call import questions
 

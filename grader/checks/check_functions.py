@@ -1,0 +1,48 @@
+"""The functions that a course names, at their edges. Its folder functions says what is right: `is_right`, `right`."""
+
+from typing import Any
+
+from grader.checks.judge import Judge, Unjudged
+from grader.course.reader import modules
+from grader.evidence import FunctionAnswer
+
+NEEDS = ("functions",)
+
+
+def test_functions_are_right_at_their_edges(judge: Judge) -> None:
+    """The functions that the contract names are right at their edges."""
+    judge.require_build()
+    answers, course = judge.evidence.functions, judge.course
+    if not answers or course.functions is None:
+        raise Unjudged("the functions were not called")
+    problems = {answer.problem for answer in answers}
+    if len(problems) == 1 and (problem := problems.pop()):  # before any function could be called
+        inside = course.functions.module.partition("/")[2]
+        judge.expect(
+            False,
+            f"{inside} cannot be imported: {problem}",
+            f"is the file there, does {judge.installer} install it, and are its own imports right?",
+        )
+    (cases,) = modules(course.folder / "functions")
+    wrong: dict[str, str] = {}
+    for answer in answers:
+        if answer.function not in wrong and (answer.problem or not cases.is_right(answer)):
+            wrong[answer.function] = _case(answer, cases.right(answer))
+    if wrong:
+        share = 1 - len(wrong) / len(course.function_names)
+        judge.share(share, "; ".join(wrong.values()), cases.TRY)
+
+
+def _case(answer: FunctionAnswer, right: list[float]) -> str:
+    """Return the case, the value wanted and the value returned."""
+    arguments = ", ".join(_show(argument) for argument in answer.arguments)
+    result = answer.problem or _show(answer.answer)
+    return f"{answer.function}({arguments}) gave {result}; right is {_show(right)}"
+
+
+def _show(value: Any) -> str:
+    if isinstance(value, list) and len(value) == 1:
+        value = value[0]
+    if isinstance(value, list):
+        return "(" + ", ".join(f"{item:.3f}" for item in value) + ")"
+    return f"{value:.4f}"

@@ -1,0 +1,77 @@
+"""Ending on Ctrl-C."""
+
+from collections.abc import Iterable
+
+from grader import tracebacks
+from grader.checks.judge import Judge
+
+NEEDS = ("interrupted",)
+_TRY_CATCH = (
+    "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node; with a signal handler "
+    "of your own, rclpy.init(signal_handler_options=SignalHandlerOptions.NO), or rclpy's shuts the context down"
+)
+_TRY_SOONER = "after Ctrl-C wait for nothing without a time limit: no sleep, no join, no goal that has to end first"
+_TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
+_TRY_ZERO = "publish a zero before the context is shut down, and wait until it is sent"
+
+_TRY_COLLECTED = "call executor.shutdown() before rclpy shuts down"
+
+
+def _is_a_race_in_rclpy(output: str) -> bool:
+    """Return whether the only traceback is one of rclpy's try_shutdown, which is what a node should end with.
+
+    It asks whether the context is up and then shuts it down; in between the signal handler's thread may have done so
+    (rclpy 7.1, seen once, in a node with a MultiThreadedExecutor).
+    """
+    ending = output.rstrip().rpartition("\n")[2]
+    return (
+        output.count(tracebacks.BEGIN) == 1 and "in try_shutdown" in output and "rcl_shutdown already called" in ending
+    )
+
+
+def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
+    """Ctrl-C (SIGINT) ends each node within 2 s, without a traceback, and its last velocity command is zero."""
+    expect_clean_ends(judge, [f"interrupted_{name}" for name in judge.course.nodes])
+
+
+def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
+    """Expect that in these trials Ctrl-C ended the node as it should; return whether any was moving the robot."""
+    wrong = []  # (seen, try) of everything at once, so that a student need not fix one to learn of the next
+    collected = {}
+    moved = False
+    for name in names:
+        trial = judge.trial(name)
+        node = judge.course.nodes[trial.node]
+        process = trial.process
+        assert process is not None
+        doing = "idle" if name == f"interrupted_{node.name}" else name.partition("_")[2]
+        when = f"{node.name}, {doing}"
+        took = trial.choices.get("seconds_to_end")
+        if process.by != "interrupt" or took is None or took > 2.0:
+            seen = "still running 2 s after SIGINT" if took is None else f"ended {took:.2f} s after SIGINT"
+            wrong.append((f"{when}: {seen}", _TRY_CATCH if took is None else _TRY_SOONER))
+        output = process.output_tail
+        if process.exit_code == 0 and (complaint := tracebacks.ignored(output)):
+            collected[trial.node] = complaint
+            output = tracebacks.without_ignored(output)
+        lines = output.splitlines()
+        if tracebacks.BEGIN in output and not _is_a_race_in_rclpy(output):
+            uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
+            seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
+            wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
+        # Another check judges a robot that publishes nothing without a command.
+        if node.command and (trial.commands or doing != "idle"):
+            judge.expect(bool(trial.commands), f"no {node.command} at all", "publish in every control cycle")
+            moved = moved or not all(command.is_zero for command in trial.commands)
+            last = trial.commands[-1]
+            if not last.is_zero:
+                seen = f"the last {node.command} was v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s"
+                wrong.append((f"{when}: {seen}", _TRY_ZERO))
+    tries = dict.fromkeys(try_ for _, try_ in wrong)
+    judge.expect(not wrong, "; ".join(seen for seen, _ in wrong), "; ".join(tries))
+    for name, complaint in collected.items():
+        judge.remark(
+            f"{name} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}",
+            _TRY_COLLECTED,
+        )
+    return moved

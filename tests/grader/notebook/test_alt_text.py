@@ -1,0 +1,35 @@
+"""Figures have an alternative text."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import matplotlib.pyplot as plt
+import pytest
+from IPython.core.formatters import PNGFormatter
+from matplotlib.figure import Figure
+
+from grader.notebook.alt_text import describe_figures, words_of
+
+
+@pytest.fixture
+def figure():
+    figure, axes = plt.subplots()
+    axes.plot([0, 1], label="by the formula")
+    axes.set(title="What is left", xlabel="speed (m/s)", ylabel="clearance (m)")
+    yield figure
+    plt.close(figure)
+
+
+def test_a_figure_is_shown_with_its_words(figure: Figure):
+    shell = SimpleNamespace(display_formatter=SimpleNamespace(formatters={"image/png": PNGFormatter()}))
+    png = shell.display_formatter.formatters["image/png"]
+    png.for_type(Figure, lambda _figure: b"PNG")
+    for _ in range(2):
+        describe_figures(shell)
+    words = "Plot. What is left: clearance (m) over speed (m/s): by the formula"
+    assert png(figure) == (b"PNG", {"alt": words})
+
+
+def test_a_figure_without_words_is_a_plot():
+    assert words_of(Figure()) == "Plot"

@@ -1,0 +1,168 @@
+"""A course of another package, with one node, one service and none of what else the kit's own course has.
+
+tests/courses/hall_guard holds it. It takes every trip: grade, class, notebook, release and self-test.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+
+from grader import KIT, building, cli, pipeline
+from grader.authoring import checkpoint_texts, notebook_run, notebook_source
+from grader.checks import checks_run
+from grader.course import find, handout, kits_own, load
+from grader.course.reader import VARIABLE
+from grader.report import data
+from grader.scoring import rubric
+from grader.selftest import package_edits
+from grader.trials import catalog
+from grader.trials.source import wanted
+
+HALL = KIT / "tests" / "courses" / "hall_guard"
+COURSE = load(HALL)
+RUBRIC = rubric.load(COURSE.rubric, checks_run.known(COURSE))
+KNOWN_BAD = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((HALL / "known_bad").glob("*.yaml"))}
+BEHAVIOUR = ("B1", "B2", "B3", "P2", "P3", "P4", "P5")
+
+
+@pytest.fixture(scope="module")
+def settings() -> pipeline.Settings:
+    return pipeline.Settings(RUBRIC, building.cache_folder(), COURSE, requirements=BEHAVIOUR, keep=True)
+
+
+def points(package: Path, out: Path, settings: pipeline.Settings) -> dict[str, float]:
+    """Return the points of the requirements that were graded."""
+    graded = json.loads(data.as_json(pipeline.grade(package, out, settings)))
+    return {each["id"]: each["points"] for each in graded["requirements"] if each["outcome"] != "not_graded"}
+
+
+# -- what it has, and what it has not ----------------------------------------------------------------------------------
+
+
+def test_it_gets_the_stock_trials_for_what_its_contract_has():
+    assert {name for name, plan in catalog.trials(COURSE).items() if plan.kind} == {
+        "idle_guard", "standing_clock_guard", "interrupted_guard", "file_guard", "senseless_settings_guard",
+        "senseless_start_guard",
+    }  # fmt: skip
+
+
+def test_a_stock_trial_runs_where_the_rubric_names_a_check_that_needs_it(settings: pipeline.Settings):
+    """`serves` was a list of requirements' ids in each trial."""
+    clock = replace(settings, requirements=("P4",))
+    assert set(wanted(clock)) == {"standing_clock_guard"}
+    assert set(wanted(replace(settings, requirements=("B3",)))) == {"to_the_end"}
+
+
+def test_what_it_lacks_is_absent_from_its_handout():
+    page = handout.render(RUBRIC, COURSE)
+    assert "`guard` | `patrol_speed` 0.25, `stop_distance` 0.75" in page
+    assert not any(word in page for word in ("launch", "action", "interface", kits_own().package))
+
+
+def test_its_course_is_found_from_a_folder_in_it(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    assert find().package == kits_own().package
+    monkeypatch.chdir(HALL / "notebooks")
+    assert find() is COURSE
+    assert find(kits_own().folder).package == kits_own().package
+
+
+# -- graded ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_its_solution_behaves(tmp_path: Path, settings: pipeline.Settings):
+    worth = {name: RUBRIC.requirement(name).points for name in BEHAVIOUR}
+    assert points(COURSE.solution, tmp_path / "out", settings) == worth
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.parametrize("name", KNOWN_BAD)
+def test_a_known_bad_edit_loses_its_points_and_no_others(name: str, tmp_path: Path, settings: pipeline.Settings):
+    edit = KNOWN_BAD[name]
+    package = package_edits.copy(COURSE.solution, tmp_path)
+    package_edits.replace(edit["file"], edit["old"], edit["new"])(package)
+    left = {r: RUBRIC.requirement(r).points - edit["loses"].get(r, 0.0) for r in BEHAVIOUR}
+    assert points(package, tmp_path / "out", settings) == left
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lacks(tmp_path: Path):
+    out = tmp_path / "out"
+    assert cli.main(["grade", str(COURSE.solution), "--course", str(HALL), "--out", str(out)]) == 0
+    report = json.loads((out / "report.json").read_text())
+    assert report["total"] == 100
+    assert {each["outcome"] for each in report["requirements"]} == {"passed"}
+    assert "launch" not in json.dumps(report["requirements"])
+    assert kits_own().package not in (out / "report.html").read_text()
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+def test_a_class_of_it_remembers_the_course(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """`grader rescore` judged by the checks of the kit's own course."""
+    for team in ("team01", "team02"):
+        package_edits.copy(COURSE.solution, tmp_path / "in" / team)
+    folder = tmp_path / "class"
+    assert cli.main(["batch", str(tmp_path / "in"), "--out", str(folder), "--course", str(HALL)]) == 0
+    assert yaml.safe_load((folder / "class.yaml").read_text())["course"] == str(HALL)
+    assert cli.main(["rescore", str(folder)]) == 0
+    assert "100" in (folder / "gradebook.csv").read_text()
+    capsys.readouterr()
+    assert cli.main(["batch", "--out", str(folder), "--course", str(kits_own().folder)]) == 2
+    assert "is a class of" in capsys.readouterr().err
+
+
+# -- notebook, release, self-test --------------------------------------------------------------------------------------
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+def test_its_notebook_passes_its_checks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv(VARIABLE, str(HALL))
+    notebook = notebook_source.read("01_guard", RUBRIC, COURSE.notebooks)
+    solved = notebook_run.solved("01_guard", notebook, checkpoint_texts.solution)
+    run = notebook_run.solve("01_guard", solved, tmp_path / "ws")
+    assert run.error is None
+    assert any(
+        "on patrol" in notebook_run.plain_text(o) for cell in run.notebook.cells for o in cell.get("outputs", [])
+    )
+
+
+def test_its_kit_has_its_notebook_and_nothing_of_the_other_course(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv(VARIABLE, "")  # set by the verb, and put back here
+    assert cli.main(["release", "--course", str(HALL), "--out", str(tmp_path / "kit.zip")]) == 0
+    with zipfile.ZipFile(tmp_path / "kit.zip") as kit:
+        kit.extractall(tmp_path)
+    top = tmp_path / "ros2-course-kit"
+    assert (top / "hall_guard" / "notebooks" / "01_guard.ipynb").is_file()
+    assert not any((top / "hall_guard" / name).exists() for name in ("solution", "known_bad", "notebooks/source"))
+    assert not (top / "grader" / "courses").exists()
+    said = subprocess.run(
+        [sys.executable, "-c", "from grader.course import find; print(find().package, find().notebooks.is_dir())"],
+        cwd=top / "hall_guard" / "notebooks", env={"PYTHONPATH": str(top)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert said.stdout.split() == ["hall_guard", "True"]
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+def test_attacks_on_it_are_contained(capsys: pytest.CaptureFixture[str]):
+    names = ["writes_the_results", "overwrites_the_grader", "runs_code_at_build", "builds_as_root", "calls_home"]
+    assert cli.main(["self-test", "--course", str(HALL), "--only", *names]) == 0
+    assert "All 5 attacks were contained" in capsys.readouterr().out
