@@ -78,7 +78,7 @@ def kept_evidence(settings: Settings) -> Kept:
         provenance.kit_hash(settings.course.folder),
         building.toolchain_id(),
         str(settings.seed),
-        str(namespaces.sandbox_disabled()),
+        namespaces.confinement().value,
     )
     return Kept(folder, common, settings.fresh, settings.only_kept)
 

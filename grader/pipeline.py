@@ -113,7 +113,7 @@ def _decides_results(found: Evidence, settings: Settings) -> tuple[str, ...]:
 def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
     """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
     shortage.require_memory()
-    sandbox.require()
+    sandbox.require(for_points=not settings.requirements)
     if said := submission_user.notice():
         settings.progress(said)
     if not source.exists():
@@ -217,15 +217,16 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
     made = {
         "seed": str(settings.seed),
         "kit": provenance.kit_hash(settings.course.folder),
+        "confinement": namespaces.confinement().value,
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),
         "sources": ", ".join(each.name for each in SOURCES if each.serves(settings) & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
+    if said := namespaces.notice():
+        found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if namespaces.sandbox_disabled():
-        intake = replace(found.intake, notes=[namespaces.UNSAFE_NOTICE, *found.intake.notes])
-        flag = Flag("no sandbox", namespaces.UNSAFE_NOTICE)
-        found = replace(found, intake=intake, flags=[flag, *found.flags])
+        found = replace(found, flags=[Flag("no sandbox", said), *found.flags])
     elif submission_user.runs_as_root():
         found = replace(found, intake=replace(found.intake, notes=[submission_user.RUNS_AS_ROOT, *found.intake.notes]))
     return found

@@ -43,6 +43,9 @@ _CRASHED = {
 _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # without time spent waiting for a CPU; start and end of a trial together take 0.7 to 1.0 s
 _TRIAL_CAP_S = 900.0  # wall time; the limits inside a trial do not count time spent waiting for a CPU
+# Above 100 DDS would need ports beyond the range of some kernels' ephemeral ones; below 10 are those of people. Each
+# worker has its own: where there are no network namespaces, they alone keep trials apart.
+_DOMAINS = range(10, 101)
 _WAITERS = 2  # workers for trials that mostly wait
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -98,8 +101,10 @@ def run(
         trials = _Trials(
             observers.start, install, folder, seed, package, progress, ros_name or course.package, best_effort
         )
-        threads = [_Worker((computing, waiting), trials, turns.free_slot) for _ in range(count)]
-        threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
+        domains = random.SystemRandom().sample(_DOMAINS, len(_DOMAINS))
+        own = [domains[number :: count + waiters] for number in range(count + waiters)]
+        threads = [_Worker((computing, waiting), trials, turns.free_slot, each) for each in own[:count]]
+        threads += [_Worker((waiting,), trials, contextlib.nullcontext, each) for each in own[count:]]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -147,8 +152,8 @@ def _worth_starting(trials: int) -> int:
 def _environment(contract: Path, folder: Path) -> dict[str, str]:
     home = folder / "worker-home"
     home.mkdir(parents=True, exist_ok=True)
-    inherited = {name: os.environ[name] for name in (LATE_VARIABLE, namespaces.UNSAFE_VARIABLE) if name in os.environ}
-    return observer_environment(contract, home=home) | inherited
+    late = {LATE_VARIABLE: os.environ[LATE_VARIABLE]} if LATE_VARIABLE in os.environ else {}
+    return observer_environment(contract, home=home) | namespaces.inherited() | late
 
 
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
@@ -193,15 +198,18 @@ class _Worker(threading.Thread):
     """
 
     def __init__(
-        self, todo: Sequence[Queue], trials: _Trials, slot: Callable[[], contextlib.AbstractContextManager[None]]
+        self,
+        todo: Sequence[Queue],
+        trials: _Trials,
+        slot: Callable[[], contextlib.AbstractContextManager[None]],
+        domains: Sequence[int],
     ) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
         self._todo, self._trials, self._slot = todo, trials, slot
         self._process: Worker | None = None
-        # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones. None twice in a
-        # row: the participants of an ended trial stay on their domain's graph for a while.
-        self._domain_ids = itertools.cycle(random.SystemRandom().sample(range(1, 101), 100))
+        # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
+        self._domain_ids = itertools.cycle(domains)
 
     def run(self) -> None:
         try:
