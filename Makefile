@@ -10,6 +10,8 @@ export PYTHONUTF8 = 1
 
 BIN := .venv/bin
 REFERENCE := solution_pkg/ros2_robot_controller
+# The folder of `make grade`'s report: make grade OUT=out/again
+OUT := out/reference
 # More arguments for pytest: make test ARGS="-k lidar"
 ARGS :=
 # Tests run make themselves; with these variables inherited it would print "Entering directory".
@@ -28,13 +30,13 @@ setup:  ## Set up whatever is missing (.venv, bubblewrap); PYTHON=python3.12 pic
 	@PYTHON="$(PYTHON)" .ci/setup
 
 jupyter: setup  ## Open the course in JupyterLab
-	@$(BIN)/jupyter lab $(AS_ROOT) --notebook-dir=. notebooks/00_first_drive.ipynb
+	@$(BIN)/jupyter lab $(AS_ROOT) --notebook-dir=. --LabApp.default_url=/lab/tree/notebooks/00_first_drive.ipynb
 
 notebooks: setup  ## Make both editions of the notebooks from notebooks/source; NN="04 05" makes only those
 	@$(BIN)/python -m grader.authoring.book build $(NN)
 
-grade: setup  ## Grade the reference package; the report goes to out/reference
-	@$(BIN)/grader grade $(REFERENCE) --out out/reference
+grade: setup  ## Grade the reference package; the report goes to out/reference or OUT=folder
+	@$(BIN)/grader grade $(REFERENCE) --out "$(OUT)"
 
 doctor: setup  ## Report what this machine has and lacks
 	@$(BIN)/grader doctor

@@ -4,8 +4,10 @@ A stamp in .venv records what the environment was made from. While that is uncha
 """
 
 import ast
+import errno
 import fcntl
 import hashlib
+import json
 import os
 import platform
 import re
@@ -29,6 +31,7 @@ UV_NAMES = {
     "index-url": "UV_DEFAULT_INDEX", "extra-index-url": "UV_INDEX", "find-links": "UV_FIND_LINKS",
     "trusted-host": "UV_INSECURE_HOST", "no-index": "UV_NO_INDEX", "cert": "SSL_CERT_FILE", "proxy": "ALL_PROXY",
 }  # fmt: skip
+OLDEST_GLIBC = (2, 28)  # of the wheels' tag, manylinux_2_28
 SUPPORTED = (3, 11) <= sys.version_info[:2] <= (3, 14) and sys.implementation.name == "cpython"
 
 sys.path.insert(0, str(ROOT))  # `python -I` leaves it out
@@ -57,7 +60,23 @@ def main() -> int:
     except Stop as stop:
         print(f"setup: {stop}", file=sys.stderr)
         return 1
+    except OSError as error:
+        if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
+            raise
+        print(f"setup: {forbidden(error)}", file=sys.stderr)
+        return 1
     return 0
+
+
+def forbidden(error: OSError) -> str:
+    """Return in a sentence why this user may not set up here, and what to do."""
+    path = Path(error.filename or ROOT)
+    if path.is_relative_to(VENV / "bin"):
+        return (
+            f"The Python of .venv, {path.readlink()}, is out of your reach: it belongs to the user who set this kit "
+            f"up. Copy the kit without .venv into a folder of your own and run `make setup` there."
+        )
+    return f"You may not write to {path}. Copy the kit into a folder of your own and run `make setup` there."
 
 
 def fingerprint() -> str:
@@ -86,16 +105,33 @@ def set_up(machine: Machine) -> None:
     wanted = [tool for tool, program in (("bubblewrap", "bwrap"), ("ccache", "ccache")) if not machine.which(program)]
     if wanted and permitted(machine):
         provide(machine, wanted, "")
+    quieten_jupyter()
     STAMP.write_text(fingerprint())
-    say(f"Done in {time.monotonic() - started:.0f} s. Next: make jupyter, or make grade.")
+    say(f"Done in {time.monotonic() - started:.0f} s.")
+    grade = ", or `make grade` to grade the reference package" if (ROOT / "solution_pkg").is_dir() else ""
+    say(f"Next, type `make jupyter` to open the course{grade}.")
+
+
+def quieten_jupyter() -> None:
+    """Keep JupyterLab from asking, at its first start, whether it may fetch news from its makers."""
+    settings = VENV / "share" / "jupyter" / "lab" / "settings" / "overrides.json"
+    settings.parent.mkdir(parents=True, exist_ok=True)
+    quiet = {"fetchNews": "false", "checkForUpdates": False}
+    settings.write_text(json.dumps({"@jupyterlab/apputils-extension:notification": quiet}))
 
 
 def check_machine(machine: Machine) -> None:
     """Stop where the wheels cannot work, and where nothing can be compiled."""
     if sys.platform != "linux" or platform.machine() != "x86_64":
-        raise Stop(f"The ROS 2 wheels are for Linux on x86-64; this is {platform.system()} on {platform.machine()}.")
-    if platform.libc_ver()[0] != "glibc":
+        raise Stop(
+            f"The ROS 2 wheels are for Linux on x86-64; this is {platform.system()} on {platform.machine()}, for which "
+            f"there are none. Use WSL 2 (on Windows), your course's JupyterHub, or an x86-64 machine with Linux."
+        )
+    libc, version = platform.libc_ver()
+    if libc != "glibc":
         raise Stop("The ROS 2 wheels need glibc, which this Linux does not use. Use Debian, Ubuntu or Fedora.")
+    if tuple(map(int, version.split(".")[:2])) < OLDEST_GLIBC:
+        raise Stop(f"The ROS 2 wheels need glibc 2.28; this Linux has {version}. Use Debian 10, Ubuntu 20.04 or newer.")
     if not any(map(machine.which, ("cc", "gcc", "clang"))) or not any(map(machine.which, ("c++", "g++", "clang++"))):
         raise Stop(f"No C and C++ compiler was found. Run: {install_line(machine, ['compiler'])}")
 

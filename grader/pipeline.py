@@ -61,7 +61,7 @@ def grade(
         else:
             settings.progress("checking the evidence")
             checks.begin(fresh / EVIDENCE)
-            found = judged(evidence.load(fresh / EVIDENCE), settings, checks.results())
+            found = _scored(evidence.load(fresh / EVIDENCE), settings, checks.results())
             grading = replace(found, wall_seconds=time.monotonic() - started)
             settings.progress("writing the report")
             write(grading, fresh)
@@ -91,7 +91,7 @@ def unchanged(source: Path, settings: Settings) -> Grading | None:
     with suppress(NotKept):
         found = _collected(source, None, only_kept)
         if kept := kept_evidence(only_kept).find(list[CheckResult], *_decides_results(found, settings)):
-            return judged(found, settings, kept[0])
+            return _scored(found, settings, kept[0])
     return None
 
 
@@ -102,7 +102,7 @@ def checked(folder: Path, checks: checks_run.Checks, settings: Settings) -> Grad
     results = checks.results()
     if settings.keep and not any(result.outcome is Outcome.ERROR for result in results):
         kept_evidence(settings).keep(results, *_decides_results(found, settings))
-    return judged(found, settings, results)
+    return _scored(found, settings, results)
 
 
 def _decides_results(found: Evidence, settings: Settings) -> tuple[str, ...]:
@@ -113,7 +113,7 @@ def _decides_results(found: Evidence, settings: Settings) -> tuple[str, ...]:
 def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
     """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
     shortage.require_memory()
-    sandbox.require()
+    sandbox.require(for_points=not settings.requirements)
     if said := submission_user.notice():
         settings.progress(said)
     if not source.exists():
@@ -136,7 +136,7 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
     known = {result.id for result in earlier}
     to_run = [check for check in check_ids(settings) if check not in known]
     results = [*earlier, *checks_run.run(settings.course, folder, to_run)]
-    return judged(evidence.load(folder), settings, results)
+    return _scored(evidence.load(folder), settings, results)
 
 
 def check_ids(settings: Settings) -> list[str]:
@@ -144,10 +144,10 @@ def check_ids(settings: Settings) -> list[str]:
     return [check.id for requirement in settings.wanted for check in requirement.checks]
 
 
-def judged(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
+def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
     """Score the results of the checks over the evidence, and return the grading."""
-    judged = {result.id for result in results}
-    scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= judged}
+    known = {result.id for result in results}
+    scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= known}
     return Grading(
         scorecard=score(_only(settings.rubric, scored | {r.id for r in settings.wanted}), results),
         evidence=found,
@@ -217,15 +217,16 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
     made = {
         "seed": str(settings.seed),
         "kit": provenance.kit_hash(settings.course.folder),
+        "confinement": namespaces.confinement().value,
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),
         "sources": ", ".join(each.name for each in SOURCES if each.serves(settings) & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
+    if said := namespaces.notice():
+        found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if namespaces.sandbox_disabled():
-        intake = replace(found.intake, notes=[namespaces.UNSAFE_NOTICE, *found.intake.notes])
-        flag = Flag("no sandbox", namespaces.UNSAFE_NOTICE)
-        found = replace(found, intake=intake, flags=[flag, *found.flags])
+        found = replace(found, flags=[Flag("no sandbox", said), *found.flags])
     elif submission_user.runs_as_root():
         found = replace(found, intake=replace(found.intake, notes=[submission_user.RUNS_AS_ROOT, *found.intake.notes]))
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -98,6 +99,41 @@ def test_a_missing_compiler_stops_setup_with_the_command_of_this_distribution():
     assert "No C and C++ compiler was found. Run: sudo apt-get update && sudo apt-get install -y build-essential" in (
         stopped.stderr
     )
+
+
+def test_where_no_wheels_exist_setup_names_the_ways_out():
+    """arm64 and macOS got half a sentence and no advice."""
+    stopped = setup_with("setup.platform.machine = lambda: 'aarch64'\nsetup.check_machine(bare)").stderr
+    assert "Use WSL 2 (on Windows), your course's JupyterHub, or an x86-64 machine with Linux." in stopped
+
+
+def test_an_old_glibc_is_named_before_anything_is_installed():
+    stopped = setup_with("setup.platform.libc_ver = lambda: ('glibc', '2.27')\nsetup.check_machine(bare)").stderr
+    assert "The ROS 2 wheels need glibc 2.28; this Linux has 2.27." in stopped
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [
+        ("setup.LOCK", "setup: You may not write to {place}. Copy the kit into a folder of your own"),
+        ("setup.VENV / 'bin' / 'python'", "is out of your reach: it belongs to the user who set this kit up."),
+    ],
+)
+def test_a_kit_that_belongs_to_another_user_is_refused_in_a_sentence(place: str, says: str):
+    """Set-up ended with the traceback of a PermissionError."""
+    refused = setup_with(
+        f"def ready(): raise PermissionError(13, 'Permission denied', str({place}))\n"
+        "setup.ready = ready\nsys.argv = ['setup']\nprint(setup.LOCK)\nsys.exit(setup.main())"
+    )
+    assert refused.returncode == 1
+    assert says.format(place=refused.stdout.strip()) in refused.stderr
+    assert "Traceback" not in refused.stderr
+
+
+def test_setup_keeps_jupyterlab_from_asking_about_news(tmp_path: Path):
+    setup_with(f"setup.VENV = setup.Path({str(tmp_path)!r}); setup.quieten_jupyter()")
+    settings = json.loads((tmp_path / "share/jupyter/lab/settings/overrides.json").read_text())
+    assert settings["@jupyterlab/apputils-extension:notification"]["fetchNews"] == "false"
 
 
 def test_bubblewrap_is_installed_where_that_is_permitted():
@@ -207,6 +243,32 @@ def test_jupyter_starts_as_root_too(clone: Path):
     (clone / ".venv" / "bin" / "jupyter").write_text('#!/bin/sh\necho "$*"\n')
     (clone / ".venv" / "bin" / "jupyter").chmod(0o755)
     assert ("--allow-root" in run("make", "jupyter", cwd=clone).stdout) == (os.getuid() == 0)
+
+
+@pytest.mark.parametrize("makefile", ["Makefile", "grader/authoring/student_kit/Makefile"])
+def test_jupyter_prints_the_address_of_the_first_notebook(makefile: str, tmp_path: Path):
+    """It printed the launcher's, which leads a student on a remote machine to an empty page."""
+    if not (ROOT / ".venv" / "bin" / "jupyter").exists():
+        pytest.skip("this tree is not set up; run `make setup`")
+    recipes = run("make", "--dry-run", "--file", makefile, "jupyter").stdout
+    options = recipes.partition("jupyter lab")[2].split()
+    home = {name: str(tmp_path) for name in ("HOME", "JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR")}
+    command = [ROOT / ".venv/bin/jupyter", "lab", "--no-browser", "--ServerApp.port=0", *options]
+    with subprocess.Popen(
+        command, cwd=ROOT, env={"PATH": os.environ["PATH"], **home}, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        text=True,
+    ) as server:  # fmt: skip
+        assert server.stderr is not None
+        addresses = (line for line in server.stderr if "http://" in line)
+        first = next(addresses, "")
+        server.kill()
+    assert "/lab/tree/notebooks/00_first_drive.ipynb" in first
+
+
+def test_make_grade_writes_where_OUT_says(clone: Path):
+    (clone / ".venv" / "bin" / "grader").write_text('#!/bin/sh\necho "$*"\n')
+    (clone / ".venv" / "bin" / "grader").chmod(0o755)
+    assert run("make", "grade", "OUT=out/again", cwd=clone).stdout.endswith("--out out/again\n")
 
 
 def test_make_help_lists_every_target():

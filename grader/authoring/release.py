@@ -7,6 +7,7 @@ without the folders in `_WITHHELD`.
 from __future__ import annotations
 
 import re
+import time
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from grader import KIT
 from grader.authoring import checkpoint_texts
 from grader.course import Course, handout, reader
 from grader.errors import GraderError
+from grader.host import provenance
 from grader.notebook import checkpoints
 from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
@@ -64,7 +66,9 @@ def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
     if not course.solution.is_dir():
         raise GraderError(f"There is no {course.solution}. Release the students' kit from a whole checkout.")
     files = contents(course, solutions=solutions)
-    write_zip(out, {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())})
+    entries = {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())}
+    # JupyterLab's file browser shows how old a file is.
+    write_zip(out, entries, time.gmtime(provenance.commit_time() or time.time())[:6])
     return Released(tuple(sorted(files)), out.stat().st_size, solutions)
 
 

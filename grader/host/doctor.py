@@ -7,6 +7,7 @@ import re
 import sys
 import sysconfig
 import tempfile
+import textwrap
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -87,8 +88,16 @@ def render(diagnoses: list[Diagnosis]) -> str:
         if diagnosis.fix:
             lines.append(f"{'':<5} {'':<{width}}  fix: {diagnosis.fix}")
     bad = [diagnosis.name for diagnosis in diagnoses if diagnosis.state is State.BAD]
-    lines.append(f"This machine cannot grade yet: {', '.join(bad)}." if bad else "This machine can grade.")
+    lines.append(
+        f"This machine cannot grade yet: {', '.join(bad)}." if bad else f"This machine can grade{_how(diagnoses)}."
+    )
     return "\n".join(lines)
+
+
+def _how(diagnoses: list[Diagnosis]) -> str:
+    """Return which confinement a grading here has."""
+    named = [diagnosis.found.partition(":")[0] for diagnosis in diagnoses if diagnosis.name == "instead of namespaces"]
+    return f" (confinement: {named[0] if named else 'namespaces'})"
 
 
 # -- tools and packages -------------------------------------------------------------------------------------------
@@ -235,29 +244,37 @@ def _launch(_machine: Machine) -> list[Diagnosis]:
 
 # -- the sandbox --------------------------------------------------------------------------------------------------
 
-# What the sandbox asks of bubblewrap, and no more: one for a node in its trial's network, and one without a network.
-_NODE_SANDBOX = ["bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/run"]
-_NODE_SANDBOX += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--"]
-_SANDBOX = [*_NODE_SANDBOX[:-1], "--unshare-net", "--"]
-
 
 def _sandbox(machine: Machine) -> list[Diagnosis]:
-    """Try bubblewrap, bubblewrap inside it, and DDS inside that: each needs the one before."""
-    name, later = "bubblewrap", ("nested bubblewrap", "DDS in a network namespace")
+    """Try bubblewrap, bubblewrap inside it, and DDS inside that; where the first fails, what is used instead."""
+    name = "bubblewrap"
     if machine.which("bwrap") is None:
-        fix = install_line(machine, ["bubblewrap"])
-        return [
-            _bad(name, "not found", fix),
-            *(_bad(each, "not tried: bubblewrap is missing", fix) for each in later),
-        ]
-    ran = machine.run([*_SANDBOX, "true"], 5)
+        return _without_namespaces(machine, "not found", install_line(machine, ["bubblewrap"]))
+    ran = machine.run([*namespaces.SANDBOX, "true"], 5)
     if not ran.ok:
-        reason, fix = _why_bubblewrap_fails(machine, _last_line(ran.output))
-        return [
-            _bad(name, reason, fix),
-            *(_bad(each, "not tried: bubblewrap does not work", fix) for each in later),
-        ]
+        return _without_namespaces(machine, *_why_bubblewrap_fails(machine, _last_line(ran.output)))
     return [_ok(name, "isolates processes, users and the network"), _nested(machine), _dds(machine)]
+
+
+def _without_namespaces(machine: Machine, reason: str, fix: str) -> list[Diagnosis]:
+    """Return what a grading does where bubblewrap does not work: root's other users, or the student's own checks."""
+    name, instead = "bubblewrap", "instead of namespaces"
+    if lacks := machine.lacks_for_other_users():
+        more = (
+            install_line(machine, ["proot"])
+            if "proot" in lacks
+            else "rm -rf .venv && make setup PYTHON=/usr/bin/python3"
+        )
+        return [_bad(name, reason, fix), _bad(instead, f"nothing: {lacks}", more)]
+    if machine.root:
+        return [
+            _warn(name, reason, fix),
+            _warn(instead, "users: each sandbox has a user of its own (docs/containers.md)"),
+        ]
+    return [
+        _bad(name, reason, fix),
+        _warn(instead, "none: `grader check` works on your own package; no points are given"),
+    ]
 
 
 def _why_bubblewrap_fails(machine: Machine, message: str) -> tuple[str, str]:
@@ -271,18 +288,36 @@ def _why_bubblewrap_fails(machine: Machine, message: str) -> tuple[str, str]:
         value = machine.read("/proc/sys/" + setting.replace(".", "/"))
         if value is not None and value.strip() == forbids:
             return f"{setting} is {forbids}, which forbids it ({message})", f"{sudo}sysctl -w {setting}={allows}"
-    if machine.exists("/.dockerenv") or machine.exists("/run/.containerenv"):
-        options = " ".join(f"--security-opt {option}=unconfined" for option in ("seccomp", "apparmor", "systempaths"))
-        return f"this container forbids it ({message})", f"docker run {options} ...  (restart the container like this)"
+    pod = machine.exists("/var/run/secrets/kubernetes.io")
+    if pod or machine.exists("/.dockerenv") or machine.exists("/run/.containerenv"):
+        return f"this {'pod' if pod else 'container'} forbids it ({message})", _container_fix(machine, pod=pod)
     return (
         f"does not work ({message})",
-        f"{' '.join(_SANDBOX)} true  (shows the reason; a container or a kernel setting forbids it)",
+        f"{' '.join(namespaces.SANDBOX)} true  (shows the reason; a container or a kernel setting forbids it)",
     )
+
+
+def _container_fix(machine: Machine, *, pod: bool) -> str:
+    """Return how to start this container so that bubblewrap works: without what it has already."""
+    confined = {
+        "seccomp": "\nSeccomp:\t0" not in (machine.read("/proc/self/status") or ""),
+        "apparmor": (machine.read("/proc/self/attr/current") or "unconfined").strip() != "unconfined",
+        "systempaths": " /proc/" in (machine.read("/proc/self/mountinfo") or ""),
+    }
+    missing = [name for name, holds in confined.items() if holds]
+    if not missing:
+        return "cannot be configured here; grade an export of the platform with `grader batch` on another machine"
+    if pod:
+        wanted = {"seccomp": "seccompProfile: {type: Unconfined}", "apparmor": "appArmorProfile: {type: Unconfined}"}
+        wanted |= {"systempaths": "procMount: Unmasked"}
+        return f"in the pod: securityContext: {{{', '.join(wanted[each] for each in missing)}}}  (docs/containers.md)"
+    options = " ".join(f"--security-opt {name}=unconfined" for name in missing)
+    return f"docker run {options} ...  (restart the container like this)"
 
 
 def _nested(machine: Machine) -> Diagnosis:
     name = "nested bubblewrap"
-    ran = machine.run(namespaces.private_network([*_NODE_SANDBOX, "true"]), 5)
+    ran = machine.run(namespaces.private_network([*namespaces.NODE_SANDBOX, "true"]), 5)
     if ran.ok:
         return _ok(name, "works; a node's sandbox can join its trial's network")
     return _bad(name, *_why_bubblewrap_fails(machine, _last_line(ran.output)))
@@ -321,7 +356,16 @@ sys.exit(listener.wait())
 def _dds(machine: Machine) -> Diagnosis:
     """Run two nodes in a network of their own, the listener in a sandbox like a student's node."""
     name = "DDS in a network namespace"
-    listener = [*_NODE_SANDBOX[:-1], "--setenv", "ROS_LOG_DIR", "/run/ros-log", "--", sys.executable, "-c", _LISTENER]
+    listener = [
+        *namespaces.NODE_SANDBOX[:-1],
+        "--setenv",
+        "ROS_LOG_DIR",
+        "/run/ros-log",
+        "--",
+        sys.executable,
+        "-c",
+        _LISTENER,
+    ]
     with tempfile.TemporaryDirectory() as home:
         ran = machine.run(
             namespaces.private_network([sys.executable, "-c", _TALKER, *listener]),
@@ -339,8 +383,8 @@ def _user(machine: Machine) -> list[Diagnosis]:
     name = "submissions run as"
     if not machine.root:
         return [_ok(name, "you; what belongs to others is out of their reach")]
-    if machine.which("bwrap") is None:
-        return [_warn(name, "not tried: bubblewrap is missing")]
+    if machine.which("bwrap") is None or not machine.run([*namespaces.SANDBOX, "true"], 5).ok:
+        return []  # said already: another user, or nothing works
     if not (refusal := machine.refuses_other_user()):
         return [_ok(name, "a user that owns nothing; a file of root's could not be written in a sandbox")]
     return [_warn(name, f"root, for root cannot give them another user here: {refusal}", "grade as an ordinary user")]
@@ -394,7 +438,7 @@ def _pip(arguments: str) -> str:
 
 def _last_line(text: str) -> str:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return lines[-1][:200] if lines else "no message"
+    return textwrap.shorten(lines[-1], 300, placeholder=" ...") if lines else "no message"
 
 
 # In the order of the report. Two run at a time.

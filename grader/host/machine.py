@@ -85,6 +85,10 @@ class Machine:
         except GraderError as error:
             return str(error)
 
+    def lacks_for_other_users(self) -> str:
+        """Return what keeps sandboxes without namespaces from working here, "" if nothing does."""
+        return submission_user.lacks()
+
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""
         return shutil.disk_usage(path).free

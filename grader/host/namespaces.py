@@ -1,4 +1,4 @@
-"""Network namespaces for trusted commands and processes, and the switch that turns the sandbox off."""
+"""What keeps submissions apart on this machine: namespaces, other users or nothing; network namespaces for our own."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import fcntl
 import os
 import socket
 import struct
+import subprocess
 from collections.abc import Sequence
+from enum import Enum
 from pathlib import Path
 
 UNSAFE_VARIABLE = "ROS2_COURSE_KIT_UNSAFE_NO_SANDBOX"
@@ -15,13 +17,77 @@ UNSAFE_NOTICE = (
     "Graded with --unsafe-no-sandbox: the submission's code saw this machine's processes and network, and other "
     "gradings. Its points can be trusted no more than the submission itself."
 )
+USERS_NOTICE = (
+    "Graded without namespaces, which this machine forbids: the submission's code ran as a user of its own, but in "
+    "this machine's network and beside its processes. docs/containers.md lists what that does not hold."
+)
+NONE_NOTICE = (
+    "Checked without namespaces and without other users: the package's code ran as the user who checks. For your own "
+    "checks that is enough; no points are given so."
+)
+_WORK_VARIABLE = "ROS2_COURSE_KIT_NAMESPACES"  # "" if they work, else why not; what a grading starts inherits it
+_PROBE_SECONDS = 60
+# What a sandbox asks of bubblewrap, and no more: one for a node in its trial's network, and one without a network.
+NODE_SANDBOX = ["bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/run"]
+NODE_SANDBOX += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--"]
+SANDBOX = [*NODE_SANDBOX[:-1], "--unshare-net", "--"]
 # <linux/sched.h>, <linux/sockios.h>, <linux/if.h>, <linux/capability.h>
 _NEW_USER, _NEW_NETWORK = 0x10000000, 0x40000000
 _SET_INTERFACE_FLAGS = 0x8914
 _UP_AND_RUNNING = 0x41
 _CAPABILITIES_3 = 0x20080522
 
+_ADMIN = 1 << 21  # CAP_SYS_ADMIN
+
 _libc = ctypes.CDLL(None, use_errno=True)
+
+
+class Confinement(Enum):
+    """What keeps a submission's code apart."""
+
+    NAMESPACES = "namespaces"
+    USERS = "users"
+    NONE = "none"
+
+
+def confinement() -> Confinement:
+    """Return what keeps a submission's code apart here: namespaces; where those are forbidden, root's other users."""
+    if sandbox_disabled():
+        return Confinement.NONE
+    if not refusal():
+        return Confinement.NAMESPACES
+    return Confinement.USERS if os.geteuid() == 0 else Confinement.NONE
+
+
+def notice() -> str:
+    """Return in a sentence what a report has to say of that; "" for namespaces."""
+    if sandbox_disabled():
+        return UNSAFE_NOTICE
+    return {Confinement.USERS: USERS_NOTICE, Confinement.NONE: NONE_NOTICE}.get(confinement(), "")
+
+
+def refusal() -> str:
+    """Return why bubblewrap cannot make a sandbox here, "" if it can. Tries it once for a grading and all it starts."""
+    if _WORK_VARIABLE not in os.environ:
+        os.environ[_WORK_VARIABLE] = _tried([*SANDBOX, "true"])
+    return os.environ[_WORK_VARIABLE]
+
+
+def _tried(command: Sequence[str]) -> str:
+    try:
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False)
+    except FileNotFoundError:
+        return "bubblewrap is not installed"
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return str(error)
+    lines = [line.strip() for line in ended.stderr.splitlines() if line.strip()]
+    return "" if ended.returncode == 0 else (lines or [f"bwrap ended with status {ended.returncode}"])[-1]
+
+
+def inherited() -> dict[str, str]:
+    """Return the environment variables that a process of a grading needs to confine submissions in the same way."""
+    refusal()
+    return {name: os.environ[name] for name in (UNSAFE_VARIABLE, _WORK_VARIABLE) if name in os.environ}
 
 
 def private_network(command: Sequence[str]) -> list[str]:
@@ -30,9 +96,11 @@ def private_network(command: Sequence[str]) -> list[str]:
     It keeps the host's /proc: over one mounted by bubblewrap, parts of which are read-only, the kernel would not let
     the sandboxes inside mount their own.
     """
-    if sandbox_disabled():
+    if not _private():
         return list(command)
     outer = ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--unshare-ipc"]
+    if os.geteuid() == 0 and not _is_admin():
+        outer.append("--unshare-user")  # by which root, in a container, may make the others
     return [*outer, "--die-with-parent", "--", *command]
 
 
@@ -42,7 +110,7 @@ def enter_private_network() -> None:
     Raises:
         OSError: the kernel does not allow it, for instance because only bubblewrap may make user namespaces.
     """
-    if sandbox_disabled():
+    if not _private():
         return
     made_user_namespace = False
     user, group = os.geteuid(), os.getegid()
@@ -59,6 +127,16 @@ def enter_private_network() -> None:
         fcntl.ioctl(any_socket, _SET_INTERFACE_FLAGS, struct.pack("16sH14x", b"lo", _UP_AND_RUNNING))
     if made_user_namespace:  # in which it has every capability
         _call("capset", struct.pack("=Ii", _CAPABILITIES_3, 0), bytes(24))
+
+
+def _private() -> bool:
+    return confinement() is Confinement.NAMESPACES
+
+
+def _is_admin() -> bool:
+    """Return whether this process may make namespaces without a user namespace."""
+    status = Path("/proc/self/status").read_text()
+    return bool(int(status.partition("CapEff:")[2].split()[0], 16) & _ADMIN)
 
 
 def sandbox_disabled() -> bool:

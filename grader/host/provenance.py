@@ -62,6 +62,14 @@ def commit() -> str:
     return head + ("+changes" if changes else "")
 
 
+def commit_time() -> int:
+    """Return when the kit's git commit was made, in seconds since 1970; 0 for a kit without a repository."""
+    try:
+        return int(_git("log", "-1", "--format=%ct"))
+    except (OSError, subprocess.SubprocessError, ValueError):
+        return 0
+
+
 def now() -> str:
     """Return the local time with its zone, to the second."""
     return dt.datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
+import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -28,6 +29,7 @@ RUNS_AS_ROOT = (
     "The grader ran as root and could not run the submission's code as another user; only the sandbox's read-only "
     "mounts kept it from this machine's files. Grade as an ordinary user."
 )
+PROOT = "proot"
 _PROBE_SECONDS = 300  # takes 20 ms
 # Reads what every sandbox must be able to read, and then tries to write a file of root's.
 _PROBE = (
@@ -41,9 +43,11 @@ def choose() -> int | None:
 
     Each sandbox gets a user of its own, so that limits on a user's processes are not shared.
     """
-    if os.geteuid() != 0 or namespaces.sandbox_disabled() or refusal():
+    if os.geteuid() != 0:
         return None
-    return _id()
+    if namespaces.refusal():  # a submission that kills all it may kill must not be root
+        return _id()
+    return None if namespaces.sandbox_disabled() or refusal() else _id()
 
 
 def runs_as_root() -> bool:
@@ -56,6 +60,24 @@ def notice() -> str:
     if os.geteuid() != 0:
         return ""
     return f"grading as root; the submission runs as {'root too' if runs_as_root() else 'a user that owns nothing'}"
+
+
+def lacks() -> str:
+    """Return what keeps sandboxes without namespaces from working on this machine, "" if nothing does."""
+    if shutil.which(PROOT) is None:
+        return "proot is not installed"
+    closed = [path for path in prefixes() if not _is_open(path)] if os.geteuid() == 0 else []
+    return f"other users cannot enter {closed[0]}, so no submission could start Python from there" if closed else ""
+
+
+def prefixes() -> list[Path]:
+    """Return where Python and its packages are, if not in /usr."""
+    return [prefix for prefix in (ros_env.BASE_PREFIX, ros_env.PREFIX) if prefix != Path("/usr")]
+
+
+def _is_open(path: Path) -> bool:
+    """Return whether any user can enter a folder and the folders above it."""
+    return all(folder.stat().st_mode & 0o001 for folder in (path, *path.parents))
 
 
 def become(user: int) -> list[str]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from grader.errors import GraderError
 
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # one date for all files
+_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class Entry(NamedTuple):
@@ -19,8 +19,8 @@ class Entry(NamedTuple):
     executable: bool
 
 
-def write_zip(target: Path, entries: Mapping[str, Entry]) -> None:
-    """Write the zip `target`, completely or not at all.
+def write_zip(target: Path, entries: Mapping[str, Entry], date: tuple[int, int, int, int, int, int] = _EPOCH) -> None:
+    """Write the zip `target`, completely or not at all. All its files have the same date and time.
 
     Raises:
         GraderError: it cannot be written.
@@ -30,7 +30,7 @@ def write_zip(target: Path, entries: Mapping[str, Entry]) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             for name, entry in entries.items():
-                info = zipfile.ZipInfo(name, _EPOCH)
+                info = zipfile.ZipInfo(name, date)
                 info.compress_type = zipfile.ZIP_DEFLATED
                 info.external_attr = (0o100755 if entry.executable else 0o100644) << 16
                 archive.writestr(info, entry.content)

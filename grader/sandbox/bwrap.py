@@ -59,6 +59,8 @@ class Sandbox:
     cwd: str = "/tmp"
     network: bool = False
     """Keep the caller's network namespace (a trial's own loopback) instead of having no network."""
+    fed: tuple[Path, ...] = ()
+    """Those of `read_only` into which the grader writes while the command runs."""
     trusted: bool = False
     """It runs nothing of a submission, so it keeps the user who grades; root's cache of compiled files stays root's."""
     as_init: bool = False
@@ -74,7 +76,7 @@ def _namespaces(network: bool, user: int | None) -> list[str]:
     The kit cannot do without two: a file system of its own, which has the same paths in every grading, and a pid
     namespace, without which "kill everything that this test has started" would kill the host's processes.
     """
-    if namespaces.sandbox_disabled():
+    if namespaces.sandbox_disabled():  # and yet bubblewrap works
         return ["--unshare-pid", "--ro-bind", "/proc", "/proc", "--cap-drop", "ALL"]
     own = ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
     own += ["--unshare-user", "--cap-drop", "ALL"] if user is None else submission_user.CAPABILITIES

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -16,7 +15,8 @@ from dataclasses import dataclass
 from types import TracebackType
 
 from grader.errors import GraderError
-from grader.host import cgroup, procfs, shortage, submission_user
+from grader.host import cgroup, namespaces, procfs, shortage, submission_user
+from grader.sandbox import users
 from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
@@ -73,11 +73,18 @@ class Process:
         if warm is not None and not warm.suits(command, box):
             warm = None
         inside = HOLD if warm else (*WAIT_FOR_GO, *with_limits(command, limits))
+        self._view = users.lay_out(box, self._user) if namespaces.refusal() else None
         with contextlib.ExitStack() as stack:
             info, hold, output, up = (_Pipe(stack) for _ in range(4))
             filter_fd = open_filter()
             stack.callback(os.close, filter_fd)
-            command_line = [*bwrap_command(box, info.write_end, filter_fd, self._user), *inside]
+            if self._view is None:
+                command_line = [*bwrap_command(box, info.write_end, filter_fd, self._user), *inside]
+            else:
+                command_line = users.command_line(
+                    inside, box, self._view, user=self._user, info_fd=info.write_end,
+                    locked=not namespaces.sandbox_disabled(),
+                )  # fmt: skip
             leave_keyring()
             try:
                 self._popen = subprocess.Popen(
@@ -87,6 +94,8 @@ class Process:
                 )  # fmt: skip
             except OSError as error:
                 self._group.close()
+                if self._view is not None:
+                    self._view.close()
                 raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
             for pipe in (info, up):
                 pipe.close_write_end()
@@ -198,6 +207,9 @@ class Process:
         self._output.close()
         if self._program is not None:
             self._program.exit_code()
+        if self._view is not None:
+            self._view.close()
+            self._view = None
         if self._user is not None:
             submission_user.give(self._written, os.geteuid())
         self._stopped = self.stopped()
@@ -224,8 +236,11 @@ class Process:
     def _kill_tree(self) -> None:
         """Kill the whole process tree; its output can still be read."""
         if self._popen.poll() is None:
-            # When the first process of a pid namespace dies, the kernel kills all others in it.
-            _signal(self._init_pid or self._popen.pid, signal.SIGKILL)
+            if self._view is None:
+                # When the first process of a pid namespace dies, the kernel kills all others in it.
+                _signal(self._init_pid or self._popen.pid, signal.SIGKILL)
+            else:
+                self._popen.terminate()
             try:
                 self._popen.wait(5.0)
             except subprocess.TimeoutExpired:
@@ -281,7 +296,7 @@ def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> R
         exit_code = process.wait_on_cpu_clock(limits.wall_seconds)
         seconds = process.wall_seconds
     output = process.output
-    if exit_code is not None and output.startswith("bwrap: "):
+    if exit_code is not None and output.startswith(("bwrap: ", "proot error: ", "seccomp: ")):
         raise GraderError(
             f"The sandbox could not be set up: {output.strip()[:500]}. Run `grader doctor`; it prints the fix. "
             "--unsafe-no-sandbox grades almost without a sandbox, which is not enough for a real grade."
@@ -290,16 +305,22 @@ def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> R
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)
 
 
-def require() -> None:
-    """Check that this host can set up a sandbox.
+def require(*, for_points: bool = True) -> None:
+    """Check that this host can set up a sandbox, and one that is good enough if points are to be given.
 
     Raises:
         GraderError: it cannot; the message says what to do.
     """
     if not sys.platform.startswith("linux"):
         raise GraderError("Grading needs Linux: submissions run in bubblewrap. Use Linux or WSL 2.")
-    if shutil.which("bwrap") is None:
-        raise GraderError("bubblewrap (bwrap) is not installed; submissions run in it. Run `grader doctor`.")
+    if why := namespaces.refusal():
+        if for_points and namespaces.confinement() is namespaces.Confinement.NONE and not namespaces.sandbox_disabled():
+            raise GraderError(
+                f"No sandbox that keeps a submission apart works here ({why}), so no points are given. `grader check` "
+                "works for your own package. Run `grader doctor`; it prints the fix."
+            )
+        if lacks := submission_user.lacks():
+            raise GraderError(f"No sandbox works here: {why}, and {lacks}. Run `grader doctor`; it prints the fix.")
     tried = run(["true"], Sandbox())
     if not tried.ok:
         raise GraderError(

@@ -180,6 +180,8 @@ def give_up_rights(request: dict[str, Any]) -> None:
     _call("capset", struct.pack("=Ii", _CAPABILITIES_3, 0), bytes(24))
     set_dumpable(True)  # as after the start of a program: what /proc/self shows is its own
     _call("prctl", _SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+    if not request["filter"]:
+        return
     program = ctypes.create_string_buffer(bytes.fromhex(request["filter"]))
     length = len(request["filter"]) // 16  # instructions of eight bytes
     _call("prctl", _SET_SECCOMP, _SECCOMP_FILTER, struct.pack("@HP", length, ctypes.addressof(program)), 0, 0)

@@ -25,6 +25,7 @@ from grader.sandbox import untrusted
 from grader.sandbox.bwrap import DEFAULT_SIGNALS, Limits, Sandbox, resource_limits
 from grader.sandbox.syscall_filter import PROGRAM_BYTES
 
+NAMESPACES = namespaces.Confinement.NAMESPACES
 _SCRIPT = Path(__file__).with_name("warm_python.py")
 IMPORTS = Path(__file__).with_name("warm_imports.py")
 """A module that imports what nodes need and nothing of the grader, so that it can be mounted alone and run by path."""
@@ -146,7 +147,7 @@ class WarmPython:
         It has to be a Python program that would find the same modules if it imported them itself, and load the same
         libraries.
         """
-        if not self._usable or namespaces.sandbox_disabled() or not box.network or box.writable:
+        if not self._usable or namespaces.confinement() is not NAMESPACES or not box.network or box.writable:
             return False
         if {**box.environment, _DIFFERS: ""} != {**self._environment, _DIFFERS: ""}:
             return False

@@ -206,6 +206,7 @@ def _start(
         | ({folder / "modules": str(MODULES)} if modules.is_dir() else {}),
         environment=environment,
         cwd="/ws/package",
+        fed=(folder / "requests",),
         as_init=True,
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]

@@ -37,7 +37,7 @@ REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
 POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
-_SET_DUMPABLE = 4  # <linux/prctl.h>
+_SET_DUMPABLE, _SET_CHILD_SUBREAPER = 4, 36  # <linux/prctl.h>
 
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
@@ -60,7 +60,8 @@ def main() -> None:
     inspect.getmodule(inspect.currentframe(), os.devnull)
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
-    set_dumpable(False)
+    set_dumpable(os.getpid() != 1)  # proot, below which a sandbox without namespaces is, has to read its memory
+    ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     number = 0
     while True:
         serve(number, await_request(number, modules, *compilers), modules, run_module)
@@ -139,15 +140,24 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
 
     pid = fork(run)
     end = watch(pid, OUT / f"{number}.report", request)
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.kill(-1, signal.SIGKILL)  # everything but this process
-    with contextlib.suppress(ChildProcessError):
-        while True:  # the sandbox's first process is the parent of all that have lost theirs
-            os.waitpid(-1, 0)
+    kill_others()
     facts = {"status": end.status, "late": end.timed_out, "queued": round(end.queued_s, 3)}
     done = OUT / f"{number}.done"
     done.with_suffix(".part").write_text(json.dumps(facts))
     done.with_suffix(".part").rename(done)
+
+
+def kill_others() -> None:
+    """Kill all that the tests have started, and wait: this process is the parent of all that have lost theirs."""
+    if os.getpid() == 1:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.kill(-1, signal.SIGKILL)  # everything but this process
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            if os.getpid() != 1:  # a sandbox without a pid namespace
+                for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
+                    os.kill(int(child), signal.SIGKILL)
+            os.waitpid(-1, 0)
 
 
 def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:

@@ -39,10 +39,11 @@ class FakeMachine(Machine):
         cgroups: Hierarchy | None = None,
         free: int = 50 * doctor.GB,
         refusal: str = "",
+        lacks: str = "",
     ) -> None:
         """`fails` maps a word of a command to the output of the command, which then fails."""
         self._tools, self._files, self._fails = tools, files or {}, fails or {}
-        self._root, self._cgroups, self._free, self._refusal = root, cgroups, free, refusal
+        self._root, self._cgroups, self._free, self._refusal, self._lacks = root, cgroups, free, refusal, lacks
 
     @property
     def root(self) -> bool:
@@ -63,6 +64,9 @@ class FakeMachine(Machine):
     def refuses_other_user(self) -> str:
         return self._refusal
 
+    def lacks_for_other_users(self) -> str:
+        return self._lacks
+
     def free_bytes(self, *_: object) -> int:
         return self._free
 
@@ -82,7 +86,6 @@ def test_a_missing_bubblewrap_is_bad_and_has_its_install_command():
     bubblewrap = found(machine, "bubblewrap")
     assert (bubblewrap.state, bubblewrap.found) == (State.BAD, "not found")
     assert bubblewrap.fix == "sudo apt-get update && sudo apt-get install -y bubblewrap"
-    assert found(machine, "DDS in a network namespace").found == "not tried: bubblewrap is missing"
     assert exit_status(examine(machine)) == 3
 
 
@@ -136,6 +139,48 @@ def test_a_container_that_forbids_sandboxes_gets_the_options_of_docker():
     assert "--security-opt seccomp=unconfined" in found(machine, "bubblewrap").fix
 
 
+@pytest.mark.parametrize(
+    ("confined", "fix"),
+    [
+        ({}, "cannot be configured here; grade an export of the platform with `grader batch` on another machine"),
+        ({"/proc/self/mountinfo": "1 2 0:3 / /proc/sys ro"}, "docker run --security-opt systempaths=unconfined ..."),
+        ({"/var/run/secrets/kubernetes.io": "", "/proc/self/mountinfo": "1 2 0:3 / /proc/sys ro"},
+         "in the pod: securityContext: {procMount: Unmasked}"),
+    ],
+)  # fmt: skip
+def test_a_fix_that_is_in_force_is_not_repeated(confined: dict[str, str], fix: str):
+    """A container that ran with seccomp=unconfined was told to run with it."""
+    files = {"/.dockerenv": "", "/proc/self/status": "Name:\tx\nSeccomp:\t0\n", **confined}
+    machine = FakeMachine(files=files, fails={"bwrap": "bwrap: Can't mount proc"})
+    assert found(machine, "bubblewrap").fix.startswith(fix)
+
+
+def test_root_without_namespaces_grades_with_other_users():
+    """The doctor called a container bad in which a grading gave 100 points."""
+    machine = FakeMachine(root=True, fails={"bwrap": "bwrap: No permissions to create new namespace"})
+    diagnoses = examine(machine)
+    assert found(machine, "instead of namespaces").found.startswith("users: ")
+    assert exit_status(diagnoses) == 0
+    assert render(diagnoses).endswith("This machine can grade (confinement: users).")
+
+
+def test_another_user_without_namespaces_gives_no_points():
+    machine = FakeMachine(fails={"bwrap": "bwrap: No permissions to create new namespace"})
+    assert found(machine, "instead of namespaces").found.startswith("none: `grader check` works")
+    assert exit_status(examine(machine)) == 3
+
+
+def test_what_other_users_cannot_reach_is_said_with_its_fix():
+    lacks = "other users cannot enter /root/python, so no submission could start Python from there"
+    instead = found(FakeMachine(root=True, fails={"bwrap": "no"}, lacks=lacks), "instead of namespaces")
+    assert (instead.state, instead.fix) == (State.BAD, "rm -rf .venv && make setup PYTHON=/usr/bin/python3")
+
+
+def test_the_doctor_cuts_no_word():
+    message = "bwrap: " + "forbidden " * 60
+    assert "forbidde " not in found(FakeMachine(fails={"bwrap": message}), "bubblewrap").found + " "
+
+
 def test_dds_that_loses_its_messages_is_bad():
     machine = FakeMachine(fails={"doctor_listener": "no answer within 5 s"})
     assert found(machine, "bubblewrap").state is State.OK
@@ -172,7 +217,6 @@ def test_cgroups_are_named_by_version_and_never_required(
         (FakeMachine(), State.OK, "you; what belongs to others is out of their reach"),
         (FakeMachine(root=True), State.OK, "a file of root's could not be written in a sandbox"),
         (FakeMachine(root=True, refusal="setpriv: not found"), State.WARN, "another user here: setpriv: not found"),
-        (FakeMachine(HEALTHY_TOOLS - {"bwrap"}, root=True), State.WARN, "not tried: bubblewrap is missing"),
     ],
 )
 def test_the_doctor_says_as_whom_submissions_run(machine: Machine, state: State, words: str):

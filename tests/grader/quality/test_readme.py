@@ -50,7 +50,7 @@ def running() -> dict[str, evidence.Trial]:
             graph = replace(
                 graph, services=services, actions={"navigate_to_position": [f"{own}/action/NavigateToPosition"]}
             )
-        trials[name] = evidence.Trial(name, node, "open_field", 0, True, "lockstep", "", graph=graph)
+        trials[name] = evidence.Trial(name, node, "open_field", 0, True, "lockstep", None, graph=graph)
     return trials
 
 

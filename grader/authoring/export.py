@@ -1,0 +1,84 @@
+"""Write what a platform that grades by itself takes: Gradescope's autograder.zip, a template repository for GitHub.
+
+Both hold the kit, without the reference package; the platform sets it up as `make setup` does. What becomes of a
+grading there is in grader/classroom/platforms/.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from grader import KIT
+from grader.authoring.release import TOP, packaging, pins
+from grader.errors import EXIT_GRADED
+from grader.notebook.archive import Entry, write_zip
+
+_EXPORTS = Path(__file__).parent / "exports"
+_FILES = ("Makefile", "README.md", "LICENSE", "rubric.yaml", ".ci/setup", ".ci/setup.py")
+_LEFT_OUT = "grader/selftest/"
+_PLATFORM_MINUTES = 40  # the most that Gradescope allows; its default, 10, is short for its half of a core
+_SPARE_S = 60  # to end a grading and write the results
+
+
+def add(verbs: Any) -> None:
+    """Add the verb to the grader's."""
+    parser = verbs.add_parser(
+        "export",
+        help="write what a platform that grades by itself takes",
+        description="Write the autograder that Gradescope runs for each submission, or a template repository whose "
+        "workflow grades for GitHub Classroom. docs/containers.md says how to set each up.",
+        epilog="Example:  grader export gradescope --out autograder.zip",
+    )
+    parser.add_argument("platform", choices=("gradescope", "github"))
+    parser.add_argument("--out", type=Path, required=True, help="the zip")
+    parser.add_argument(
+        "--minutes", type=int, choices=range(5, 121), metavar="N", default=_PLATFORM_MINUTES,
+        help=f"the container's time limit in Gradescope's settings (default {_PLATFORM_MINUTES}); it must be that long",
+    )  # fmt: skip
+    parser.set_defaults(run=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    make = gradescope if options.platform == "gradescope" else github
+    make(options.out, options.minutes)
+    print(f"{options.platform}: {options.out}")
+    return EXIT_GRADED
+
+
+def gradescope(out: Path, minutes: int = _PLATFORM_MINUTES) -> None:
+    """Write autograder.zip, which stops a grading one minute before the platform would."""
+    entries = {f"kit/{name}": entry for name, entry in _kit().items()}
+    for name in ("setup.sh", "run_autograder"):
+        text = (_EXPORTS / "gradescope" / name).read_text().replace("@SECONDS@", str(60 * minutes - _SPARE_S))
+        entries[name] = Entry(text.encode(), executable=True)
+    write_zip(out, entries)
+
+
+def github(out: Path, _minutes: int = _PLATFORM_MINUTES) -> None:
+    """Write a zip with the content of a template repository."""
+    kit = out.with_name(out.name + ".kit")
+    write_zip(kit, {f"{TOP}/{name}": entry for name, entry in _kit().items()})
+    folder = _EXPORTS / "github"
+    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    texts = {path.relative_to(folder).as_posix(): path.read_text().replace("@TOP@", TOP) for path in files}
+    write_zip(
+        out,
+        {name: Entry(text.encode(), False) for name, text in texts.items()}
+        | {"kit.zip": Entry(kit.read_bytes(), False)},
+    )
+    kit.unlink()
+
+
+def _kit() -> dict[str, Entry]:
+    """Return the kit's files that a grading needs, by their paths."""
+    found = {name: (KIT / name).read_bytes() for name in _FILES}
+    for top in ("grader", "sim"):
+        for path in sorted((KIT / top).rglob("*")):
+            name = path.relative_to(KIT).as_posix()
+            if path.is_file() and not name.startswith(_LEFT_OUT) and "__pycache__" not in name:
+                found[name] = path.read_bytes()
+    found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
+    found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
+    return {name: Entry(data, data.startswith(b"#!")) for name, data in sorted(found.items())}

@@ -1,0 +1,129 @@
+"""Start a command as another user, without namespaces: the first process of a sandbox on a machine that forbids them.
+
+Run by path with a plain Python, as root or as the user who checks. It forks: the child gives up every right and becomes
+proot, below which the command runs (user_command.py); this process kills what is left of that user when the command has
+ended, or when it is asked to with SIGTERM. See landlock(7), prctl(2) and, for users, setresuid(2).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import select
+import signal
+import struct
+import sys
+from pathlib import Path
+from typing import Any
+
+import warm_python  # type: ignore[import-not-found]  # beside this file, found because it is run by path
+from user_command import INFO, STATUS  # type: ignore[import-not-found]
+
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # <asm/unistd_64.h>
+# <linux/landlock.h>: all rights on files by version of the interface, those on a file that is no folder, reading.
+_RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 1}
+_OF_FILES = 0b1 | 0b10 | 0b100 | 1 << 14 | 1 << 15
+_READ = 0b1 | 0b100 | 0b1000
+_TCP, _ABSTRACT_SOCKETS_AND_SIGNALS = 3, 3
+_SUBREAPER = 36
+
+
+def main() -> None:
+    """Run the command that the argument, JSON, asks for, and exit with its status; 128 + N if signal N killed it."""
+    asked: dict[str, Any] = json.loads(sys.argv[1])
+    (status, report), (told, tell) = os.pipe(), os.pipe()
+    wake, woken = os.pipe()
+    os.set_blocking(woken, False)
+    signal.set_wakeup_fd(woken)
+    signal.signal(signal.SIGTERM, lambda *_: None)
+    warm_python._call("prctl", _SUBREAPER, 1, 0, 0, 0)
+    warm_python._call("prctl", warm_python._DIE_WITH_PARENT, signal.SIGTERM, 0, 0, 0)
+    parent = os.getpid()
+    if (child := os.fork()) == 0:
+        become(asked, parent, report, tell)
+    for descriptor in (report, tell):
+        os.close(descriptor)
+    os.write(asked["info"], os.read(told, 64))
+    os.close(asked["info"])
+    ready, _, _ = select.select([status, wake], [], [])
+    said = os.read(status, 16) if status in ready else b""  # nothing, if what was to report it was killed
+    kill_all(asked["user"], child)
+    code = int(said or -signal.SIGKILL)
+    sys.exit(128 - code if code < 0 else code)
+
+
+def become(asked: dict[str, Any], parent: int, report: int, tell: int) -> None:
+    """Become the command."""
+    os.setsid()
+    warm_python.die_with(parent)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with contextlib.suppress(OSError):  # when memory runs out, the submission has to go first
+        Path("/proc/self/oom_score_adj").write_text("1000")
+    if asked["landlock"] is not None:
+        restrict(**asked["landlock"])
+    warm_python.give_up_rights(asked)
+    os.dup2(tell, INFO)
+    os.dup2(report, STATUS)
+    os.closerange(3, INFO)
+    os.closerange(STATUS + 1, 65536)
+    os.chdir("/")
+    os.execvpe(asked["command"][0], asked["command"], asked["environment"])
+
+
+def restrict(read: list[str], write: list[str]) -> None:
+    """Let this process and all it starts reach these paths alone, no TCP, and no signal or abstract socket of others.
+
+    As far as this kernel has that: versions 1 to 3 of the interface know files, 4 TCP, 6 the rest. None is no error.
+    """
+    libc = ctypes.CDLL(None, use_errno=True)
+    version = libc.syscall(_CREATE_RULESET, None, 0, 1)
+    if version < 1:
+        return
+    rights = _RIGHTS[max(known for known in _RIGHTS if known <= version)]
+    fields = struct.pack("=QQQ", rights, _TCP, _ABSTRACT_SOCKETS_AND_SIGNALS)
+    fields = fields[: 8 if version < 4 else 16 if version < 6 else 24]
+    ruleset = libc.syscall(_CREATE_RULESET, fields, len(fields), 0)
+    for paths, allowed in ((read, _READ), (write, rights)):
+        for path in paths:
+            with contextlib.suppress(FileNotFoundError):
+                descriptor = os.open(path, os.O_PATH)
+                wanted = allowed if Path(path).is_dir() else allowed & _OF_FILES & rights
+                if libc.syscall(_ADD_RULE, ruleset, 1, struct.pack("=Qi", wanted, descriptor), 0):
+                    raise OSError(ctypes.get_errno(), f"Landlock does not take {path}")
+                os.close(descriptor)
+    warm_python._call("prctl", warm_python._SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+    if libc.syscall(_RESTRICT_SELF, ruleset, 0):
+        raise OSError(ctypes.get_errno(), "Landlock refuses")
+    os.close(ruleset)
+
+
+def kill_all(user: int | None, child: int) -> None:
+    """Kill every process of the user, and wait until none is left. Without a user of its own: those of its sessions."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(child, signal.SIGKILL)
+    if user is not None and (killer := os.fork()) == 0:
+        os.setresuid(user, user, user)
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(-1, signal.SIGKILL)  # all that this user may kill, at one moment, but for this process
+        os._exit(0)
+    with contextlib.suppress(ChildProcessError):  # what lost its parent is a child of this process
+        while True:
+            for left in own_children():
+                with contextlib.suppress(ProcessLookupError):
+                    if left != (killer if user is not None else 0):
+                        os.kill(left, signal.SIGKILL)
+            os.waitpid(-1, 0)
+
+
+def own_children() -> list[int]:
+    """Return the pids of this process's children."""
+    try:
+        return list(map(int, Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()))
+    except OSError:
+        return []
+
+
+if __name__ == "__main__":
+    main()

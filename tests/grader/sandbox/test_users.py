@@ -1,0 +1,201 @@
+"""The sandbox without namespaces: what a command that runs as another user sees, may do, and leaves behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from grader import sandbox
+from grader.errors import GraderError
+from grader.host import namespaces, ros_env, submission_user
+from grader.sandbox import Limits, Process, Sandbox, user_command, users
+
+pytestmark = [
+    pytest.mark.sandbox,
+    pytest.mark.skipif(os.geteuid() != 0, reason="only root has other users; run the tests as root"),
+    pytest.mark.skipif(bool(submission_user.lacks()), reason=f"cannot work here: {submission_user.lacks()}"),
+]
+ENVIRONMENT = ros_env.environment(home=sandbox.HOME)
+
+
+@pytest.fixture(autouse=True)
+def no_namespaces(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROS2_COURSE_KIT_NAMESPACES", "this test forbids them")
+    assert namespaces.confinement() is namespaces.Confinement.USERS
+
+
+def python(code: str, box: Sandbox | None = None, **limits: float) -> sandbox.RunResult:
+    box = box or Sandbox(environment=ENVIRONMENT)
+    return sandbox.run(["python3", "-c", code], box, Limits(wall_seconds=limits.get("wall_seconds", 60.0)))
+
+
+def tried(*statements: str) -> str:
+    """Return a program that prints, for each statement, what kept it from working, "done" if nothing did."""
+    return "import os, socket, signal, subprocess\n" + "".join(
+        f"try:\n    {each}\n    print('done')\nexcept OSError as error:\n    print(type(error).__name__)\n"
+        for each in statements
+    )
+
+
+def test_a_command_finds_its_folders_at_the_paths_of_every_grading(tmp_path: Path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "text").write_text("given")
+    (tmp_path / "other").write_text("over it")
+    (tmp_path / "out").mkdir()
+    box = Sandbox(
+        read_only={tmp_path / "in": "/ws/install", tmp_path / "other": "/ws/install/other"},
+        writable={tmp_path / "out": "/ws/out"}, environment=ENVIRONMENT, cwd="/ws/out",
+    )  # fmt: skip
+    code = "import os; open('made', 'w').write(open('/ws/install/text').read()); print(os.getcwd())"
+    code += "; print(open('/ws/install/other').read(), os.path.realpath('/ws/install'), os.environ['HOME'])"
+    assert python(code, box).output == "/ws/out\nover it /ws/install /home/student\n"
+    assert (tmp_path / "out" / "made").read_text() == "given"
+    assert not (tmp_path / "out").is_symlink()
+    assert (tmp_path / "out" / "made").stat().st_uid == 0
+
+
+def test_what_the_grader_writes_meanwhile_reaches_the_command(tmp_path: Path):
+    """Requests to run a test are handed to a worker that has been started before."""
+    for name in ("requests", "out"):
+        (tmp_path / name).mkdir()
+    box = Sandbox(
+        read_only={tmp_path / "requests": "/ws/requests"}, writable={tmp_path / "out": "/ws/out"},
+        environment=ENVIRONMENT, fed=(tmp_path / "requests",),
+    )  # fmt: skip
+    loop = (
+        "until cp /ws/requests/one /ws/out/answer 2>/dev/null; do sleep 0.01; done; touch /ws/requests/two || exec cat"
+    )
+    with Process(["sh", "-c", loop], box, Limits()) as process:
+        (tmp_path / "requests" / "one").write_text("asked")
+        assert process.wait(60) == 0
+    assert (tmp_path / "out" / "answer").read_text() == "asked"
+    assert not (tmp_path / "requests" / "two").exists()
+
+
+@pytest.mark.parametrize("unsafe", [False, True])
+def test_nothing_of_the_graders_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsafe: bool):
+    """Also where the kernel has no Landlock, which --unsafe-no-sandbox leaves out."""
+    if unsafe:
+        monkeypatch.setenv(namespaces.UNSAFE_VARIABLE, "1")
+    secret = tmp_path / "secret"
+    secret.write_text("the expected values")
+    tmp_path.chmod(0o700)
+    other = users.lay_out(Sandbox(), submission_user._id())
+    statements = [f"os.listdir({str(tmp_path)!r})", f"open({str(secret)!r})", "open('/etc/shadow')"]
+    statements += [f"os.listdir({str(other.folder)!r})", f"open({str(other.folder / 'tmp' / 'x')!r}, 'w')"]
+    said = python(tried(*statements)).output.split()
+    other.close()
+    assert "done" not in said
+    assert len(said) == len(statements)
+
+
+def test_a_command_reaches_no_other_process_and_no_port():
+    statements = [
+        f"os.kill({os.getpid()}, 0)", f"open('/proc/{os.getpid()}/environ')", f"os.listdir('/proc/{os.getpid()}/fd')",
+        "socket.socket(socket.AF_PACKET, socket.SOCK_RAW)", "os.setuid(0)", "os.chroot('/tmp')",
+        "open('/proc/sys/kernel/core_pattern', 'w')", "open('/usr/lib/evil', 'w')", "open('/var/tmp/evil', 'w')",
+    ]  # fmt: skip
+    said = python(tried(*statements)).output.split()
+    assert "done" not in said
+    assert len(said) == len(statements)
+
+
+@pytest.mark.skipif(not Path("/dev/shm").is_mount(), reason="needs a second disk: /dev/shm")
+def test_a_folder_on_another_disk_comes_back_with_all_that_is_in_it():
+    """In a container the cache is often a volume; a copy belonged to root, and a pipe in it stopped the copying."""
+    with tempfile.TemporaryDirectory(dir="/dev/shm") as folder:
+        out = Path(folder, "out")
+        out.mkdir()
+        box = Sandbox(writable={out: "/ws/out"}, environment=ENVIRONMENT)
+        assert python("import os; os.mkfifo('/ws/out/pipe'); open('/ws/out/file', 'w')", box).exit_code == 0
+        assert sorted(path.name for path in out.iterdir()) == ["file", "pipe"]
+
+
+def test_each_sandbox_has_a_user_and_temporary_files_of_its_own():
+    code = "import os; print(os.getuid(), os.path.exists('/tmp/left')); open('/tmp/left', 'w')"
+    (first, left), (second, left_again) = (python(code).output.split() for _ in range(2))
+    assert first != second
+    assert (left, left_again) == ("False", "False")
+
+
+def test_no_process_of_a_sandbox_outlives_it():
+    """A daemon that has left its session, and whose parent has ended, has no tie to the sandbox but its user."""
+    code = "import os, subprocess; subprocess.Popen('setsid sleep 1000 & setsid sleep 1000 &', shell=True)"
+    user = int(python(f"{code}; print(os.getuid())").output)
+    assert _processes_of(user) == []
+
+
+def test_a_killed_grader_leaves_no_process(tmp_path: Path):
+    code = (
+        "import sys, time; from grader import sandbox; from grader.sandbox import Process, Sandbox, Limits\n"
+        "from grader.host import ros_env\n"
+        "box = Sandbox(environment=ros_env.environment(home=sandbox.HOME))\n"
+        "process = Process(['sh', '-c', 'id -u; exec sleep 1000'], box, Limits())\n"
+        "while not process.output.strip(): time.sleep(0.01)\n"
+        "print(process.output, flush=True); time.sleep(1000)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as grader:
+        assert grader.stdout is not None
+        user = int(grader.stdout.readline())
+        assert _processes_of(user)
+        grader.kill()
+    deadline = time.monotonic() + 60
+    while _processes_of(user) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert _processes_of(user) == []
+
+
+def _processes_of(user: int) -> list[str]:
+    listed = subprocess.run(["ps", "-o", "pid=,stat=", "-U", str(user)], capture_output=True, text=True, check=False)
+    return [line for line in listed.stdout.splitlines() if "Z" not in line]
+
+
+def test_how_a_command_ended_is_known():
+    assert python("raise SystemExit(7)").exit_code == 7
+    assert python("import os; os.kill(os.getpid(), 9)").exit_code == -signal.SIGKILL
+    assert python("import time; time.sleep(1000)", wall_seconds=1.0).timed_out
+
+
+def test_an_interrupt_reaches_the_command():
+    with Process(["python3", "-c", "print('up', flush=True); import time; time.sleep(1000)"],
+                 Sandbox(environment=ENVIRONMENT), Limits()) as process:  # fmt: skip
+        deadline = time.monotonic() + 60
+        while "up" not in process.output and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.interrupt()
+        assert process.wait(60) == -signal.SIGINT
+    assert "KeyboardInterrupt" in process.output
+
+
+def test_the_filter_of_kernel_calls_is_in_force():
+    code = "import ctypes; c = ctypes.CDLL(None, use_errno=True); print(c.syscall(425, 1, 0), ctypes.get_errno())"
+    assert python(code).output == "-1 38\n"  # io_uring_setup
+
+
+def test_another_user_grades_for_no_points_without_namespaces(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    with pytest.raises(GraderError, match="no points are given"):
+        sandbox.require()
+    assert namespaces.notice() == namespaces.NONE_NOTICE
+
+
+def test_without_proot_the_fix_is_named(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(submission_user, "lacks", lambda: "proot is not installed")
+    with pytest.raises(GraderError, match=r"and proot is not installed. Run `grader doctor`"):
+        sandbox.require()
+
+
+def test_the_command_is_asked_for_in_json_that_names_no_path_of_the_graders():
+    """Anyone may read a process's arguments in /proc."""
+    view = users.lay_out(Sandbox(), submission_user._id())
+    *_, asked = users.command_line(["true"], Sandbox(), view, user=7, info_fd=user_command.INFO)
+    view.close()
+    assert not [path for path in json.loads(asked)["landlock"]["read"] if "grader" in Path(path).name]
