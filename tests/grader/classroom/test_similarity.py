@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.course import COURSE
 from submissions.edits import REFERENCE
 
 from grader import cli
@@ -146,7 +147,7 @@ def test_what_was_not_read_is_said(tmp_path: Path, monkeypatch):
     (package / "program").write_text(f"#!/usr/bin/env python3\n{DRIVER}")
     (package / "node.txt").write_text(f"#!/usr/bin/python3\n{PROCESSOR}")
     (package / "large.py").write_text("x = 1\n" * 50_000)
-    read, unread = similarity._python_of(tmp_path, tmp_path / "scratch")
+    read, unread = similarity._python_of(tmp_path, tmp_path / "scratch", COURSE)
     assert sorted(read) == [f"{REFERENCE.name}/node.txt", f"{REFERENCE.name}/program"]
     assert [why.partition(", which")[0] for why in unread] == [f"{REFERENCE.name}/large.py"]
 
