@@ -25,8 +25,7 @@ from grader.source import Collected, Phase, Source, Subject
 from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
 
-_TRIALS = Trials()
-SOURCES: tuple[Source, ...] = (_TRIALS, StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
+SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
 
 
@@ -43,6 +42,7 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     kept = kept_evidence(settings)
     wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves(settings) & settings.checked]
     of_text = [source for source in wanted if source.phase is Phase.TEXT]
+    to_run = prepared = [source for source in wanted if source.phase is Phase.RUN]
     found: dict[str, Collected] = {}
     with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
@@ -50,17 +50,14 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
         built = None
         if needs_build(settings, _folders(submission)):
             contract = _contract(submission, settings)
-            observers = None
-            if _TRIALS in wanted and not building.is_built(_folders(submission), settings.cache, settings.course):
-                beside = folder / "observers"
-                beside.mkdir()
-                observers = stack.enter_context(_TRIALS.start_observers(settings, contract, beside))
+            if not building.is_built(_folders(submission), settings.cache, settings.course):
+                beside = [source.prepare(settings, contract, folder / f"{source.name} prepared") for source in to_run]
+                prepared = [stack.enter_context(context) for context in beside]
             built, own = _build(submission, contract, settings)
-            if own is not contract:
-                observers = None
         if built is not None and built.facts.ok:
-            subject = Subject(submission, settings, folder, kept, built, own, observers=observers)
-            found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
+            found |= _ask(
+                prepared if own is contract else to_run, Subject(submission, settings, folder, kept, built, own)
+            )
         found |= texts.result()
         if built is not None and built.facts.ok and _has_left_code(submission, built, settings.course):
             again = folder / "installed"

@@ -61,7 +61,7 @@ def grade(
         else:
             settings.progress("checking the evidence")
             checks.begin(fresh / EVIDENCE)
-            found = judged(evidence.load(fresh / EVIDENCE), settings, checks.results())
+            found = _scored(evidence.load(fresh / EVIDENCE), settings, checks.results())
             grading = replace(found, wall_seconds=time.monotonic() - started)
             settings.progress("writing the report")
             write(grading, fresh)
@@ -91,7 +91,7 @@ def unchanged(source: Path, settings: Settings) -> Grading | None:
     with suppress(NotKept):
         found = _collected(source, None, only_kept)
         if kept := kept_evidence(only_kept).find(list[CheckResult], *_decides_results(found, settings)):
-            return judged(found, settings, kept[0])
+            return _scored(found, settings, kept[0])
     return None
 
 
@@ -102,7 +102,7 @@ def checked(folder: Path, checks: checks_run.Checks, settings: Settings) -> Grad
     results = checks.results()
     if settings.keep and not any(result.outcome is Outcome.ERROR for result in results):
         kept_evidence(settings).keep(results, *_decides_results(found, settings))
-    return judged(found, settings, results)
+    return _scored(found, settings, results)
 
 
 def _decides_results(found: Evidence, settings: Settings) -> tuple[str, ...]:
@@ -136,7 +136,7 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
     known = {result.id for result in earlier}
     to_run = [check for check in check_ids(settings) if check not in known]
     results = [*earlier, *checks_run.run(settings.course, folder, to_run)]
-    return judged(evidence.load(folder), settings, results)
+    return _scored(evidence.load(folder), settings, results)
 
 
 def check_ids(settings: Settings) -> list[str]:
@@ -144,10 +144,10 @@ def check_ids(settings: Settings) -> list[str]:
     return [check.id for requirement in settings.wanted for check in requirement.checks]
 
 
-def judged(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
+def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
     """Score the results of the checks over the evidence, and return the grading."""
-    judged = {result.id for result in results}
-    scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= judged}
+    known = {result.id for result in results}
+    scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= known}
     return Grading(
         scorecard=score(_only(settings.rubric, scored | {r.id for r in settings.wanted}), results),
         evidence=found,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
-from grader.course import Course, kits_own
+from grader.course import Course, kits_own, load
+from grader.scoring import rubric as rubrics
 from grader.scoring.rubric import Requirement, Rubric
 
 MODULE_TIMEOUT_S = 90.0
@@ -56,6 +58,19 @@ class Settings:
     fresh: bool = False
     overwrite: bool = True
     progress: Callable[[str], None] = lambda _what: None
+
+    def plain(self) -> dict[str, Any]:
+        """Return as JSON can hold it all but the rubric and the progress; of the course, its folder."""
+        objects = ("rubric", "progress")
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in objects}
+        return values | {"cache": str(self.cache), "course": str(self.course.folder)}
+
+    @classmethod
+    def of_plain(cls, plain: Mapping[str, Any], progress: Callable[[str], None]) -> Settings:
+        """Return the settings of which `plain` has returned this, with the course's own rubric."""
+        course = load(Path(plain["course"]))
+        fields_ = {"course": course, "cache": Path(plain["cache"]), "requirements": tuple(plain["requirements"])}
+        return cls(rubric=rubrics.load(course.rubric), progress=progress, **{**plain, **fields_})
 
     @property
     def wanted(self) -> list[Requirement]:

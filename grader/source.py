@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from grader import building
 from grader.building import Built
@@ -33,7 +34,7 @@ class Subject:
 
     `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
     the phase TEXT, but for `built` where a build has left Python. `earlier` has what the sources that this one `uses`
-    handed over, by their names. `observers` are what the trials have started beside the build, None if they have not.
+    handed over, by their names.
     """
 
     submission: Submission
@@ -42,8 +43,7 @@ class Subject:
     kept: Kept = field(default_factory=Kept)
     built: Built | None = None
     contract: Built | None = None
-    earlier: Mapping[str, Any] = field(default_factory=dict)
-    observers: Any = None
+    earlier: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def ros_name(self) -> str:
@@ -78,9 +78,9 @@ class Collected:
     `kept` says of what was collected earlier when that was.
     """
 
-    facts: Mapping[str, Any] = field(default_factory=dict)
+    facts: Mapping[str, object] = field(default_factory=dict)
     flags: tuple[Flag, ...] = ()
-    handover: Any = None
+    handover: object = None
     kept: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -95,6 +95,13 @@ class Source(Protocol):
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the ids of the requirements that its evidence is for."""
         return served(settings, self.name)
+
+    def prepare(self, _settings: Settings, _contract: Built, _folder: Path) -> AbstractContextManager[Source]:
+        """Start, beside the build, what needs nothing of a submission; yield the source that uses it.
+
+        `contract` is the build of the contract's interfaces, `folder` one that does not exist yet.
+        """
+        return nullcontext(self)
 
     def collect(self, subject: Subject) -> Collected:
         """Return what there is to see of the subject.

@@ -7,6 +7,7 @@ import re
 # A frame of a traceback, and of a dump by faulthandler, which writes "line 7 in f" and no comma.
 _FRAME = re.compile(r'^[ \t]*File "([^"\n]+)", line (\d+),? in (\S+)', re.MULTILINE)
 _INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
+_NAMED = re.compile(r"\S+\.py:\d+|\bline \d+")
 # rosidl's generated C code, in which a value of a wrong type ends the process when the message is sent.
 _ASSERTION = re.compile(
     r"\w+?__(?:msg|srv|action)__(\w+?)__convert_from_py: Assertion `(?:Py(\w+)_Check\(field\)|.*)' failed\."
@@ -36,9 +37,19 @@ def last_words(output: str) -> str:
     if not lines:
         return ""
     said = lines[-1].strip()[:300]
-    traceback = output.rpartition(BEGIN)[2] if BEGIN in output else ""
-    places = _places(traceback)
-    return f"{said} ({places[-1]})" if places and not said.startswith("[") else said
+    place = _raised_at(output)
+    return f"{said} ({place})" if place and not said.startswith("[") else said
+
+
+def last_place(output: str) -> str:
+    """Return the place to which the last words of an output lead, "" if they name none."""
+    named = _NAMED.search(last_words(output))
+    return (_raised_at(without_ignored(output)) or named[0]) if named else ""
+
+
+def _raised_at(output: str) -> str:
+    """Return the last place in the package to which the last traceback leads, "" if there is none."""
+    return next(reversed(_places(output.rpartition(BEGIN)[2])), "") if BEGIN in output else ""
 
 
 def _wrong_type(assertion: re.Match[str], output: str) -> str:

@@ -3,6 +3,8 @@
 import sys
 
 from helpers.sharing import (
+    pytest_collection,
+    pytest_collection_finish,
     pytest_collection_modifyitems,
     pytest_configure,
     pytest_report_header,
@@ -14,6 +16,8 @@ from helpers.sharing import (
 )
 
 __all__ = [
+    "pytest_collection",
+    "pytest_collection_finish",
     "pytest_collection_modifyitems",
     "pytest_configure",
     "pytest_report_header",

@@ -8,6 +8,7 @@ from grader.checks.findings import some
 from grader.checks.first_cause import behind, listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
 from grader.course import Course
+from grader.evidence import Kind, Reason
 
 _PROGRAMS_BY_CMAKE = "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set"
 _SHARED_BY_CMAKE = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
@@ -20,9 +21,9 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
     if build.timed_out:
         seen = f"colcon build ran out of time after {build.wall_seconds:.0f} s"
         try_ = "run `colcon build`: does it end? If it does, grade again with a longer --build-timeout"
-        raise Failed(seen, try_)
+        raise Failed(seen, try_, Reason(Kind.NOT_BUILT))
     if not build.ok:
-        raise Failed(*_first_cause(judge))
+        raise Failed(*_first_cause(judge), Reason(Kind.NOT_BUILT))
     if build.package != judge.course.package:
         seen = f"It builds, as {build.package}; the assignment asks for {judge.course.package}."
         places = f" Rename it in {some(_by_file(build.named_in))}." if build.named_in else ""

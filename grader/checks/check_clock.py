@@ -18,7 +18,7 @@ def expect_standing(judge: Judge) -> None:
     """Expect that every node stops publishing with the clock."""
     for name in judge.course.nodes:
         trial = judge.trial(f"standing_clock_{name}")
-        held = int(trial.choices["held"])
+        held = int(trial.measured["held"])
         judge.expect(trial.pace == "lockstep", f"{name} publishes while the clock is stopped", TRY)
         seen = f"{name} published {held} messages in 1 s of wall time while the clock was stopped"
         judge.expect(held <= 1, seen, TRY)

@@ -2,6 +2,7 @@
 
 from grader.checks.graph import expect_interfaces
 from grader.checks.judge import Judge
+from grader.evidence import Kind, Reason
 
 NEEDS = ("idle",)
 
@@ -20,4 +21,4 @@ def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
             if endpoint.kind == "subscription" and known and endpoint.reliability == "reliable":
                 reliable.append(endpoint.topic)
     seen = f"these subscriptions receive nothing from best-effort publishers: {', '.join(reliable)}"
-    judge.expect(not reliable, seen, "subscribe with qos_profile_sensor_data")
+    judge.expect(not reliable, seen, "subscribe with qos_profile_sensor_data", Reason(Kind.UNHEARD))

@@ -40,8 +40,8 @@ def test_demonstration_runs(judge: Judge) -> None:
         share -= 0.5
     services = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.services.items()}
     if not called and (changed := _changed(judge, services.values())):
-        see = judge.see("check_interfaces")
-        raise NotReached(f"{', '.join(changed)} differs from the contract, so its calls cannot be observed{see}")
+        said = f"{', '.join(changed)} differs from the contract, so its calls cannot be observed"
+        raise NotReached(said, *judge.judged_by("check_interfaces"))
     if not called:
         words.append(f"it called none of {', '.join(services)}")
         share -= 0.25

@@ -46,7 +46,7 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
         assert process is not None
         doing = "idle" if name == f"interrupted_{node.name}" else name.partition("_")[2]
         when = f"{node.name}, {doing}"
-        took = trial.choices.get("seconds_to_end")
+        took = trial.measured.get("seconds_to_end")
         if process.by != "interrupt" or took is None or took > 2.0:
             seen = "still running 2 s after SIGINT" if took is None else f"ended {took:.2f} s after SIGINT"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if took is None else _TRY_SOONER))

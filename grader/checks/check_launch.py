@@ -41,16 +41,16 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
     for trial in _launched(judge):
         output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
-            own = [name for name in trial.choices if name in judge.course.nodes[node].parameters]
+            own = [name for name in trial.in_files if name in judge.course.nodes[node].parameters]
             seen = f"no file in config/ sets a parameter of {node}"
             judge.expect(bool(own), seen, "list the node's parameters in its file")
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
-                seen = f"{parameter} was {trial.choices[parameter]:g} in the file and {value} in {node}"
+                seen = f"{parameter} was {trial.in_files[parameter]:g} in the file and {value} in {node}"
                 try_ = "does the launch file pass this file, and is its key the node's name?"
                 if (cause := shown_by(judge.faults("parameters"), output)) is not None:
                     seen, try_ = f"{sentence(cause)}\n{seen}", cause.cure
-                judge.expect(value == trial.choices[parameter], seen, try_)
+                judge.expect(value == trial.in_files[parameter], seen, try_)
 
 
 def _expect_declared(judge: Judge, trial: Trial) -> None:

@@ -40,8 +40,8 @@ def _share(judge: Judge, none: float, full: float) -> None:
 def _mutation(judge: Judge) -> Mutation:
     tests = judge.student_tests()
     if not any(module.passed for module in tests.modules):
-        see = judge.see("check_student_tests")
-        raise NotReached(f"none of the package's own tests passed, so none could notice anything{see}")
+        said = "none of the package's own tests passed, so none could notice anything"
+        raise NotReached(said, *judge.judged_by("check_student_tests"))
     expect_contract(judge)
     judge.expect_trusted(tests)
     mutation = judge.evidence.mutation

@@ -19,7 +19,7 @@ def test_parameter_files_load(judge: Judge) -> None:
     judge.expect(not missing, f"not declared: {', '.join(missing)}", _try_declare(judge, first))
     for trial in trials:
         for answer in trial.parameters:
-            set_to = trial.choices.get(answer.name, answer.value)
+            set_to = trial.in_files.get(answer.name, answer.value)
             seen = f"{answer.name} was {set_to} in the file and {answer.value} in {trial.node}"
             faults = [
                 fault for fault in judge.faults("parameters") if fault.path == judge.course.nodes[trial.node].config
@@ -32,9 +32,8 @@ def test_parameter_files_load(judge: Judge) -> None:
 def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
     """A value that makes no sense (negative, zero rate) is refused by a parameter callback at run time."""
     asked, accepted = 0, []
-    for trial in [
-        judge.trial(f"senseless_settings_{node.name}") for node in judge.course.nodes.values() if node.refused
-    ]:
+    for node in [node for node in judge.course.nodes.values() if node.refused]:
+        trial = judge.trial(f"senseless_settings_{node.name}")
         for answer in trial.parameters[:-1]:
             asked += 1
             if answer.accepted is not False or answer.value == answer.wanted:

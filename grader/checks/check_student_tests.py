@@ -91,7 +91,7 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     """Line and branch coverage of the package by its own tests: none at 40 %, full at 90 %, linear between."""
     tests = judge.student_tests()
     if not any(m.passed + m.failed for m in _own(judge)):
-        raise NotReached(f"no test ran, so nothing was covered{judge.see('check_student_tests')}")
+        raise NotReached("no test ran, so nothing was covered", *judge.judged_by("check_student_tests"))
     expect_contract(judge)
     judge.expect_trusted(tests)
     judge.expect(bool(tests.coverage), "the tests ran no line of the package", "import the package in the tests")

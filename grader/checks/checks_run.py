@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import json
 import os
 import re
 import subprocess
@@ -17,6 +16,7 @@ from pathlib import Path
 from grader import KIT
 from grader.course import Course
 from grader.errors import GraderError
+from grader.evidence import from_json
 from grader.host import shortage
 from grader.scoring.scorecard import CheckResult, Outcome
 
@@ -136,7 +136,7 @@ class Checks:
         began = self._results.exists()
         # Without a line that is not whole: the process was killed.
         lines = self._results.read_text().rpartition("\n")[0].splitlines() if began else []
-        found = [_result(json.loads(line)) for line in lines]
+        found = [from_json(line, CheckResult) for line in lines]
         missing = [check for check in self._ids if check not in {result.id for result in found}]
         if missing:
             cause = shortage.explain_output(said) or shortage.explain_disk(Path(self._scratch.name))
@@ -144,7 +144,3 @@ class Checks:
                 raise GraderError(cause or f"The checks did not run: {missing[0]} {how}:\n{said}")
         seen = f"{', '.join(missing[:1])} {how}"
         return [*found, *(CheckResult(check, Outcome.ERROR, 0.0, seen=seen) for check in missing)]
-
-
-def _result(entry: dict[str, object]) -> CheckResult:
-    return CheckResult(**{**entry, "outcome": Outcome(entry["outcome"])})  # type: ignore[arg-type]

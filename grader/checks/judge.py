@@ -4,46 +4,62 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 from grader import tracebacks
 from grader.checks.findings import place, some
 from grader.checks.first_cause import behind, besides, sentence, shown_by
 from grader.course import Course
-from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Quality, StudentTests, Trial
+from grader.evidence import (
+    Call,
+    Evidence,
+    Fault,
+    Finding,
+    Goal,
+    Graph,
+    Kind,
+    Quality,
+    Reason,
+    StudentTests,
+    Trial,
+)
 
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}
 # What says more comes first: a loop that never ends, a wait for what cannot come, a pause.
 _HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
-HOLDS_ON = "while a callback runs the node answers nothing: "
-"""Begins the words that name the line which holds a node up."""
-# How a trial ends that lacks a program or a file.
-_LACKED = re.compile(r"there is no (?:executable )?(\S+) in ")
+_SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW)
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
 _NO_FLOAT = "{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
 NAMESPACE = "robot7"
 """Where a trial with a launch file of the course's own has put the nodes."""
-DEAF_TO = (
-    "{topics}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing arrives. "
-    "Subscribe with qos_profile_sensor_data"
-)
-"""Names the subscriptions that receive nothing."""
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
 class Failed(AssertionError):
     """The requirement is not met; says what was seen, and what to try."""
 
-    def __init__(self, seen: str, try_: str) -> None:
+    def __init__(self, seen: str, try_: str, reason: Reason | None = None) -> None:
         super().__init__(seen)
-        self.seen, self.try_ = seen, try_
+        self.seen, self.try_, self.reason = seen, try_, reason
 
 
 class NotReached(Exception):
-    """The requirement could not be judged because something it depends on failed."""
+    """The requirement could not be judged because something it depends on failed.
+
+    Args:
+        reason: why. A check may say it in words of its own, with the ids of the `requirements` that come first.
+        words: the reason as a student reads it, with whatever else was seen.
+    """
+
+    def __init__(self, reason: Reason | str, *requirements: str, words: str = "") -> None:
+        if isinstance(reason, str):
+            reason = Reason(Kind.DEPENDS, said=reason, requirements=requirements)
+        super().__init__(words or str(reason))
+        self.reason = reason
 
 
 class Unjudged(Exception):
@@ -79,12 +95,13 @@ class Judge:
         build = self.evidence.build
         if not build.ok:
             how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
-            raise NotReached(f"`colcon build` {how}{self.see('check_build')}{besides(self.faults(about))}")
+            reason = Reason(Kind.NOT_BUILT, said=how, requirements=self.judged_by("check_build"))
+            raise NotReached(reason, words=f"{reason}{besides(self.faults(about))}")
 
-    def see(self, module: str) -> str:
-        """Return " (I1)", the requirement that the checks of a module judge; "" if the course has none of them."""
+    def judged_by(self, module: str) -> tuple[str, ...]:
+        """Return the id of the requirement that the checks of a module judge; () if the course has none of them."""
         requirement = self.course.requirement_of(module)
-        return f" ({requirement})" if requirement else ""
+        return (requirement,) if requirement else ()
 
     def faults(self, *stops: str) -> list[Fault]:
         """Return what the package's text shows of these kinds, the first cause first; [] if it was not read.
@@ -135,10 +152,28 @@ class Judge:
         """
         trial = self.started(name)
         if not trial.ready:
-            raise NotReached(self._why_not_up(trial))
+            raise self._not_up(trial)
         if complete and trial.ended:
-            raise NotReached(trial.ended + self.why_ended(trial) + self._holding_on(trial))
+            raise self.not_reached(trial.ended, trial)
         return trial
+
+    def not_reached(self, reason: Reason, trial: Trial) -> NotReached:
+        """Return that a check is kept from being judged by how a trial ended, or by a call without an answer in it."""
+        by_itself = trial.process is not None and trial.process.by == "itself"
+        output = trial.process.output_tail if trial.process is not None and by_itself else ""
+        # rclpy's own words for a service's callback that has returned something else than a response.
+        raised = output.partition("in send_response")[2].splitlines()
+        if any(line.strip().removeprefix("raise ").startswith("TypeError") for line in raised):
+            found = [habit for habit in self.habits if habit.rule == "no-response"]
+            shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
+            why = Reason(Kind.NO_RESPONSE, said=shown or "the callback of a service returned None")
+            return NotReached(why, words=f"{reason}; {why}")
+        words = f"{reason}{last_output(trial)}"
+        if by_itself:
+            return NotReached(replace(reason, place=tracebacks.last_place(output)), words=words)
+        if reason.kind in _SILENT and (held := _holds_on(self.habits)):
+            return NotReached(replace(reason, place=reason.place or place(held[0])), words=words + self.holding_on)
+        return NotReached(reason, words=words)
 
     @property
     def habits(self) -> list[Finding]:
@@ -148,29 +183,14 @@ class Judge:
     @property
     def holding_on(self) -> str:
         """Return as the end of a sentence which lines keep a callback from returning, "" if none does."""
-        return holding_on(self.evidence.quality) if self.evidence.quality is not None else ""
-
-    def _holding_on(self, trial: Trial) -> str:
-        """Return where the package's text shows why a node that still ran did not answer, "" where it does not."""
-        return "" if trial.process is not None and trial.process.by == "itself" else self.holding_on
-
-    def why_ended(self, trial: Trial) -> str:
-        """Return as the end of a sentence why a node ended by itself: what it said last, or what its text shows."""
-        output = trial.process.output_tail if trial.process is not None and trial.process.by == "itself" else ""
-        # rclpy's own words for a service's callback that has returned something else than a response.
-        raised = output.partition("in send_response")[2].splitlines()
-        if any(line.strip().removeprefix("raise ").startswith("TypeError") for line in raised):
-            found = [habit for habit in self.habits if habit.rule == "no-response"]
-            shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
-            return f"; {shown or 'the callback of a service returned None'}: `return response`?"
-        return last_output(trial)
+        return holding_on(self.habits)
 
     @property
-    def deaf_to(self) -> str:
-        """Return in words the sensors of which the node received nothing in the trials so far, "" if there are none."""
+    def deaf_to(self) -> Reason | None:
+        """Return the sensors of which the node received nothing in the trials so far, None if there are none."""
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
-        topics = dict.fromkeys(topic for trial in ran for topic in trial.deaf_to)
-        return f"{DEAF_TO.format(topics=', '.join(topics))}{self.see('check_graph')}" if topics else ""
+        topics = ", ".join(dict.fromkeys(topic for trial in ran for topic in trial.deaf_to))
+        return Reason(Kind.UNHEARD, said=topics, requirements=self.judged_by("check_graph")) if topics else None
 
     @property
     def no_floats(self) -> str:
@@ -181,21 +201,22 @@ class Judge:
                 return _NO_FLOAT.format(topic=self.course.nodes[trial.node].command)
         return ""
 
-    def _why_not_up(self, trial: Trial) -> str:
+    def _not_up(self, trial: Trial) -> NotReached:
         """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""
-        nodes = self.course.nodes
-        because = (
-            launch_words(trial, nodes) if trial.launch else trial.ended + last_output(trial) + _its_name(trial, nodes)
-        )
+        reason = trial.ended or Reason(Kind.DEPENDS, said="the node did not come up")
+        said = _launch_errors(trial) if trial.launch else last_output(trial)
+        name = _its_name(trial, self.course.nodes)
+        words = f"{reason}{name}{said}" if trial.launch else f"{reason}{said}{name}"
         faults = self.faults("install", "start", _ABOUT.get(trial.name.partition("_")[0], ""))
-        lacked = _LACKED.match(trial.ended)
+        lacked = [reason.name] if reason.kind in (Kind.NO_PROGRAM, Kind.NO_FILE) else []
         output = trial.process.output_tail if trial.process is not None else ""
-        cause = behind(faults, [lacked[1]]) if lacked else shown_by(faults, output)
+        cause = behind(faults, lacked) if lacked else shown_by(faults, output)
         if cause is not None:
-            return f"{sentence(cause)} ({cause.cure}); {because}"
-        if lacked and self.unwritten([lacked[1]]):
-            return f"{because}; {lacked[1]} is not in the package"
-        return because + besides(faults)
+            return NotReached(replace(reason, fault=cause), words=f"{sentence(cause)} ({cause.cure}); {words}")
+        if self.unwritten(lacked):
+            return NotReached(replace(reason, kind=Kind.UNWRITTEN))
+        place = "" if trial.launch else tracebacks.last_place(output)
+        return NotReached(replace(reason, place=place), words=words + besides(faults))
 
     def graph(self, name: str) -> Graph:
         """Return the graph of a trial whose node came up."""
@@ -218,17 +239,26 @@ class Judge:
         """
         calls = [call for call in trial.calls if call.service == service]
         if index >= len(calls) and trial.ended:
-            raise NotReached(trial.ended + self.why_ended(trial))
+            raise self.not_reached(trial.ended, trial)
         if index >= len(calls):
             raise Unjudged(f"the trial {trial.name} has no call {index} of {service}")
         if calls[index].response is None:
-            # A service that does not answer is there: nothing else is meant.
-            there = calls[index].problem.startswith("no answer")
-            why = self._changed(service) or (
-                self._holding_on(trial) if there else near_miss(trial.graph, service, self.course.offered)
-            )
-            raise NotReached(calls[index].problem + self.why_ended(trial) + why)
+            raise self._unanswered(calls[index].problem, trial, service)
         return calls[index]
+
+    def _unanswered(self, problem: Reason | None, trial: Trial, name: str) -> NotReached:
+        """Return why a service or an action gave no answer: another definition, another name, or what the node did."""
+        problem = problem or Reason(Kind.NO_ANSWER, name)
+        build, kind = self.evidence.build, self.course.offered.get(name, "")
+        if build.type_hashes.get(kind) not in (None, build.contract_hashes.get(kind)):
+            why = f"{kind} differs from the contract, so nobody else can call it"
+            differs = Reason(Kind.DEPENDS, said=why, requirements=self.judged_by("check_interfaces"))
+            return NotReached(differs, words=f"{problem}{last_output(trial)}: {differs}")
+        # A service that does not answer is there: nothing else is meant.
+        if problem.kind in _SILENT:
+            return self.not_reached(problem, trial)
+        instead = near_miss(trial.graph, name, self.course.offered)
+        return NotReached(problem, words=f"{problem}{last_output(trial)}{instead}")
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:
         """Return the trial's goal number `index`, which the node accepted.
@@ -238,27 +268,15 @@ class Judge:
             Failed: the goal was rejected.
         """
         if index >= len(trial.goals) and trial.ended:
-            raise NotReached(trial.ended + self.why_ended(trial))
+            raise self.not_reached(trial.ended, trial)
         if index >= len(trial.goals):
             raise Unjudged(f"the trial {trial.name} has no goal {index}")
         goal = trial.goals[index]
         if goal.problem:
-            action = next(iter(self.course.nodes[trial.node].actions), "")
-            why = self._changed(action) or near_miss(trial.graph, action, self.course.offered)
-            raise NotReached(goal.problem + why)
+            raise self._unanswered(goal.problem, trial, next(iter(self.course.nodes[trial.node].actions), ""))
         if not goal.accepted:
             raise Failed(f"the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", "accept goals with finite numbers")
         return goal
-
-    def _changed(self, name: str) -> str:
-        """Return that a service or action cannot be used because its definition is not the contract's, "" if it is."""
-        build, kind = self.evidence.build, self.course.offered.get(name, "")
-        same = build.type_hashes.get(kind) in (None, build.contract_hashes.get(kind))
-        return (
-            ""
-            if same
-            else f": {kind} differs from the contract, so nobody else can call it{self.see('check_interfaces')}"
-        )
 
     @property
     def installer(self) -> str:
@@ -314,10 +332,10 @@ class Judge:
             not tests.doubts, seen, "leave pytest's reports and coverage's data alone; a failing test is useful"
         )
 
-    def expect(self, holds: bool, seen: str, try_: str) -> None:
+    def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
         """Fail the check unless `holds`."""
         if not holds:
-            raise Failed(seen, try_)
+            raise Failed(seen, try_, reason)
 
     def share(self, fraction: float, seen: str, try_: str) -> None:
         """Give a share of the check's points, 0 to 1, with feedback."""
@@ -341,11 +359,14 @@ def share_of_each(nodes: int) -> str:
     return f"{counted.get(nodes, f'each of the {nodes} nodes counts the same')} of these points"
 
 
-def holding_on(quality: Quality) -> str:
+def holding_on(habits: Sequence[Finding]) -> str:
     """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
-    found = [habit for rule in _HOLDS_ON for habit in quality.habits if habit.rule == rule]
-    places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
-    return f"; {HOLDS_ON}{places}" if found else ""
+    places = ", ".join(f"{place(habit)} {habit.text}" for habit in _holds_on(habits)[:2])
+    return f"; while a callback runs the node answers nothing: {places}" if places else ""
+
+
+def _holds_on(habits: Sequence[Finding]) -> list[Finding]:
+    return [habit for rule in _HOLDS_ON for habit in habits if habit.rule == rule]
 
 
 def absolute(graph: Graph | None, name: str) -> bool:
@@ -372,13 +393,11 @@ def near_miss(graph: Graph | None, wanted: str, contract: Collection[str]) -> st
     return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
 
 
-def launch_words(trial: Trial, nodes: Collection[str]) -> str:
-    """Return why a launched node did not come up: what the graph has instead, and what `ros2 launch` itself printed."""
+def _launch_errors(trial: Trial) -> str:
+    """Return as the end of a sentence the errors that `ros2 launch` printed, "" if it printed none."""
     output = trial.process.output_tail if trial.process is not None else ""
     errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
-    said = f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
-    ended = trial.ended.replace("the node ended before it came up", f"{trial.launch} ended before a node came up")
-    return ended + _its_name(trial, nodes) + said
+    return f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
 
 
 def _its_name(trial: Trial, nodes: Collection[str]) -> str:

@@ -7,15 +7,15 @@ import os
 import resource
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from grader import evidence
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.course import load
-from grader.scoring.scorecard import Outcome
+from grader.scoring.scorecard import CheckResult, Outcome
 
 _JUDGE = pytest.StashKey[Judge]()
 _EVIDENCE = pytest.StashKey[evidence.Evidence]()
@@ -80,41 +80,29 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
         results: Path = item.config.getoption("--results")
         with results.open("a") as stream:  # at once: a check after this one may end the process
-            stream.write(f"{json.dumps(_result(item, call))}\n")
+            stream.write(f"{json.dumps(evidence.to_data(_result(item, call)))}\n")
 
 
-def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> dict[str, Any]:
+def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> CheckResult:
     judge = item.stash.get(_JUDGE, None)
     sentence = " ".join((getattr(item, "function", None).__doc__ or "").split())
-    result: dict[str, Any] = {
-        "id": f"{item.path.stem}::{item.name}",
-        "outcome": Outcome.PASSED.value,
-        "fraction": judge.fraction if judge else 0.0,
-        "sentence": sentence,
-        "seen": judge.seen if judge else "",
-        "expected": sentence,
-        "try_": judge.try_ if judge else "",
-        "trial": judge.trials[-1] if judge and judge.trials else "",
-    }
-    if call.excinfo is None:
-        if result["fraction"] < 1:
-            result["outcome"] = (Outcome.PARTIAL if result["fraction"] > 0 else Outcome.FAILED).value
-        return result
-    error = call.excinfo.value
-    result["fraction"] = 0.0
-    deaf_to = judge.deaf_to if judge and "best-effort" not in str(error) else ""
+    trial = judge.trials[-1] if judge and judge.trials else ""
+    id_, error = f"{item.path.stem}::{item.name}", call.excinfo and call.excinfo.value
+    result = CheckResult(id_, Outcome.ERROR, 0.0, sentence, expected=sentence, trial=trial)
+    if judge is None or (error is not None and not isinstance(error, Failed | NotReached)):
+        return replace(result, seen=f"{type(error).__name__}: {error}")
+    result = replace(result, seen=judge.seen, try_=judge.try_)
+    if error is None:
+        outcome = Outcome.PASSED if judge.fraction >= 1 else Outcome.PARTIAL if judge.fraction > 0 else Outcome.FAILED
+        return replace(result, outcome=outcome, fraction=judge.fraction)
+    says_so = error.reason is not None and error.reason.kind is evidence.Kind.UNHEARD
+    deaf_to = None if says_so else judge.deaf_to
     if isinstance(error, Failed):
-        result |= {
-            "outcome": Outcome.FAILED.value,
-            "seen": _joined(error.seen, deaf_to, judge.no_floats if judge else ""),
-            "try_": error.try_,
-        }
-    elif isinstance(error, NotReached):
-        result |= {"outcome": Outcome.NOT_REACHED.value, "because": _joined(deaf_to, str(error))}
-    else:
-        result |= {"outcome": Outcome.ERROR.value, "seen": f"{type(error).__name__}: {error}"}
-    return result
+        seen = _joined(error.seen, deaf_to, judge.no_floats)
+        return replace(result, outcome=Outcome.FAILED, seen=seen, try_=error.try_, reason=error.reason)
+    because = _joined(deaf_to, error)
+    return replace(result, outcome=Outcome.NOT_REACHED, because=because, reason=deaf_to or error.reason)
 
 
-def _joined(*words: str) -> str:
-    return "; ".join(dict.fromkeys(filter(None, words)))
+def _joined(*parts: object) -> str:
+    return "; ".join(dict.fromkeys(str(part) for part in parts if part))

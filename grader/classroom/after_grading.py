@@ -241,7 +241,8 @@ def _similar(course_texts: Callable[[], Mapping[str, str]], options: argparse.Na
     progress.done()
     for note in alike.notes:
         print(f"note: {note}")
-    print(f"{alike.compared} pairs; in half of them at most {alike.usual:.0%} of a package is in the other one, too")
+    usual = f"in half of them at most {alike.usual:.0%} of a package is in the other one, too"
+    print(f"{alike.compared} pairs; {usual}" if alike.compared else "No two packages have anything to compare.")
     for pair in alike.pairs:
         print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
     print(f"Places: {similarity.write(folder, alike)}")

@@ -94,7 +94,6 @@ class Summary:
     errors: int
     kept: int
     missing: int
-    seconds: float
     interrupted: bool = False
 
 
@@ -141,7 +140,6 @@ def run(
             given, whose its submissions are is too doubtful, or this machine cannot grade at all.
         SubmissionError: an archive of the class cannot be opened.
     """
-    started = time.monotonic()
     if not options.scheduler:
         sandbox.require()
     folder = ClassFolder(out)
@@ -173,7 +171,6 @@ def run(
         errors=states.count(Status.ERROR),
         kept=len(prepared.plan.of(Action.KEEP)),
         missing=len(facts.missing),
-        seconds=time.monotonic() - started,
         interrupted=interrupted,
     )
 

@@ -33,7 +33,8 @@ from grader.evidence.quality import (
     Table,
     TestReport,
 )
-from grader.evidence.store import digest, from_json, load, save, to_json
+from grader.evidence.reasons import Kind, Reason
+from grader.evidence.store import digest, from_data, from_json, load, save, to_data, to_json
 from grader.evidence.tests import EquivalentMutant, FileCoverage, Mutant, Mutation, StudentTests, TestModule, short_name
 from grader.evidence.trial import (
     Call,
@@ -69,6 +70,7 @@ __all__ = [
     "Goal",
     "Graph",
     "Intake",
+    "Kind",
     "Manifest",
     "Message",
     "Mutant",
@@ -79,6 +81,7 @@ __all__ = [
     "Quality",
     "Reached",
     "Readme",
+    "Reason",
     "Sample",
     "ScanSummary",
     "SourceFile",
@@ -89,9 +92,11 @@ __all__ = [
     "Touch",
     "Trial",
     "digest",
+    "from_data",
     "from_json",
     "load",
     "save",
     "short_name",
+    "to_data",
     "to_json",
 ]

@@ -67,9 +67,26 @@ _CONVERTER = _converter()
 _ENCODER = json.JSONEncoder(allow_nan=False, sort_keys=True)
 
 
+def to_data(fact: Any) -> Any:
+    """Return `fact` as what JSON can hold: dictionaries, lists, strings and finite numbers."""
+    return _CONVERTER.unstructure(fact)
+
+
+def from_data(data: Any, kind: type[T]) -> T:
+    """Return the fact that `to_data` was given.
+
+    Raises:
+        ValueError: the data does not describe a `kind`.
+    """
+    try:
+        return _CONVERTER.structure(data, kind)
+    except (cattrs.BaseValidationError, AttributeError, TypeError, KeyError) as error:
+        raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
+
+
 def to_json(fact: Any) -> str:
     """Return `fact` (a dataclass of evidence, or a list of them) as strict JSON, each item of a list on a line."""
-    plain = _CONVERTER.unstructure(fact)
+    plain = to_data(fact)
     if not isinstance(plain, dict):
         return _lines(plain)
     return "{\n" + ",\n".join(f"{_ENCODER.encode(key)}: {_lines(plain[key])}" for key in sorted(plain)) + "\n}"
@@ -87,10 +104,7 @@ def from_json(text: str, kind: type[T]) -> T:
     Raises:
         ValueError: the text is not JSON, or does not describe a `kind`.
     """
-    try:
-        return _CONVERTER.structure(json.loads(text), kind)
-    except (cattrs.BaseValidationError, AttributeError, TypeError, KeyError) as error:
-        raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
+    return from_data(json.loads(text), kind)
 
 
 def save(evidence: Evidence, folder: Path) -> None:

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from grader.evidence.reasons import Reason
+
 ZERO = 1e-6
 """Of a speed, in m/s and rad/s: a command below is a zero."""
 
@@ -62,14 +64,14 @@ class Touch:
 
 @dataclass(frozen=True)
 class Call:
-    """One service call. `response` is None if no answer came; `problem` then says what happened."""
+    """One service call. `response` is None if no answer came; `problem` is why."""
 
     t: float
     service: str
     request: dict[str, Any]
     response: dict[str, Any] | None
     answered_t: float = math.nan
-    problem: str = ""
+    problem: Reason | None = None
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class Goal:
     cancel_t: float = math.nan
     cancel_accepted: bool | None = None
     feedback: list[list[float]] = field(default_factory=list)
-    problem: str = ""
+    problem: Reason | None = None
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,7 @@ class ParameterAnswer:
 
 @dataclass(frozen=True)
 class Trial:
-    """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is "" for a complete script."""
+    """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is None for a complete script."""
 
     name: str
     node: str
@@ -160,9 +162,14 @@ class Trial:
     seed: int
     ready: bool
     pace: str
-    ended: str
+    ended: Reason | None
     script_error: str = ""
     choices: dict[str, float] = field(default_factory=dict)
+    """What the script has chosen, by the seed or for good."""
+    measured: dict[str, float] = field(default_factory=dict)
+    """What the script has measured: wall seconds, counts."""
+    in_files: dict[str, float] = field(default_factory=dict)
+    """The parameters that were changed in the package's own files, with their values there."""
     marks: dict[str, float] = field(default_factory=dict)
     commands: list[Command] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)

@@ -15,33 +15,33 @@ PER_CORE = 2
 """Slots for each core: more than one, because every process waits at times."""
 
 _changed = threading.Condition()
-_first = _beside = 0
+_reserved = _held = 0
 
 
 @contextlib.contextmanager
-def first(processes: int) -> Iterator[None]:
+def reserve(processes: int) -> Iterator[None]:
     """Reserve `processes` slots with priority until the block ends."""
-    global _first
+    global _reserved
     with _changed:
-        _first += processes
+        _reserved += processes
     try:
         yield
     finally:
         with _changed:
-            _first -= processes
+            _reserved -= processes
             _changed.notify_all()
 
 
 @contextlib.contextmanager
-def beside() -> Iterator[None]:
+def free_slot() -> Iterator[None]:
     """Wait for a free slot without priority, and hold it until the block ends; there is always at least one."""
-    global _beside
+    global _held
     with _changed:
-        _changed.wait_for(lambda: _beside < max(PER_CORE * (os.cpu_count() or 1) - _first, 1))
-        _beside += 1
+        _changed.wait_for(lambda: _held < max(PER_CORE * (os.cpu_count() or 1) - _reserved, 1))
+        _held += 1
     try:
         yield
     finally:
         with _changed:
-            _beside -= 1
+            _held -= 1
             _changed.notify_all()

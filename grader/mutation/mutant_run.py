@@ -80,7 +80,7 @@ def mutate(
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
         life = _HARD_LIMIT * seconds + 600.0
-        with turns.first(size), start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as pool:
+        with turns.reserve(size), start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as pool:
             quiet_seconds = _rounds(verdicts, chosen, JobRunner(pool, tested, until), seconds, progress)
     else:
         for change in chosen:

@@ -6,6 +6,7 @@ from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.source import Collected, Source, Subject
 from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
+from grader.student_tests.suite_run import SuiteRun
 
 
 class Mutants(Source):
@@ -19,6 +20,7 @@ class Mutants(Source):
         settings, ran = subject.settings, subject.earlier[StudentTestRuns.name]
         if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
             return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
+        assert isinstance(ran, SuiteRun)
         settings.progress("mutating the package to see whether its own tests notice")
         kept_runs = runs_to_keep(subject)
         found = mutate(

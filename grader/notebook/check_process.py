@@ -17,11 +17,9 @@ from typing import Any
 
 from grader import KIT, pipeline
 from grader.checks import checks_run
-from grader.course import load
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.host import supervised
 from grader.notebook.spare_process import SpareProcess
-from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.settings import Settings
 
@@ -39,12 +37,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
         GraderError: this host cannot grade.
         KeyboardInterrupt: the cell was interrupted. No process and no temporary file is left.
     """
-    wanted = {
-        "package": str(package), "out": str(out), "requirements": settings.requirements,
-        "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
-        "course": str(settings.course.folder), "cache": str(settings.cache), "keep": settings.keep,
-        "keep_runs": settings.keep_runs, "fresh": settings.fresh,
-    }  # fmt: skip
+    wanted = {"package": str(package), "out": str(out), "settings": settings.plain()}
     with checks_run.Checks(settings.course, pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
         settings.progress("checking the evidence")
@@ -99,14 +92,7 @@ def await_task() -> str:
 
 def main(wanted: dict[str, Any]) -> int:
     """Collect the evidence, and say what is done."""
-    course = load(Path(wanted["course"]))
-    settings = Settings(
-        rubric=rubric.load(course.rubric), course=course, cache=Path(wanted["cache"]),
-        requirements=tuple(wanted["requirements"]),
-        mutation_budget_s=wanted["mutation_budget_s"], best_effort=wanted["best_effort"],
-        keep=wanted["keep"], keep_runs=wanted["keep_runs"], fresh=wanted["fresh"],
-        progress=lambda what: print(f"{_STEP}{what}", flush=True),
-    )  # fmt: skip
+    settings = Settings.of_plain(wanted["settings"], progress=lambda what: print(f"{_STEP}{what}", flush=True))
     try:
         pipeline.observe(Path(wanted["package"]), Path(wanted["out"]), settings)
     except KitError as error:

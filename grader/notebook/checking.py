@@ -19,7 +19,7 @@ from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
-from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
 
@@ -162,16 +162,16 @@ def _stood_in(requirement: Requirement, instead: so_far.StandIn, score: Requirem
 def _note(loss: Loss, grading: Grading) -> Note:
     result = loss.result
     if result.outcome is Outcome.NOT_REACHED:
-        return Note(loss.heading, _not_reached(result.because, result.expected or result.sentence, grading))
+        return Note(loss.heading, _not_reached(result, grading))
     named = (("seen", result.seen), ("because", result.because), ("expected", result.expected), ("try", result.try_))
     return Note(loss.heading, tuple((name, value) for name, value in named if value))
 
 
-def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[str, str], ...]:
+def _not_reached(result: CheckResult, grading: Grading) -> tuple[tuple[str, str], ...]:
     """Return the rows for a check that could not be judged; the reason is shown as what was seen."""
-    found = grading.evidence.build
+    found, expected = grading.evidence.build, result.expected or result.sentence
     if found.ok:
-        return ("seen", because), ("expected", expected), ("try", prerequisites.advice(because))
+        return ("seen", result.because), ("expected", expected), ("try", prerequisites.advice(result.reason))
     seen = f"the package does not build: {prerequisites.first_error(found)}"
     return ("seen", seen), ("expected", expected), ("try", "fix the first error of the build; others often go with it")
 

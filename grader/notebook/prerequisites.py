@@ -12,14 +12,31 @@ from pathlib import Path
 
 from grader import python_ast
 from grader.checks import build_log
-from grader.checks.judge import HOLDS_ON
-from grader.evidence import Build
+from grader.evidence import Build, Kind, Reason
 from grader.notebook import checkpoints, so_far
 from grader.notebook.workspace import course
-from grader.trials.request import DEAF
 
 _RUN_IT = "look at what the node does and prints: `run_node()`, then `run.output`"
-_PLACE = re.compile(r"\.py:\d+|\bline \d+")  # a file or a line, without which last words say little
+_LET_A_TIMER = "return at once and let a timer do the next step; where an answer is needed, `await` the future"
+_LAST_OUTPUT = "the node ended by itself; its last output says where"
+_PROVIDE_IT = "complete the exercise that provides it, and run its cell"
+_ADVICE = {
+    Kind.UNTRIED: "make the robot drive first, then check again",
+    Kind.UNWRITTEN: "write it, in that folder of the package",
+    Kind.NO_FILE: "install it with {files}; {built}",
+    Kind.NO_PROGRAM: "install it with {programs}; {built}",
+    Kind.NO_SERVICE: _PROVIDE_IT,
+    Kind.NO_ACTION: _PROVIDE_IT,
+    Kind.NO_RESPONSE: "a service's callback must return the response that it was given",
+    Kind.HANGS: _LET_A_TIMER,
+    Kind.NO_ANSWER: _LET_A_TIMER,
+    Kind.NO_VERDICT: _LET_A_TIMER,
+    Kind.SLOW: _LET_A_TIMER,
+    Kind.DIED: _LAST_OUTPUT,
+    Kind.DIED_EARLY: _LAST_OUTPUT,
+}
+# Without a place these say too little to act on: the node's output says more.
+_NEEDS_PLACE = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.DIED, Kind.DIED_EARLY)
 
 
 @dataclass(frozen=True)
@@ -78,33 +95,24 @@ def first_error(found: Build) -> str:
     return f"{said} ({error.cure})" if error.cure else said
 
 
-def advice(because: str) -> str:
+def advice(reason: Reason | None) -> str:
     """Return what to do about the reason why a check could not be judged."""
+    if reason is None:
+        return _RUN_IT
+    if reason.requirements:
+        first = reason.requirements[0]
+        return f'fix {first} first: `check("{first}")` says more'
+    if reason.launch:
+        return f"start the file yourself, with the YAML files beside it: `!ros2 launch {course().package} ...`"
+    if reason.kind in _NEEDS_PLACE and not reason.place:
+        return _RUN_IT
     built = course().requirement_of("check_build")
     by_cmake = "CMakeLists.txt" in course().layout
-    if named := re.search(r"\(([A-Z]+\d+)\)", because):
-        return f'fix {named[1]} first: `check("{named[1]}")` says more'
-    if "not tried yet" in because:
-        return "make the robot drive first, then check again"
-    if "`ros2 launch`" in because:
-        return f"start the file yourself, with the YAML files beside it: `!ros2 launch {course().package} ...`"
-    if because.endswith("is not in the package"):
-        return "write it, in that folder of the package"
-    if "there is no launch/" in because or "there is no config/" in because:
-        how = "install(DIRECTORY launch config ...) in CMakeLists.txt" if by_cmake else "data_files in setup.py"
-        return f'install it with {how}; `check("{built}")` says more'
-    if "there is no executable" in because:
-        how = "install(PROGRAMS ...) in CMakeLists.txt" if by_cmake else "entry_points in setup.py"
-        return f'install it with {how}; `check("{built}")` says more'
-    if "there is no service" in because or "there is no action" in because:
-        return "complete the exercise that provides it, and run its cell"
-    if HOLDS_ON in because or DEAF in because:
-        return "return at once and let a timer do the next step; where an answer is needed, `await` the future"
-    if "return response" in because:
-        return "a service's callback must return the response that it was given"
-    if "last output" in because:
-        return "the node ended by itself; its last output says where" if _PLACE.search(because) else _RUN_IT
-    return _RUN_IT
+    return _ADVICE.get(reason.kind, _RUN_IT).format(
+        built=f'`check("{built}")` says more',
+        files="install(DIRECTORY launch config ...) in CMakeLists.txt" if by_cmake else "data_files in setup.py",
+        programs="install(PROGRAMS ...) in CMakeLists.txt" if by_cmake else "entry_points in setup.py",
+    )
 
 
 def _expected(name: str) -> str:

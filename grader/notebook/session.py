@@ -22,12 +22,12 @@ from grader import building
 from grader.checks.judge import holding_on
 from grader.course import definition
 from grader.errors import KitError
+from grader.evidence import Kind, Reason
 from grader.notebook import interface_types, node_build
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
 from grader.notebook.workspace import Workspace, course, prepare
 from grader.tracebacks import last_words
-from grader.trials.request import DEAF
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
@@ -227,7 +227,7 @@ class Run:
                 return NodeExit(0.0, None, None)
             started = time.monotonic()
             stage.interrupt()
-            seconds = stage.choices.get("seconds_to_end", round(time.monotonic() - started, 2))
+            seconds = stage.measured.get("seconds_to_end", round(time.monotonic() - started, 2))
             code, commands = process.exit_code(), self._recorded.get(course().nodes[self.node].command, ())
         self.close()
         return NodeExit(seconds, code, commands[-1][1] if commands else None)
@@ -294,7 +294,7 @@ class Run:
             if deaf_to := self._stage.deaf_to():
                 print(deaf_to)
         except TrialOver as over:
-            self._give_up(self._why(str(over)))
+            self._give_up(self._why(over.reason))
 
     def _tick(self) -> None:
         with self._lock:
@@ -313,7 +313,7 @@ class Run:
             return question()
         except TrialOver as over:
             self.simulator.command(0.0, 0.0)
-            self._give_up(self._why(str(over)))
+            self._give_up(self._why(over.reason))
             return None
 
     def _active_stage(self) -> WatchedStage | None:
@@ -340,7 +340,7 @@ class Run:
             return self.trouble
         if goal.accepted:
             return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
-        return goal.problem or "the node rejected the goal"
+        return str(goal.problem or "the node rejected the goal")
 
     def _restart(self) -> None:
         """Start the node anew after the simulator was reset: in a node, time must not go back."""
@@ -354,13 +354,14 @@ class Run:
         print(f"not yet: {why}")
         self._end()
 
-    def _why(self, ended: str) -> str:
+    def _why(self, ended: Reason) -> str:
         """Return why a run is over, with the line that holds a deaf node up, or with the last words of another."""
-        if not ended.startswith(DEAF):
+        if ended.kind is not Kind.HANGS:
             return f"{ended}{_last_line(self._process)}"
         from grader.quality.analyse import analyse_package
 
-        return ended + holding_on(analyse_package(self._workspace.package, course(), lint=False))
+        text = analyse_package(self._workspace.package, course(), lint=False)
+        return f"{ended}{holding_on(text.habits)}"
 
     def _end(self) -> None:
         process, self._process, self._stage = self._process, None, None

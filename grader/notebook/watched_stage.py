@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from grader.checks.judge import DEAF_TO
 from grader.course import Course
+from grader.evidence import Kind, Reason
 from grader.trials.interfaces import interface
 from grader.trials.messages import fill
 from grader.trials.observation import Program, TrialOver, has_one_thread
@@ -76,7 +76,7 @@ class WatchedStage(Stage):
     def deaf_to(self) -> str:
         """Return in words which sensors the node receives nothing of, "" if there are none."""
         topics = self._deaf_to()
-        return DEAF_TO.format(topics=", ".join(topics)) if topics else ""
+        return str(Reason(Kind.UNHEARD, said=", ".join(topics))) if topics else ""
 
     @property
     def takes_goals(self) -> bool:

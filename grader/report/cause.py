@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
-from grader.evidence import Evidence, Trial
+from grader.checks.first_cause import sentence
+from grader.evidence import Evidence, Kind, Reason, Trial
 from grader.sanitize import one_line
 from grader.scoring.grading import Grading, Loss, foremost, points
 from grader.scoring.scorecard import CheckResult, Outcome
 
 _LIMIT = 400  # characters of a sentence
-_WITHIN = re.compile(r" within [\d.]+ s")  # trials wait longer for a node that may still come
 _BUILD = "The package does not build"
 _FRAME = re.compile(r'^\s*File "([^"\n]+)", line (\d+)')
 _RAISED = re.compile(r"^(?:\w+\.)*(\w*(?:Error|Exception|Exit|Interrupt)): *(.*)")
 _MISSING = re.compile(r"No module named '([\w.]+)'")
-_REFERENCE = re.compile(r"\(([A-Z]\d+)\)$")
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ def find(grading: Grading) -> Cause | None:
 
     A cause must cost more than any single requirement that it does not explain.
     """
-    groups: dict[str, list[Loss]] = {}
+    groups: dict[str | Reason, list[Loss]] = {}
     for loss in grading.losses:
         if why := _why(loss, grading):
             groups.setdefault(why, []).append(loss)
@@ -64,8 +63,8 @@ def find(grading: Grading) -> Cause | None:
     rival = max(map(_cost, others.values()), default=0.0)
     if len({loss.requirement.id for loss in found}) < 2 or _cost(found) <= rival:
         return None
-    sentence = one_line(" ".join(_sentence(why, found, grading).split()), _LIMIT)
-    return Cause(sentence, tuple(found))
+    words = one_line(" ".join(_sentence(why, found, grading).split()), _LIMIT)
+    return Cause(words, tuple(found))
 
 
 def dearest(losses: Iterable[Loss]) -> list[Loss]:
@@ -77,29 +76,34 @@ def _cost(losses: Sequence[Loss]) -> float:
     return round(sum(loss.lost for loss in losses), 6)
 
 
-def _why(loss: Loss, grading: Grading) -> str:
-    """Return what to group a loss by: the reason of a build or a start that failed, a requirement, or other words."""
-    result, evidence = loss.result, grading.evidence
+def _why(loss: Loss, grading: Grading) -> str | Reason | None:
+    """Return what to group a loss by: the reason of a build or a start that failed, or a requirement's id."""
+    result, evidence, reason = loss.result, grading.evidence, loss.result.reason
     if result.outcome not in (Outcome.NOT_REACHED, Outcome.FAILED):
-        return ""
-    if not evidence.build.ok and "colcon build" in (result.because or result.seen):
+        return None
+    if reason is not None and reason.kind is Kind.NOT_BUILT:
         return _BUILD
     trial = evidence.trials.get(result.trial)
     if trial is not None and not trial.ready:
-        return _why_not_started(trial, result.because, evidence)
+        return _why_not_started(trial, reason, evidence)
     if result.outcome is Outcome.FAILED:
-        return ""
-    reference = _REFERENCE.search(result.because)
-    return reference[1] if reference else result.because
+        return None
+    if reason is None:
+        return result.because
+    return reason.requirements[0] if len(reason.requirements) == 1 else _common(reason)
 
 
-def _why_not_started(trial: Trial, because: str, evidence: Evidence) -> str:
+def _why_not_started(trial: Trial, reason: Reason | None, evidence: Evidence) -> str | Reason | None:
     """Return what the package's text shows, else the exception and its place, else how the trial ended."""
-    shown, found, _ = because.partition(trial.ended)
-    if found and shown.strip(" ;"):
-        return shown.strip(" ;")
+    if reason is not None and reason.fault is not None:
+        return f"{sentence(reason.fault)} ({reason.fault.cure})"
     output = trial.process.output_tail if trial.process is not None else ""
-    return _exception(output, evidence.build.package) or _WITHIN.sub("", trial.ended)
+    return _exception(output, evidence.build.package) or (trial.ended and _common(trial.ended))
+
+
+def _common(reason: Reason) -> Reason:
+    """Return what a reason has in common with others like it: trials wait longer for a node that may still come."""
+    return replace(reason, seconds=0.0, fault=None)
 
 
 def _exception(output: str, package: str) -> str:
@@ -114,7 +118,7 @@ def _exception(output: str, package: str) -> str:
     return said + place
 
 
-def _sentence(why: str, found: Sequence[Loss], grading: Grading) -> str:
+def _sentence(why: str | Reason, found: Sequence[Loss], grading: Grading) -> str:
     for score in grading.scorecard.requirements:
         first = foremost(score)
         if score.requirement.id == why and first is not None:
@@ -131,4 +135,7 @@ def _sentence(why: str, found: Sequence[Loss], grading: Grading) -> str:
         return f"No node started: {why}"
     # A node that started by itself was not what kept a launch file from starting both.
     nodes = sorted(tried - started)
-    return f"{' and '.join(nodes)} did not start: {why}" if nodes else why[:1].upper() + why[1:]
+    if nodes:
+        return f"{' and '.join(nodes)} did not start: {why}"
+    words = why if isinstance(why, str) else found[0].result.because or str(why)
+    return words[:1].upper() + words[1:]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TextIO
 
 from grader.report.cause import Cause, find
-from grader.scoring.grading import Grading, Loss, judged, place, points
+from grader.scoring.grading import Grading, Loss, count_graded, place, points
 from grader.scoring.scorecard import CriterionScore, Outcome, RequirementScore
 
 WIDTH = 100
@@ -163,7 +163,7 @@ class _Page:
 
     def total(self) -> Iterator[str]:
         card, worth = self.grading.scorecard, points(self.grading.worth)
-        graded, every = judged(card)
+        graded, every = count_graded(card)
         so_far = f" graded so far; {worth} when all is" if graded < every else ""
         yield f"Points    {points(card.points)} of {points(card.max)}{so_far}"
         if graded < every:

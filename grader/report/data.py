@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from grader.evidence import Trial
+from grader.evidence import Reason, Trial, from_data, to_data
 from grader.host.atomic import write_atomically
 from grader.report import cause
 from grader.sanitize import one_line, shown
@@ -121,6 +121,7 @@ def results(said: dict[str, Any]) -> list[CheckResult]:
             try_=check["try"],
             because=check["because"],
             trial=check["trial"],
+            reason=from_data(check["reason"], Reason) if check.get("reason") else None,
         )
         for requirement in said.get("requirements", ())
         for check in requirement["checks"]
@@ -200,6 +201,7 @@ def _check(check: Check, result: CheckResult) -> dict[str, Any]:
         "try": result.try_,
         "because": result.because,
         "trial": result.trial,
+        "reason": to_data(result.reason),
     }
 
 
@@ -210,7 +212,7 @@ def _trial(trial: Trial) -> dict[str, Any]:
         "world": one_line(trial.world),
         "seed": trial.seed,
         "pace": one_line(trial.pace),
-        "ended": one_line(trial.ended),
+        "ended": one_line(str(trial.ended or "")),
         "sim_seconds": _finite(trial.samples[-1].t if trial.samples else 0.0),
         "wall_seconds": _finite(trial.wall_seconds),
     }

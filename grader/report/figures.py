@@ -74,7 +74,7 @@ def choose(grading: Grading, bags: Collection[str]) -> Figures:
     return Figures(first, at, elsewhere)
 
 
-def nothing(grading: Grading) -> Figures:
+def no_figures(grading: Grading) -> Figures:
     """Return no figures, for trials that students may not see."""
     names = [score.requirement.id for score in grading.scorecard.requirements]
     return Figures(None, {name: [] for name in names}, {name: [] for name in names})

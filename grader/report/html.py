@@ -15,7 +15,7 @@ from grader.report import cause, figures
 from grader.report.console import WORDS
 from grader.report.mutants import matrix
 from grader.sanitize import one_line, shown
-from grader.scoring.grading import Grading, HandIn, Loss, Refusal, judged, losses, place, points
+from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points
 from grader.scoring.scorecard import Outcome, RequirementScore
 
 if TYPE_CHECKING:
@@ -75,14 +75,14 @@ def render(
     return environment.get_template("template.html.j2").render(
         **_facts(result),
         hand_in=about,
-        figures=figures.choose(result, bags) if pictures else figures.nothing(result),
+        figures=figures.choose(result, bags) if pictures else figures.no_figures(result),
     )
 
 
 def _facts(grading: Grading) -> dict[str, Any]:
     """Return what the page of a grading shows, but for its figures."""
     clean = grading.shown()
-    graded, every = judged(clean.scorecard)
+    graded, every = count_graded(clean.scorecard)
     first = cause.find(grading)
     return {
         "grading": clean,
@@ -149,7 +149,7 @@ def _row(trial: Trial) -> TrialRow:
         pace=one_line(trial.pace),
         sim_seconds=f"{trial.samples[-1].t:.1f}" if trial.samples else "",
         wall_seconds=f"{trial.wall_seconds:.1f}",
-        ended=one_line(trial.ended or ("complete" if trial.ready else "the node did not come up")),
+        ended=one_line(str(trial.ended or ("complete" if trial.ready else "the node did not come up"))),
     )
 
 

@@ -200,7 +200,7 @@ def foremost(score: RequirementScore) -> CheckResult | None:
     return min(score.lost, key=lambda result: _FIRST.index(result.outcome), default=None)
 
 
-def judged(scorecard: Scorecard) -> tuple[int, int]:
+def count_graded(scorecard: Scorecard) -> tuple[int, int]:
     """Return how many of the rubric's requirements have checks, and how many there are."""
     outcomes = [score.outcome for score in scorecard.requirements]
     return sum(outcome is not Outcome.NOT_GRADED for outcome in outcomes), len(outcomes)

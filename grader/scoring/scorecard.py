@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 from enum import Enum
 
+from grader.evidence import Reason
 from grader.scoring.rubric import Check, Criterion, Requirement, Rubric
 
 # The assignment's levels: the least share of a criterion's points for each.
@@ -26,7 +27,10 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class CheckResult:
-    """The result of one check. `fraction` is the earned share of its points, 0 to 1."""
+    """The result of one check. `fraction` is the earned share of its points, 0 to 1.
+
+    `because` says why it was not reached; `reason` is the same as data.
+    """
 
     id: str
     outcome: Outcome
@@ -37,6 +41,7 @@ class CheckResult:
     try_: str = ""
     because: str = ""
     trial: str = ""
+    reason: Reason | None = None
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ def run_suite(
         # Each module may be run again without the tests that hang, and three times more to check the reports.
         life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)
         count = min(WORKERS, len(wanted))
-        stack.enter_context(turns.first(count))
+        stack.enter_context(turns.reserve(count))
         workers = stack.enter_context(start_workers(package, install, count, seconds=life, kept_runs=kept_runs))
 
         def measure(module: TestModule) -> Measured:

@@ -47,7 +47,7 @@ class SentGoal:
         self._cancel: Any = None
         self._handle: Any = None
         self._result: Any = None
-        self.problem = ""
+        self.problem: evidence.Reason | None = None
         pose = {"position": {"x": float(x), "y": float(y)}, "orientation": {"w": 1.0}}
         goal = fill(observer.action_type.Goal(), {"target_pose": pose, "tolerance": float(tolerance)})
         sending = observer.action.send_goal_async(goal, feedback_callback=self._take_feedback)

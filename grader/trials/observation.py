@@ -21,13 +21,14 @@ from rclpy.parameter_client import AsyncParameterClient
 
 from grader import evidence, tracebacks
 from grader.course import Course, Node
+from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.plan import TrialPlan
-from grader.trials.request import DEAF, DEAF_S, NO_NODE, PATIENCE_S, not_started
+from grader.trials.request import DEAF_S, PATIENCE_S, not_started
 from grader.trials.service_proxy import ServiceProxy
 from sim.bridge import Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
@@ -56,7 +57,11 @@ _ROLES = {
 
 
 class TrialOver(Exception):
-    """The script cannot go on; the message says why. What was recorded so far is evidence all the same."""
+    """The script cannot go on. What was recorded so far is evidence all the same."""
+
+    def __init__(self, reason: Reason) -> None:
+        super().__init__(str(reason))
+        self.reason = reason
 
 
 class Program(Protocol):
@@ -143,9 +148,14 @@ class Observation:
         self._domain_id = domain_id
         self.ready = False
         self.interrupted = False
-        self.recorded = not_started(plan, simulator.seed, "")
+        self.recorded = not_started(plan, simulator.seed)
         """The lists and dictionaries of the trial's facts, filled as it goes; `facts` completes them."""
-        self.choices, self.marks, self.commands = self.recorded.choices, self.recorded.marks, self.recorded.commands
+        self.choices, self.measured, self.in_files = (
+            self.recorded.choices,
+            self.recorded.measured,
+            self.recorded.in_files,
+        )
+        self.marks, self.commands = self.recorded.marks, self.recorded.commands
         self.goals: list[SentGoal] = []
         self.graph: evidence.Graph | None = None
         self.other_graph: evidence.Graph | None = None
@@ -199,7 +209,7 @@ class Observation:
             self.bridge.pace = "real time"
         self._sample()
 
-    def facts(self, ended: str, script_error: str) -> evidence.Trial:
+    def facts(self, ended: Reason | None, script_error: str) -> evidence.Trial:
         """Return everything that was recorded, once what the node has published so far has arrived."""
         self.bridge.drain()
         return replace(
@@ -236,9 +246,9 @@ class Observation:
     def _tick(self) -> None:
         code = self.process.exit_code()
         if code is not None:
-            raise TrialOver(f"the node ended at {self.t:.2f} s with exit status {code}")
+            raise TrialOver(Reason(Kind.DIED, exit_code=code, seconds=round(self.t, 2)))
         if self._clock.seconds() > self._work_limit_s:
-            raise TrialOver(f"the trial took more than {self._work_limit_s:g} s of wall time")
+            raise TrialOver(Reason(Kind.SLOW, seconds=self._work_limit_s))
         going = any(goal.running for goal in self.goals)
         before, heard = self._clock.seconds(), self._signs_of_life()
         self.bridge.tick(further_rounds=_GOAL_ROUNDS if going else 0)
@@ -263,15 +273,14 @@ class Observation:
     def _signs_of_life(self) -> int:
         return self.bridge.served if self.has_one_thread else self.bridge.heard
 
-    def _where_it_hangs(self) -> str:
-        """End a deaf node, and return in words that it is deaf, and where it was if Python says so."""
+    def _where_it_hangs(self) -> Reason:
+        """End a deaf node, and return that it is deaf, and where it was if Python says so."""
         self._aborted = True
         self.process.abort()
         end = self._clock.read() + _DUMP_S
         while self.process.exit_code() is None and self._clock.seconds() < end:
             time.sleep(0.01)
-        place = tracebacks.hanging_place(self.process.output)
-        return f"{DEAF} at {place}" if place else DEAF
+        return Reason(Kind.HANGS, seconds=DEAF_S, place=tracebacks.hanging_place(self.process.output))
 
     def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Wait with the clock standing still until `condition` holds. Return whether it does.
@@ -300,7 +309,7 @@ class Observation:
         return self._foreign
 
     def _note_call(
-        self, asked: float, service: str, request: dict[str, object], response: Any, problem: str
+        self, asked: float, service: str, request: dict[str, object], response: Any, problem: Reason | None = None
     ) -> evidence.Call:
         answered = self.t if response is not None else math.nan
         self.recorded.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
@@ -329,12 +338,12 @@ class Observation:
             return set(self.plan.awaits) <= set(self.bridge.node.get_node_names())
         return services and (self.action is None or self.action.server_is_ready())
 
-    def _why_not_ready(self) -> str:
-        code = self.process.exit_code()
+    def _why_not_ready(self) -> Reason:
+        code, launch = self.process.exit_code(), self.plan.launch
         if code is not None:
-            return f"the node ended before it came up, with exit status {code}"
-        others = ", ".join(self.graph.nodes) if self.graph and self.graph.nodes else "no node at all"
-        return f"{NO_NODE}{self.plan.node} came up within {self.patience_s:g} s; the graph shows {others}"
+            return Reason(Kind.DIED_EARLY, launch=launch, exit_code=code)
+        nodes = tuple(self.graph.nodes) if self.graph else ()
+        return Reason(Kind.NOT_UP, self.plan.node, launch=launch, seconds=self.patience_s, nodes=nodes)
 
     def _take_command(self, t: float, message: Any) -> None:
         if not self._may_keep(self.commands):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grader import building, evidence, sandbox
+from grader.evidence import Reason
 from grader.host import ros_env
 from grader.trials.plan import TrialPlan
 
@@ -17,9 +18,6 @@ SERVE, ALONE = "serve", "alone"
 CANNOT = "cannot: "
 """How a worker's answer begins when this machine, not the submission, kept it from running the trial; why follows."""
 
-OBSERVER_ENDED = "the process that observes the node crashed on what it was sent, twice in a row"
-"""How a trial ended that cannot be observed, because rclpy or DDS on our side crashes on what the node sends."""
-
 LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
 
@@ -31,10 +29,6 @@ NODE_ENVIRONMENT = ros_env.environment(building.INSTALL, home=sandbox.HOME) | {
 PATIENCE_S = 20.0
 DEAF_S = 10.0
 """How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
-DEAF = f"the node did not answer for {DEAF_S:g} s: a callback hangs"
-"""Why a trial ended whose node was busy in one of its callbacks for good. Its place follows where that is known."""
-NO_NODE = "no node "
-"""How the reason begins when a process runs and no node of the expected name appears on the graph."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +52,7 @@ class TrialRequest:
     """The core on which observer and node take turns, None for all of them."""
 
 
-def not_started(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:
+def not_started(plan: TrialPlan, seed: int, script_error: str = "", ended: Reason | None = None) -> evidence.Trial:
     """Return the facts of a trial that has not begun, or never will."""
     return evidence.Trial(
         name=plan.name, node=plan.node, world=plan.world, seed=seed, ready=False, pace="lockstep",

@@ -19,6 +19,7 @@ from pathlib import Path
 from grader import evidence, sandbox
 from grader.course import Course
 from grader.errors import GraderError
+from grader.evidence import Kind, Reason
 from grader.host import namespaces, ros_env, shortage, turns
 from grader.settings import FORK_FROM
 from grader.trials.cpu_affinity import Cores
@@ -26,9 +27,7 @@ from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     CANNOT,
     LATE_VARIABLE,
-    NO_NODE,
     NODE_ENVIRONMENT,
-    OBSERVER_ENDED,
     PATIENCE_S,
     TrialRequest,
     not_started,
@@ -106,7 +105,7 @@ def run(
         usable = _DOMAINS if apart else _DOMAINS_WITHOUT_NAMESPACES
         domains = random.SystemRandom().sample(usable, len(usable))
         own = [domains[number :: count + waiters] for number in range(count + waiters)]
-        threads = [_Worker((computing, waiting), trials, turns.beside, each) for each in own[:count]]
+        threads = [_Worker((computing, waiting), trials, turns.free_slot, each) for each in own[:count]]
         threads += [_Worker((waiting,), trials, contextlib.nullcontext, each) for each in own[count:]]
         for thread in threads:
             thread.start()
@@ -190,26 +189,26 @@ class _Trials:
             for trial in list(self.found.values())
             if trial.node == plan.node and bool(trial.launch) == bool(plan.launch)
         ]
-        absent = sum(trial.ended.startswith(NO_NODE) for trial in earlier)
+        absent = sum(trial.ended is not None and trial.ended.kind is Kind.NOT_UP for trial in earlier)
         return SHORT_PATIENCE_S if absent >= 2 and not any(trial.ready for trial in earlier) else PATIENCE_S
 
 
 class _Worker(threading.Thread):
     """Sends trials to one worker process until the queues are empty, and starts a new process if that one dies.
 
-    Each trial runs in a context from `room`, such as a slot on a core, which it may have to wait for.
+    Each trial runs in a context from `slot`, which it may have to wait for.
     """
 
     def __init__(
         self,
         todo: Sequence[Queue],
         trials: _Trials,
-        room: Callable[[], contextlib.AbstractContextManager[None]],
+        slot: Callable[[], contextlib.AbstractContextManager[None]],
         domains: Sequence[int],
     ) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
-        self._todo, self._trials, self._room = todo, trials, room
+        self._todo, self._trials, self._slot = todo, trials, slot
         self._process: Worker | None = None
         # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
         self._domain_ids = itertools.cycle(domains)
@@ -224,8 +223,8 @@ class _Worker(threading.Thread):
             self._stop()
 
     def _run_next(self) -> bool:
-        """Run the next trial once `room` admits it; return False if no trial is left."""
-        with self._room():
+        """Run the next trial once a slot is free; return False if no trial is left."""
+        with self._slot():
             if (plan := self._next()) is None:
                 return False
             self._trials.found[plan.name] = self._run_trial(plan)
@@ -266,7 +265,7 @@ class _Worker(threading.Thread):
             if not has_crashed:
                 return self._run_trial(plan, has_crashed=True)
             # One crash may be chance, so retry once; a submission that crashes the observer every time scores nothing.
-            return not_started(plan, trials.seed, "", ended=OBSERVER_ENDED)
+            return not_started(plan, trials.seed, ended=Reason(Kind.OBSERVER_CRASHED))
         return not_started(plan, trials.seed, f"the trial's worker ended (answer {answer!r}, status {status})")
 
     def _stop(self) -> bool:

@@ -3,37 +3,41 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from grader.building import Built
-from grader.evidence import Flag, Trial
+from grader.evidence import Flag, Kind, Trial
 from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Source, Subject, served
 from grader.trials import catalog, scheduler
 from grader.trials.plan import TrialPlan
-from grader.trials.request import LATE_VARIABLE, OBSERVER_ENDED
+from grader.trials.request import LATE_VARIABLE
 from grader.trials.worker_start import Workers
 
 
-class Trials:
-    """Runs every trial that serves a wanted requirement."""
+class Trials(Source):
+    """Runs every trial that serves a wanted requirement. `observers` are those started beside the build, if any."""
 
     name = "trials"
-    phase = Phase.RUN
-    uses: frozenset[str] = frozenset()
+
+    def __init__(self, observers: Workers | None = None) -> None:
+        self._observers = observers
 
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the requirements that any trial serves."""
         plans = catalog.trials(settings.course).values()
         return frozenset().union(*(serves(plan, settings) for plan in plans))
 
-    def start_observers(self, settings: Settings, contract: Built, folder: Path) -> AbstractContextManager[Workers]:
-        """Start what needs nothing of a submission, in an empty folder: `observers` of a Subject."""
-        trials = len(wanted(settings))
-        return scheduler.start_observers(settings.course, contract.install, folder, trials, settings.fork_from)
+    @contextmanager
+    def prepare(self, settings: Settings, contract: Built, folder: Path) -> Iterator[Source]:
+        """Start the processes that observe nodes, and yield the source that uses them."""
+        folder.mkdir()
+        course, trials = settings.course, len(wanted(settings))
+        with scheduler.start_observers(course, contract.install, folder, trials, settings.fork_from) as observers:
+            yield Trials(observers)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the trials' facts, by name."""
@@ -48,7 +52,7 @@ class Trials:
             [plan for name, plan in plans.items() if name not in found], settings.course,
             install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
-            best_effort=settings.best_effort, fork_from=settings.fork_from, observers=subject.observers,
+            best_effort=settings.best_effort, fork_from=settings.fork_from, observers=self._observers,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         for name, trial in ran.items():
@@ -87,8 +91,8 @@ def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:
             seen.setdefault(("foreign publisher", what), []).append(name)
         if trial.dropped:
             seen.setdefault(("flood", "the node sent more messages than could be kept"), []).append(name)
-        if trial.ended == OBSERVER_ENDED:
-            seen.setdefault(("observer", trial.ended), []).append(name)
+        if trial.ended is not None and trial.ended.kind is Kind.OBSERVER_CRASHED:
+            seen.setdefault(("observer", str(trial.ended)), []).append(name)
         if trial.stopped:
             seen.setdefault(("limit", f"the node exceeded its limit of {trial.stopped}"), []).append(name)
     return [Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]

@@ -19,6 +19,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 
 from grader import evidence, sandbox
 from grader.course import Course
+from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import hear_at_once
@@ -93,14 +94,14 @@ class Stage(Observation):
             self._tick()
 
     def run_timed(self, name: str, seconds: float) -> None:
-        """Let simulated time pass, and record how long the node kept it waiting for each second, without computing.
+        """Let simulated time pass, and measure how long the node kept it waiting for each second, without computing.
 
         In wall seconds that exclude the time that it ran or waited for a CPU: what a node sleeps away in its callbacks.
         """
         clock = CpuClock(self.process, [os.getpid()])
         before = clock.read() - clock.ran
         self.run(seconds)
-        self.choices[name] = round((clock.read() - clock.ran - before) / seconds, 3)
+        self.measured[name] = round((clock.read() - clock.ran - before) / seconds, 3)
 
     def run_slowly(self, seconds: float) -> None:
         """Let simulated time pass, and for each tick four times as much wall time."""
@@ -130,17 +131,17 @@ class Stage(Observation):
         client = self._clients[service]
         asked = self.t
         if not self._found(service, client.service_is_ready):
-            return self._note_call(
-                asked, service, fields, None, f"there is no service {service} of the contract's type"
-            )
+            return self._note_call(asked, service, fields, None, Reason(Kind.NO_SERVICE, service))
         future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
-            return self._note_call(asked, service, fields, None, f"no answer within {_ANSWER_WITHIN_S:g} s")
+            return self._note_call(
+                asked, service, fields, None, Reason(Kind.NO_ANSWER, service, seconds=_ANSWER_WITHIN_S)
+            )
         response = future.result()
         self.bridge.settle()
-        return self._note_call(asked, service, fields, plain(response), "")
+        return self._note_call(asked, service, fields, plain(response))
 
     def proxy_services(self, services: Iterable[str]) -> None:
         """Offer services in the node's place and forward the calls to it, so that calls made by others are recorded.
@@ -150,7 +151,7 @@ class Stage(Observation):
         targets = {service: (self._service_types[service], self.plan.remappings[service]) for service in services}
 
         def note(service: str, request: Any, answer: Any) -> None:
-            self._note_call(self.t, service, plain(request), plain(answer), "")
+            self._note_call(self.t, service, plain(request), plain(answer))
 
         self._service_proxy = ServiceProxy(self._domain_id, targets, note)
         self.run_until(self._service_proxy.is_ready, _ANSWER_WITHIN_S)
@@ -161,11 +162,11 @@ class Stage(Observation):
         goal = SentGoal(self, x, y, tolerance)
         self.goals.append(goal)
         if not found:
-            goal.problem = f"there is no action {self.action_name} of the contract's type"
+            goal.problem = Reason(Kind.NO_ACTION, self.action_name)
             return goal
         self._await(lambda: goal.answered)
         if not goal.answered:
-            goal.problem = f"the goal was neither accepted nor rejected within {_ANSWER_WITHIN_S:g} s"
+            goal.problem = Reason(Kind.NO_VERDICT, self.action_name, seconds=_ANSWER_WITHIN_S)
         elif goal.accepted:
             # A navigation loop that sleeps by wall time would fall behind a clock that races ahead.
             self.bridge.await_feedback()
@@ -304,7 +305,7 @@ class Stage(Observation):
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
             self.bridge.tick_by_wall()
         if self.process.has_ended():
-            self.choices["seconds_to_end"] = round(clock.read(), 2)
+            self.measured["seconds_to_end"] = round(clock.read(), 2)
             self.bridge.spin_until(lambda: self.process.exit_code() is not None, _EXIT_CODE_WALL_S)
         # The node's last messages may still be on their way, above all the zero that it should end with.
         self.bridge.alive = lambda: True

@@ -49,7 +49,7 @@ def idle(stage: Stage) -> None:
 def standing_clock(stage: Stage) -> None:
     """Stop the clock for a while as the node runs."""
     stage.run(2.0)
-    stage.choices["held"] = stage.freeze_clock(1.0)
+    stage.measured["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
 
@@ -85,7 +85,7 @@ def launch(stage: Stage) -> None:
     """Run a launch file with changed parameter files."""
     for node in stage.plan.awaits:
         stage.get_parameter("use_sim_time", node)
-        for name in stage.choices:
+        for name in stage.in_files:
             stage.get_parameter(name, node)
     stage.list_launch_arguments()
     if len(stage.plan.awaits) < len(stage.course.nodes):

@@ -26,6 +26,7 @@ from rclpy.type_support import check_for_type_support
 from grader import building, evidence, sandbox
 from grader.course import Course, load
 from grader.errors import GraderError
+from grader.evidence import Kind, Reason
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
@@ -123,10 +124,10 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
     install = Path(request.install)
     missing = _missing(plan, install, request.ros_name)
     if missing:
-        _save(request, not_started(plan, request.seed, "", ended=missing))
+        _save(request, not_started(plan, request.seed, ended=missing))
         return
     simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
-    box, telltales = _sandbox(course, plan, request)
+    box, in_files = _sandbox(course, plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)
     with (
@@ -144,13 +145,13 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         stage.has_one_thread = one_thread
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
-        stage.choices.update(telltales)
-        ended = script_error = ""
+        stage.in_files.update(in_files)
+        ended, script_error = None, ""
         try:
             stage.open()
             plan.script(stage)
         except TrialOver as over:
-            ended = str(over)
+            ended = over.reason
         except Exception as error:
             if _host_problem(error):
                 raise
@@ -171,9 +172,9 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
     visible = {install: str(building.INSTALL)}
     if request.package and plan.shows_source:
         visible[Path(request.package)] = str(source_folder(course))
-    telltales: dict[str, float] = {}
+    in_files: dict[str, float] = {}
     if plan.launch or plan.params_file:
-        copies, telltales = parameter_files.write_changed(
+        copies, in_files = parameter_files.write_changed(
             _share(install, request.ros_name),
             Path(f"{request.out}.config"),
             course.telltales,
@@ -185,7 +186,7 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
     if plan.namespace:
         visible |= {course.folder / "trials" / "launch": "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
-    return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
+    return sandbox.Sandbox(read_only=visible, environment=environment, network=True), in_files
 
 
 def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:
@@ -197,16 +198,14 @@ def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:
     return {topic: read for topic, read in found.items() if read}
 
 
-def _missing(plan: TrialPlan, install: Path, package: str) -> str:
-    """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
-    if plan.launch and not plan.namespace:
-        found = building.shared_file(_share(install, package), f"launch/{plan.launch}")
-        return "" if found else f"there is no launch/{plan.launch} in share/{package}"
-    if not (install / "lib" / package / plan.node).is_file():
-        return f"there is no executable {plan.node} in lib/{package}"
-    if plan.params_file and not building.shared_file(_share(install, package), f"config/{plan.params_file}"):
-        return f"there is no config/{plan.params_file} in share/{package}"
-    return ""
+def _missing(plan: TrialPlan, install: Path, package: str) -> Reason | None:
+    """Return what the trial needs and the package has not installed, None if nothing is missing."""
+    own_launch = bool(plan.launch and not plan.namespace)
+    if not own_launch and not (install / "lib" / package / plan.node).is_file():
+        return Reason(Kind.NO_PROGRAM, plan.node, package)
+    file = f"launch/{plan.launch}" if own_launch else plan.params_file and f"config/{plan.params_file}"
+    there = not file or building.shared_file(_share(install, package), file)
+    return None if there else Reason(Kind.NO_FILE, file, package)
 
 
 def _share(install: Path, package: str) -> Path:

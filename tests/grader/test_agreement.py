@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from variants import LAUNCHED, VARIANTS, make
 
 from grader import collect, pipeline
 from grader.evidence import Evidence
+from grader.host import provenance
 from grader.intake.submission import open_submission
 from grader.scoring.scorecard import Outcome
 from grader.settings import Settings
@@ -77,6 +79,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     sources = [source if source.phase is Phase.TEXT else Recorded(source, whole) for source in collect.SOURCES]
     built = collect.Built(own.build, tmp_path / "install")
     monkeypatch.setattr(collect, "SOURCES", tuple(sources))
+    monkeypatch.setattr(provenance, "kit_hash", cache(provenance.kit_hash))  # it is asked for 38 times
     monkeypatch.setattr(collect, "_contract", lambda *_: built)
     monkeypatch.setattr(collect, "_build", lambda *_: (built, built))
     monkeypatch.setattr(collect.building, "is_built", lambda *_: True)

@@ -17,12 +17,12 @@ from grader.evidence import Build, Flag, FunctionAnswer, Intake
 from grader.intake.submission import Submission
 from grader.scoring.rubric import load
 from grader.settings import Settings
-from grader.source import Collected, Phase, Subject
+from grader.source import Collected, Phase, Source, Subject
 
 RUBRIC = load(KIT / "rubric.yaml")
 
 
-class Answers:
+class Answers(Source):
     """A source that notes when it was asked, and answers what it was made with."""
 
     def __init__(
@@ -184,12 +184,12 @@ def test_an_error_of_this_host_in_a_source_ends_the_grading(monkeypatch, submiss
 
 
 class Observed(Answers):
-    """A source whose observers can be started beside the build; it notes when they are, and when they are ended."""
+    """A source that prepares itself beside the build; it notes when, and when what it started is ended."""
 
     @contextmanager
-    def start_observers(self, *_: Any) -> Iterator[str]:
+    def prepare(self, *_: Any) -> Iterator[Source]:
         self._asked.append("start")
-        yield "observers"
+        yield Answers("trials", Phase.RUN, "F4", Collected(), self._asked)
         self._asked.append("end")
 
 
@@ -197,7 +197,6 @@ class Observed(Answers):
 def observed(monkeypatch) -> Observed:
     """Replace all sources by this one, of a package that is not in the cache."""
     source = Observed("trials", Phase.RUN, "F4", Collected(), [])
-    monkeypatch.setattr(collect, "_TRIALS", source)
     monkeypatch.setattr(collect, "SOURCES", (source,))
     monkeypatch.setattr(collect.building, "is_built", lambda *_: False)
     return source
@@ -206,8 +205,7 @@ def observed(monkeypatch) -> Observed:
 def test_observers_start_beside_the_build_and_end_after_the_trials(observed, submission, settings, built, tmp_path):
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
     assert observed._asked == ["start", "trials", "end"]
-    assert observed.subject is not None
-    assert observed.subject.observers == "observers"
+    assert observed.subject is None, "the prepared source collects"
 
 
 def test_observers_do_not_start_before_what_is_there_at_once(
@@ -226,8 +224,8 @@ def test_observers_that_know_the_types_under_another_name_are_not_used(
     renamed = collect.Built(facts, tmp_path)
     monkeypatch.setattr(collect, "_build", lambda *_: (collect.Built(facts, tmp_path), renamed))
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
-    assert observed.subject is not None
-    assert (observed.subject.contract, observed.subject.observers) == (renamed, None)
+    assert observed.subject is not None, "the source that is not prepared collects"
+    assert observed.subject.contract is renamed
 
 
 def test_observers_end_when_the_package_does_not_build(monkeypatch, observed, submission, settings, built, tmp_path):

@@ -24,6 +24,7 @@ from grader.scoring.scorecard import CheckResult, Outcome
 from grader.settings import Settings
 from grader.source import Source
 from grader.student_tests import source as tests_source
+from grader.student_tests.suite_run import SuiteRun
 from grader.trials.request import LATE_VARIABLE
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
@@ -148,9 +149,9 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     """Stand in for the runs of the tests and the mutants; `count` says how often each was run."""
     found = SimpleNamespace(modules=[STEADY], flags=[], count=[0, 0])
 
-    def run_suite(*_: Any, **__: Any) -> SimpleNamespace:
+    def run_suite(*_: Any, **__: Any) -> SuiteRun:
         found.count[0] += 1
-        return SimpleNamespace(tests=StudentTests(modules=found.modules), flags=found.flags, reach=[])
+        return SuiteRun(StudentTests(modules=found.modules), flags=found.flags)
 
     def mutate(*_: Any, **__: Any) -> Mutation:
         found.count[1] += 1

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grader.checks.judge import Failed, Judge, NotReached
-from grader.evidence import Build, Evidence, Intake
+from grader.evidence import Build, Evidence, Intake, Reason
 from helpers.course import COURSE
 
 Check = Callable[[Judge], None]
@@ -17,12 +17,13 @@ Check = Callable[[Judge], None]
 
 @dataclass(frozen=True)
 class Judged:
-    """What a check says: the share of its points, what it saw, what to try, and whether it could judge at all."""
+    """What a check says: the share of its points, what it saw, what to try, and whether or why it could not judge."""
 
     share: float
     seen: str
     try_: str = ""
     reached: bool = True
+    reason: Reason | None = None
 
 
 def evidence_with(**facts: Any) -> Evidence:
@@ -48,7 +49,7 @@ def ask(check: Check, evidence: Evidence) -> Judged:
     try:
         check(judge)
     except Failed as failed:
-        return Judged(0.0, failed.seen, failed.try_)
+        return Judged(0.0, failed.seen, failed.try_, reason=failed.reason)
     except NotReached as because:
-        return Judged(0.0, str(because), reached=False)
+        return Judged(0.0, str(because), reached=False, reason=because.reason)
     return Judged(judge.fraction, judge.seen, judge.try_)

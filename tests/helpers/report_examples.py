@@ -178,7 +178,7 @@ def drive_at_a_wall(*, stop_t: float = math.inf) -> Trial:
         seed=7,
         ready=True,
         pace="lockstep",
-        ended="",
+        ended=None,
         commands=[Command(t, speed if t < stop_t else 0.0, 0.0) for t in ticks[::2]],
         samples=[
             Sample(t, x, 0.0, 0.0, speed if t < end else 0.0, 0.0, x, 0.0, 0.0, wall - hull - x) for t, x in xs.items()
@@ -205,7 +205,7 @@ def drive_to_a_goal() -> Trial:
         seed=7,
         ready=True,
         pace="lockstep",
-        ended="",
+        ended=None,
         commands=[Command(t, v, 0.2) for t, v in zip(ticks, moving, strict=True)],
         samples=samples,
         scans=[ScanSummary(t, math.inf, math.inf, math.inf) for t in ticks],

@@ -6,6 +6,7 @@ fixture of a file is made once. Each process has temporary folders of its own.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import signal
@@ -84,6 +85,19 @@ def scope(nodeid: str) -> str:
     """Return what must run in one process: the file of a test, or all of ONE_NETWORK."""
     file = nodeid.partition("::")[0]
     return "one network" if file in ONE_NETWORK else file
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection() -> None:
+    """Look for no garbage while the tests are imported: there is none, and each process would spend 4 s on that."""
+    gc.disable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """Look for garbage again, but never among what has been imported."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

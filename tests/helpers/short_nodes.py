@@ -83,7 +83,7 @@ def run(contract: building.Built, tmp_path: Path) -> Run:
             package=package,
         )[trial]
         assert found.script_error == ""
-        assert found.ready, found.ended + (found.process.output_tail if found.process else "")
+        assert found.ready, f"{found.ended}{found.process.output_tail if found.process else ''}"
         return found
 
     return run

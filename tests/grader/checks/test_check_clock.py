@@ -21,7 +21,7 @@ def with_habits(*habits: Finding, waited: float = 0.0) -> Evidence:
     evidence = recordings.load("reference")
     assert evidence.quality is not None
     trials = {
-        name: replace(trial, choices=trial.choices | {"waited": waited}) for name, trial in evidence.trials.items()
+        name: replace(trial, measured=trial.measured | {"waited": waited}) for name, trial in evidence.trials.items()
     }
     return replace(evidence, trials=trials, quality=replace(evidence.quality, habits=list(habits)))
 

@@ -30,7 +30,7 @@ def judged(check: Check, pace: str, late_ticks: int) -> str:
         for n, imu in enumerate(measured, 1)
     ]  # fmt: skip
     trial = evidence.Trial(
-        "fusion", "sensor_processor", "open_field", 0, True, pace, "", marks={"scans": 0.0}, messages=fused,
+        "fusion", "sensor_processor", "open_field", 0, True, pace, None, marks={"scans": 0.0}, messages=fused,
         published=measured,
     )  # fmt: skip
     return ask(check, evidence_with(trials={"fusion": trial})).seen

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from helpers.judging import Judged, ask, evidence_with, find
 
-from grader.evidence import Graph, ProcessEnd, Trial
+from grader.evidence import Graph, Kind, ProcessEnd, Reason, Trial
 
 CHECK = find("check_launch::test_the_launch_files_start_the_nodes")
 DIED = """[INFO] [launch]: Default logging verbosity is set to INFO
@@ -15,7 +17,10 @@ DIED = """[INFO] [launch]: Default logging verbosity is set to INFO
 """
 
 
-def judged(ended: str, output: str, *nodes: str, by: str = "us") -> Judged:
+NOT_UP = Reason(Kind.NOT_UP, "robot_controller", launch="robot_controller_launch.py", nodes=("controller",))
+
+
+def judged(ended: Reason, output: str, *nodes: str, by: str = "us") -> Judged:
     trial = Trial(
         "launch_robot_controller", "robot_controller", "lone_post", 1, False, "lockstep", ended,
         graph=Graph(nodes=list(nodes)), launch="robot_controller_launch.py",
@@ -26,7 +31,7 @@ def judged(ended: str, output: str, *nodes: str, by: str = "us") -> Judged:
 
 def test_a_node_that_dies_is_told_in_the_launchs_own_words():
     """The advice was `run_node()`, which uses neither the launch file nor the YAML file."""
-    said = judged("no node robot_controller came up within 20 s; the graph shows sensor_processor", DIED)
+    said = judged(replace(NOT_UP, nodes=("sensor_processor",)), DIED)
     assert said.seen.endswith(
         "`ros2 launch` said: [robot_controller-1] rclpy.exceptions.InvalidParameterTypeException: Trying to set "
         "parameter 'max_linear_speed' | [ERROR] [robot_controller-1]: process has died [pid 7, exit code 1]"
@@ -34,13 +39,13 @@ def test_a_node_that_dies_is_told_in_the_launchs_own_words():
 
 
 def test_a_node_under_another_name_is_asked_for_its_name():
-    said = judged("no node robot_controller came up within 20 s; the graph shows controller", "", "controller")
+    said = judged(NOT_UP, "", "controller")
     assert "; is `controller` its name? name= in the launch file, the key in the YAML file and" in said.seen
 
 
 def test_a_launch_file_that_raises_is_named():
     output = "[ERROR] [launch]: Caught exception in launch: ModuleNotFoundError: No module named 'nav2'\n"
-    said = judged("the node ended before it came up, with exit status 1", output, by="itself")
+    said = judged(Reason(Kind.DIED_EARLY, launch="robot_controller_launch.py", exit_code=1), output, by="itself")
     assert said.seen == (
         "robot_controller_launch.py ended before a node came up, with exit status 1; `ros2 launch` said: "
         "[ERROR] [launch]: Caught exception in launch: ModuleNotFoundError: No module named 'nav2'"

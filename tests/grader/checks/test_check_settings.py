@@ -31,7 +31,7 @@ def trial(
             v = 0.0 if stops and t > MARKS["beside"] else 0.125
         turn = min(omega, turning_up * max(0.0, t - MARKS["goal"]))
         commands.append(Command(t, v if t <= MARKS["goal"] else 0.0, turn, 0.0))
-    facts = Trial("other_settings", "robot_controller", "lone_post", 0, True, pace, "")
+    facts = Trial("other_settings", "robot_controller", "lone_post", 0, True, pace, None)
     return replace(facts, commands=commands, marks=MARKS, choices=dict(OTHER_SETTINGS))
 
 

@@ -8,7 +8,7 @@ import pytest
 from helpers import recordings
 from helpers.judging import Judged, ask, find
 
-from grader.evidence import Evidence
+from grader.evidence import Evidence, Kind, Reason
 
 ASSERTION = (
     "python3: _get_robot_status_s.c:141: my_package__srv__get_robot_status__response__convert_from_py: "
@@ -56,7 +56,7 @@ def test_a_node_that_dies_of_the_first_question_after_a_goal_loses_points(check:
     evidence = recordings.load("reference")
     again = evidence.trials["navigate_again"]
     process = replace(again.process, by="itself", exit_code=-6, output_tail=ASSERTION)
-    dead = replace(again, ended="the node ended at 20.00 s with exit status -6", process=process)
+    dead = replace(again, ended=Reason(Kind.DIED, exit_code=-6, seconds=20.0), process=process)
     said = ask(find(check), with_trial(evidence, dead))
     assert said.share == 0.5
     assert "with exit status -6; its last output was: Assertion" in said.seen

@@ -28,10 +28,12 @@ from grader.evidence import (
     Fault,
     Finding,
     Graph,
+    Kind,
     Manifest,
     ParameterAnswer,
     ProcessEnd,
     Quality,
+    Reason,
     Trial,
 )
 from grader.notebook.prerequisites import advice
@@ -50,6 +52,8 @@ IMPORT = Fault("ros2_robot_controller/driver.py", 7, "start", "it imports `scan_
 KEY = Fault("config/robot_params.yaml", 3, "parameters", "its key is `robot_control`, and the node is called "
             "`robot_controller`", "robot_controller: or /**: as the key above ros__parameters")  # fmt: skip
 
+NOT_THERE = Reason(Kind.NO_FILE, "config/robot_params.yaml", "team_robot")
+
 
 def text(*faults: Fault, cmake: bool = True, habits: tuple[Finding, ...] = ()) -> Quality:
     return Quality(Manifest(found=True, has_cmake=cmake), faults=list(faults), habits=list(habits))
@@ -61,7 +65,7 @@ def unbuilt(log: str, *faults: Fault, exit_code: int = 1) -> Evidence:
 
 
 def trial(name: str, **facts: object) -> Trial:
-    usual = {"node": "robot_controller", "world": "w", "seed": 0, "ready": True, "pace": "lockstep", "ended": ""}
+    usual = {"node": "robot_controller", "world": "w", "seed": 0, "ready": True, "pace": "lockstep", "ended": None}
     return Trial(name=name, **{**usual, **facts})  # type: ignore[arg-type]
 
 
@@ -124,7 +128,7 @@ def test_faults_of_launch_and_parameter_files_are_named_without_a_build():
 
 def test_a_node_that_does_not_come_up_is_explained_by_the_text_first():
     output = "Traceback (most recent call last):\nModuleNotFoundError: No module named 'scan_tools'\n"
-    down = trial("drive_forward", ready=False, ended="the node ended before it came up, with exit status 1",
+    down = trial("drive_forward", ready=False, ended=Reason(Kind.DIED_EARLY, exit_code=1),
                  process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
     evidence = evidence_with(trials={"drive_forward": down}, quality=text(UNINSTALLED, IMPORT))
     said = ask(check_set_speed.test_drives_at_the_set_speed, evidence)
@@ -136,7 +140,7 @@ def test_a_node_that_cannot_read_its_parameter_file_is_explained_by_the_file_and
     tab = Fault("config/robot_params.yaml", 6, "parameters", "it is not YAML: a tab", "indent with spaces only",
                 shown_as=["config/robot_params.yaml"])  # fmt: skip
     output = "RCLError: Couldn't parse params file: '--params-file /ws/install/share/p/config/robot_params.yaml'."
-    down = trial("file_robot_controller", ready=False, ended="the node ended before it came up, with exit status 1",
+    down = trial("file_robot_controller", ready=False, ended=Reason(Kind.DIED_EARLY, exit_code=1),
                  process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
     evidence = evidence_with(trials={"file_robot_controller": down}, quality=text(IMPORT, tab))
     said = ask(check_parameters.test_parameter_files_load, evidence)
@@ -145,7 +149,7 @@ def test_a_node_that_cannot_read_its_parameter_file_is_explained_by_the_file_and
 
 def test_a_parameter_file_that_is_not_installed_is_named():
     """I6 once said only that the node had ended."""
-    down = trial("file_robot_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
+    down = trial("file_robot_controller", ready=False, ended=NOT_THERE)
     evidence = evidence_with(trials={"file_robot_controller": down}, quality=text(UNINSTALLED))
     said = ask(check_parameters.test_parameter_files_load, evidence)
     assert said.seen.startswith("CMakeLists.txt: nothing installs `config/robot_params.yaml` (install(DIRECTORY")
@@ -153,11 +157,11 @@ def test_a_parameter_file_that_is_not_installed_is_named():
 
 def test_a_parameter_file_that_is_not_in_the_package_is_not_said_to_be_uninstalled():
     """I6 told to install it with install(DIRECTORY ...)."""
-    down = trial("file_robot_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
+    down = trial("file_robot_controller", ready=False, ended=NOT_THERE)
     evidence = evidence_with(trials={"file_robot_controller": down}, quality=text())
     said = ask(check_parameters.test_parameter_files_load, evidence)
     assert said.seen.endswith("; config/robot_params.yaml is not in the package")
-    assert advice(said.seen).startswith("write it")
+    assert advice(said.reason).startswith("write it")
 
 
 def test_a_relative_path_is_why_a_launch_file_sets_no_parameters():
@@ -166,7 +170,7 @@ def test_a_relative_path_is_why_a_launch_file_sets_no_parameters():
                      "`ros2 launch` is started, not in the package", "os.path.join(...)",
                      shown_as=["config/robot_params.yaml"])  # fmt: skip
     output = "[WARNING] [launch_ros.actions.node]: Parameter file path is not a file: config/robot_params.yaml\n"
-    ran = trial("launch_robot_controller", launch="robot_controller_launch.py", choices={"safety_margin": 0.4},
+    ran = trial("launch_robot_controller", launch="robot_controller_launch.py", in_files={"safety_margin": 0.4},
                 parameters=[ParameterAnswer(0.1, "safety_margin", value=0.3, node="robot_controller")],
                 process=ProcessEnd("us", None, 9.0, output))  # fmt: skip
     evidence = evidence_with(trials={"launch_robot_controller": ran}, quality=text(relative))
@@ -176,7 +180,7 @@ def test_a_relative_path_is_why_a_launch_file_sets_no_parameters():
 
 
 def test_a_node_that_came_up_under_another_name_is_asked_for_its_name():
-    ended = "no node robot_controller came up within 30 s; the graph shows driver"
+    ended = Reason(Kind.NOT_UP, "robot_controller", seconds=30.0, nodes=("driver",))
     down = trial("drive_forward", ready=False, ended=ended, graph=Graph(nodes=["driver"]))
     said = ask(check_set_speed.test_drives_at_the_set_speed, evidence_with(trials={"drive_forward": down}))
     assert said.seen.startswith(f"{ended}; is `driver` its name? super().__init__('robot_controller')")
@@ -254,7 +258,7 @@ def test_a_key_of_another_node_is_named_with_its_line():
     answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5)]
     trials = {
         "file_robot_controller": trial(
-            "file_robot_controller", parameters=answers, choices={"max_linear_speed": 0.375}
+            "file_robot_controller", parameters=answers, in_files={"max_linear_speed": 0.375}
         ),
         "file_sensor_processor": trial("file_sensor_processor", node="sensor_processor"),
     }
@@ -276,7 +280,7 @@ def test_what_would_crash_is_listed_before_findings_of_style():
     [("loop-in-callback", "`while` in the callback `on_scan`"), ("sleep-in-callback", "`time.sleep` in the callback")],
 )
 def test_a_callback_that_does_not_return_is_named_where_the_node_does_not_answer(rule: str, words: str):
-    call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem="no answer within 2 s")
+    call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem=Reason(Kind.NO_ANSWER, "set_speed", seconds=2.0))
     graph = Graph(services={"set_speed": ["ros2_robot_controller/srv/SetSpeed"]})
     deaf = trial("drive_forward", calls=[call], process=ProcessEnd("us", None, 9.0, ""), graph=graph)
     habit = Finding("ros2_robot_controller/robot_controller.py", 88, rule, f"{words} `on_scan`")
@@ -288,7 +292,7 @@ def test_a_callback_that_does_not_return_is_named_where_the_node_does_not_answer
 
 def test_a_service_of_another_definition_is_why_nobody_can_call_it():
     """`float64 speed` in SetSpeed.srv gave "no answer within 2 s" for F2 and F3, and nothing led to I3."""
-    call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem="no answer within 2 s")
+    call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem=Reason(Kind.NO_ANSWER, "set_speed", seconds=2.0))
     evidence = evidence_with(trials={"drive_forward": trial("drive_forward", calls=[call])})
     build = replace(evidence.build, type_hashes={"srv/SetSpeed": "b"}, contract_hashes={"srv/SetSpeed": "a"})
     said = ask(check_set_speed.test_drives_at_the_set_speed, replace(evidence, build=build))

@@ -89,10 +89,10 @@ def test_infinity_and_nan_come_back_as_numbers():
 
 
 def test_a_saved_grading_is_loaded_as_it_was(tmp_path):
-    trial = Trial("wall", "robot_controller", "wall_ahead", 7, True, "lockstep", "", choices={"speed": 0.375})
+    trial = Trial("wall", "robot_controller", "wall_ahead", 7, True, "lockstep", None, choices={"speed": 0.375})
     goal = Goal(0.1, 1.0, 2.0, 0.15, True, "succeeded", True, 1.0, 2.0, 8.0, feedback=[[0.5, math.inf]])
     flags = [Flag("network", "tried", "setup.py")]
-    driven = Trial("goal", "robot_controller", "open_field", 7, True, "lockstep", "", goals=[goal])
+    driven = Trial("goal", "robot_controller", "open_field", 7, True, "lockstep", None, goals=[goal])
     whole = Evidence(INTAKE, BUILD, StudentTests(note="none"), {"goal": driven, "wall": trial}, flags)
     evidence.save(whole, tmp_path)
     assert same(evidence.load(tmp_path), whole)

@@ -39,7 +39,7 @@ class Started:
             thread.start()
 
     def _compute(self) -> None:
-        with turns.beside():
+        with turns.free_slot():
             self.running.release()
             self.over.wait(60.0)
 
@@ -51,14 +51,14 @@ class Started:
         return self.running.acquire(timeout=0.2)
 
 
-def test_two_processes_a_core_compute_beside_each_other(started: Started):
+def test_each_core_has_two_slots(started: Started):
     started.start(5)
     started.await_running(4)
     assert not started.runs_another()
 
 
-def test_what_comes_first_takes_its_room_from_what_is_beside_it(started: Started):
-    with turns.first(2):
+def test_reserved_slots_are_not_free(started: Started):
+    with turns.reserve(2):
         started.start(5)
         started.await_running(2)
         assert not started.runs_another()
@@ -66,27 +66,27 @@ def test_what_comes_first_takes_its_room_from_what_is_beside_it(started: Started
     assert not started.runs_another()
 
 
-def test_what_comes_first_waits_for_nobody(started: Started):
+def test_a_reservation_never_waits(started: Started):
     started.start(4)
     started.await_running(4)
-    with turns.first(2), turns.first(2):
+    with turns.reserve(2), turns.reserve(2):
         pass
 
 
-def test_one_at_least_goes_on_beside_it(started: Started):
+def test_one_slot_at_least_is_free(started: Started):
     with ExitStack() as stack:
         for _ in range(4):
-            stack.enter_context(turns.first(2))
+            stack.enter_context(turns.reserve(2))
         started.start(2)
         started.await_running(1)
         assert not started.runs_another()
 
 
 def test_an_error_makes_room(started: Started):
-    with pytest.raises(ValueError, match="broken"), turns.first(3):
+    with pytest.raises(ValueError, match="broken"), turns.reserve(3):
         raise ValueError("broken")
     for _ in range(4):
-        with pytest.raises(ValueError, match="broken"), turns.beside():
+        with pytest.raises(ValueError, match="broken"), turns.free_slot():
             raise ValueError("broken")
     started.start(4)
     started.await_running(4)

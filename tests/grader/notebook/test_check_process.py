@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from helpers.ros2_runs import until
 
 from grader.notebook import check_process
+from grader.scoring.rubric import RUBRIC, load
+from grader.settings import Settings
 
 READS_STANDARD_INPUT = "0 0x0 "  # read(2) and its first argument, as in /proc/PID/syscall
+
+
+def test_all_settings_reach_the_process():
+    """Three of them did not: the seed, and the limits for the build and for tests."""
+    asked = Settings(
+        load(RUBRIC), Path("/c"), seed=7, build_seconds=1.0, test_seconds=2.0, mutation_budget_s=3.0,
+        requirements=("F1",), package_path="p", best_effort=True, fork_from=9, keep=True, keep_runs=True,
+        only_kept=True, fresh=True, overwrite=False,
+    )  # fmt: skip
+    usual = Settings(asked.rubric, Path("/d"))
+    same = [name for name, value in usual.plain().items() if asked.plain()[name] == value]
+    assert same == ["course"], "all others are other than usual"
+    sent = json.loads(json.dumps(asked.plain()))
+    assert Settings.of_plain(sent, asked.progress) == asked
 
 
 def test_while_it_waits_it_has_no_other_threads():

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from helpers.course import COURSE, PACKAGE
 
-from grader.evidence import Build
+from grader.evidence import Build, Kind, Reason
 from grader.intake import course_marker
 from grader.notebook import checkpoints, prerequisites
 from grader.notebook.workspace import course
@@ -105,18 +105,21 @@ def test_the_reason_for_a_failed_build(exit_code: int, log: str, reason: str) ->
 
 
 @pytest.mark.parametrize(
-    ("because", "advice"),
+    ("reason", "advice"),
     [
-        ("the robot did not drive before the obstacle came (F2)", 'fix F2 first: `check("F2")` says more'),
-        ("there is no executable robot_controller in lib/x", 'install it with install(PROGRAMS ...) in CMakeLists.txt'),
-        ("there is no service set_speed of the contract's type", "complete the exercise that provides it"),
-        ("the node ended; its last output was: KeyError: 1 (pkg/a.py:7, in `f`)", "its last output says where"),
-        ("the node ended at 0.1 s; its last output was: TypeError", "look at what the node does and prints"),
-        ("not tried yet: the robot stood still", "make the robot drive first"),
-        ("the node did not answer for 10 s: a callback hangs at a.py:7, in `f`", "let a timer do the next step"),
-        ("no node x came up; `ros2 launch` said: process has died", "start the file yourself"),
-        ("there is no launch/x_launch.py in share/y", "install(DIRECTORY launch config ...)"),
+        (Reason(Kind.DEPENDS, requirements=("F2",)), 'fix F2 first: `check("F2")` says more'),
+        (Reason(Kind.NO_PROGRAM, "robot_controller"), 'install it with install(PROGRAMS ...) in CMakeLists.txt'),
+        (Reason(Kind.NO_SERVICE, "set_speed"), "complete the exercise that provides it"),
+        (Reason(Kind.DIED, place="pkg/a.py:7, in `f`"), "its last output says where"),
+        (Reason(Kind.DIED), "look at what the node does and prints"),
+        (Reason(Kind.UNTRIED), "make the robot drive first"),
+        (Reason(Kind.HANGS), "let a timer do the next step"),
+        (Reason(Kind.NO_ANSWER, place="a.py:7"), "let a timer do the next step"),
+        (Reason(Kind.NO_ANSWER), "look at what the node does and prints"),
+        (Reason(Kind.NOT_UP, "x", launch="x_launch.py"), "start the file yourself"),
+        (Reason(Kind.NO_FILE, "launch/x_launch.py"), "install(DIRECTORY launch config ...)"),
+        (None, "look at what the node does and prints"),
     ],
 )  # fmt: skip
-def test_the_reason_why_a_check_could_not_be_judged_comes_with_advice(because: str, advice: str) -> None:
-    assert advice in prerequisites.advice(because)
+def test_the_reason_why_a_check_could_not_be_judged_comes_with_advice(reason: Reason | None, advice: str) -> None:
+    assert advice in prerequisites.advice(reason)

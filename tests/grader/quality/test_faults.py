@@ -317,8 +317,8 @@ def test_cmake_is_read_with_comments_strings_and_blocks():
     [
         (CMAKE, "install(FILES " + "x " * 30_000 + ")"),
         (CMAKE, "project(x)\nset(a b c)\n" + "set(a ${a} ${a})\n" * 60),
-        (CMAKE, '"\\' * 30_000),
-        ("config/robot_params.yaml", "[" * 5000),
+        (CMAKE, '"\\' * 15_000),
+        ("config/robot_params.yaml", "[" * 2000),
         ("srv/SetSpeed.srv", "float32 x\n" * 20_000),
     ],
     ids=["thirty thousand names", "a variable that doubles", "open strings", "open brackets", "a long message"],

@@ -11,7 +11,7 @@ from helpers.quality_examples import facts, written
 
 from grader.checks import check_build
 from grader.courses.robot_controller.checks import check_set_speed
-from grader.evidence import Build, Fault, ProcessEnd, Quality, Trial
+from grader.evidence import Build, Fault, Kind, ProcessEnd, Quality, Reason, Trial
 
 NODE = """
 import rclpy
@@ -62,7 +62,10 @@ def faults(package: Path) -> list[Fault]:
     return facts(package).faults
 
 
-def down(output: str, ended: str = "the node ended before it came up, with exit status 1", **more: object) -> Trial:
+DIED_EARLY = Reason(Kind.DIED_EARLY, exit_code=1)
+
+
+def down(output: str, ended: Reason = DIED_EARLY, **more: object) -> Trial:
     end = ProcessEnd("itself", 1, 0.1, textwrap.dedent(output)) if output else None
     usual = {"node": "robot_controller", "world": "w", "seed": 0, "ready": False, "pace": "lockstep"}
     return Trial(name="drive_forward", ended=ended, process=end, **{**usual, **more})  # type: ignore[arg-type]
@@ -89,7 +92,7 @@ def test_a_package_without_the_assignments_modules_hears_which_package_it_is(tmp
     )
     assert first.cure == "the assignment's nodes belong in lab5_31/robot_controller.py and lab5_31/sensor_processor.py"
     assert not any("entry point" in fault.text + fault.cure for fault in rest)
-    said = first_words(facts(package), down("", "there is no executable robot_controller in lib/lab5_31"))
+    said = first_words(facts(package), down("", Reason(Kind.NO_PROGRAM, "robot_controller", "lab5_31")))
     assert said.startswith("package.xml:2: this is the package `lab5_31`, and it has no robot_controller.py")
 
 
@@ -113,7 +116,7 @@ def test_a_package_named_robot_controller_is_not_said_to_lack_it_where_the_other
     """The package's own name in `lib/robot_controller` was taken for the executable."""
     no_entry = Fault("setup.py", 6, "install", "no entry point makes the executable `robot_controller`", "",
                      lacks=["robot_controller"])  # fmt: skip
-    trial = down("", "there is no executable sensor_processor in lib/robot_controller", node="sensor_processor")
+    trial = down("", Reason(Kind.NO_PROGRAM, "sensor_processor", "robot_controller"), node="sensor_processor")
     said = first_words(Quality(facts(lab(tmp_path)).manifest, faults=[no_entry]), trial)
     assert said.startswith("there is no executable sensor_processor")
 

@@ -11,6 +11,7 @@ from helpers.quality_examples import Judged, facts, judged, reference, untouched
 from grader import evidence
 from grader.checks.check_handed_in import test_demonstration_runs as demonstration
 from grader.checks.check_handed_in import test_test_results_match_the_tests as results
+from grader.evidence import Kind, Reason
 
 # -- the demonstration ------------------------------------------------------------------------------------------------
 
@@ -19,7 +20,9 @@ GOAL = evidence.Message(2.0, "navigate_to_position/_action/status", {"goal": "ab
 WELL = evidence.ProcessEnd("itself", 0, 4.0, "arrived\n")
 
 
-def seen(end: evidence.ProcessEnd | None, *, calls: bool = True, goals: bool = True, ended: str = "") -> Judged:
+def seen(
+    end: evidence.ProcessEnd | None, *, calls: bool = True, goals: bool = True, ended: Reason | None = None
+) -> Judged:
     trial = evidence.Trial(
         "demo", "robot_controller", "open_field", 0, ready=end is not None, pace="real time", ended=ended,
         calls=[CALLED] if calls else [], messages=[GOAL] if goals else [],
@@ -128,7 +131,7 @@ def test_a_crash_before_all_was_shown_costs_half_and_a_quarter(calls: bool, goal
 
 
 def test_a_node_that_dies_meanwhile_is_not_held_against_the_demonstration():
-    result = seen(replace(WELL, by="us", exit_code=None), ended="the node ended at 3.00 s with exit status 1")
+    result = seen(replace(WELL, by="us", exit_code=None), ended=Reason(Kind.DIED, exit_code=1, seconds=3.0))
     assert result.reached is False
     assert "the node ended at 3.00 s" in result.seen
 
@@ -137,7 +140,7 @@ def test_services_of_other_types_cannot_be_judged():
     """They cost points in I3; the observer cannot see calls of another type."""
     build = evidence.Build(True, True, 0, 0, False, "", contract_hashes={"srv/SetSpeed": "RIHS01_a"})
     trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended="",
+        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended=None,
         others={"demo.py": replace(WELL, exit_code=1)},
     )  # fmt: skip
     result = judged(demonstration, untouched(), trials={"demo": trial}, build=build)
@@ -146,7 +149,7 @@ def test_services_of_other_types_cannot_be_judged():
 
 
 def test_a_node_that_does_not_come_up_is_not_held_against_the_demonstration():
-    result = seen(None, ended="the node ended before it came up, with exit status 1")
+    result = seen(None, ended=Reason(Kind.DIED_EARLY, exit_code=1))
     assert result.reached is False
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -182,21 +182,30 @@ def test_a_package_in_a_folder_src_is_followed_through_its_imports(tmp_path: Pat
 # -- padding ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(params=["ros2_robot_controller/padding.py", "scripts/padding.py", "more/padding.py"])
-def padded(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    """Return a package with a sloppy node and a lot of clean code that only a test calls."""
+@dataclass(frozen=True)
+class Padded:
+    """A package with padding at a place: what is found in its code, with its tests, and without the padding."""
+
+    place: str
+    quality: Quality
+    with_tests: Quality
+    without: Quality
+
+
+@pytest.fixture(scope="module", params=["ros2_robot_controller/padding.py", "scripts/padding.py", "more/padding.py"])
+def padded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Padded:
+    """Return what is found in a package with a sloppy node, with and without clean code that only a test calls."""
     calls = "from ros2_robot_controller.padding import helper_1\n\n\ndef test_it():\n    assert helper_1(1) == 2\n"
-    return written(
-        tmp_path, {CONTROLLER: SLOPPY_NODE, PROCESSOR: TALKER, request.param: CLEAN, "test/test_it.py": calls}
-    )
+    files = {CONTROLLER: SLOPPY_NODE, PROCESSOR: TALKER, request.param: CLEAN, "test/test_it.py": calls}
+    package = written(tmp_path_factory.mktemp("padded"), files)
+    with_padding, with_tests = with_flake8(package), facts(package, tests=True)
+    (package / request.param).unlink()
+    return Padded(request.param, with_padding, with_tests, with_flake8(package))
 
 
 @pytest.mark.parametrize("check", [STYLE, DOCSTRINGS, RULES, ANNOTATIONS], ids=lambda check: check.__name__)
-def test_clean_code_that_nothing_uses_does_not_make_up_for_a_sloppy_node(padded: Path, check: Check):
-    with_padding = as_it_is(check, with_flake8(padded))
-    for path in ("ros2_robot_controller/padding.py", "scripts/padding.py", "more/padding.py"):
-        (padded / path).unlink(missing_ok=True)
-    without = as_it_is(check, with_flake8(padded))
+def test_clean_code_that_nothing_uses_does_not_make_up_for_a_sloppy_node(padded: Padded, check: Check):
+    with_padding, without = as_it_is(check, padded.quality), as_it_is(check, padded.without)
     assert with_padding.share <= without.share < 0.75
     assert "the nodes use" in with_padding.seen
 
@@ -234,12 +243,10 @@ def test_a_conversion_that_only_unused_code_calls_is_not_used(tmp_path: Path):
     assert "no node calls a function of utils/conversions.py" in as_it_is(CONVERSIONS_USED, quality).seen
 
 
-def test_padding_is_flagged(padded: Path):
-    flags = [flag for flag in text_flags(facts(padded, tests=True), PACKAGE) if flag.kind == "padding"]
-    if (padded / "scripts/padding.py").exists():
-        assert flags == []  # a program of its own: not the nodes', and not hidden among their modules
-    else:
-        assert [flag.where for flag in flags] == [next(str(p.relative_to(padded)) for p in padded.rglob("padding.py"))]
+def test_padding_is_flagged(padded: Padded):
+    flags = [flag for flag in text_flags(padded.with_tests, PACKAGE) if flag.kind == "padding"]
+    # A program of its own is not the nodes', and not hidden among their modules.
+    assert [flag.where for flag in flags] == [place for place in [padded.place] if not place.startswith("scripts/")]
 
 
 def test_a_further_node_is_no_padding(tmp_path: Path):

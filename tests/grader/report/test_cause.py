@@ -9,12 +9,12 @@ from helpers import judging, recordings
 from helpers.report_examples import BUILD, INTAKE, RUBRIC, drive_at_a_wall, good, grading, results, small_rubric
 
 from grader.checks.judge import Unjudged
-from grader.evidence import Evidence, Graph, ProcessEnd
+from grader.evidence import Evidence, Fault, Graph, Kind, ProcessEnd, Reason
 from grader.report import cause, html
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome, score
 
-DIED = "the node ended before it came up, with exit status 1"
+DIED = Reason(Kind.DIED_EARLY, exit_code=1)
 TRACEBACK = """\
 Traceback (most recent call last):
   File "/ws/install/ros2_robot_controller/lib/ros2_robot_controller/robot_controller", line 4, in <module>
@@ -36,15 +36,17 @@ def not_up(output=TRACEBACK, **changes):
     return replace(drive_at_a_wall(), ready=False, ended=DIED, samples=[], process=end, **changes)
 
 
-def waiting(rubric, because, trial=""):
-    return [CheckResult(c.id, Outcome.NOT_REACHED, 0, because=because, trial=trial) for c in rubric.checks]
+def not_reached(check, reason, trial=""):
+    return CheckResult(check, Outcome.NOT_REACHED, 0, because=f"{reason}; and more", trial=trial, reason=reason)
+
+
+def waiting(rubric, reason, trial=""):
+    return [not_reached(check.id, reason, trial) for check in rubric.checks]
 
 
 def test_nodes_that_do_not_start_are_named_with_the_exception_and_its_place(rubric):
     evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": not_up()})
-    found = cause.find(
-        grading(rubric, waiting(rubric, f"{DIED}; its last output was: ...", "drive_at_a_wall"), evidence)
-    )
+    found = cause.find(grading(rubric, waiting(rubric, DIED, "drive_at_a_wall"), evidence))
     assert str(found) == (
         "No node started: ModuleNotFoundError: tf_transformations, driver.py line 7; 8 points follow from it"
     )
@@ -63,7 +65,7 @@ def test_only_the_node_that_did_not_start_is_named(rubric):
 
 def test_a_node_that_came_up_under_another_name_has_started(rubric):
     """It was once said that no node had started."""
-    ended = "no node robot_controller came up within 30 s; the graph shows driver"
+    ended = Reason(Kind.NOT_UP, "robot_controller", seconds=30.0, nodes=("driver",))
     trial = replace(not_up(""), ended=ended, process=None, graph=Graph(nodes=["driver"]))
     evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": trial})
     found = cause.find(grading(rubric, waiting(rubric, ended, "drive_at_a_wall"), evidence))
@@ -72,7 +74,7 @@ def test_a_node_that_came_up_under_another_name_has_started(rubric):
 
 
 def test_what_the_packages_text_shows_comes_before_what_the_node_printed(rubric):
-    because = f"driver.py:7: it imports `tf`, which is not there (add it); {DIED}"
+    because = replace(DIED, fault=Fault("driver.py", 7, "start", "it imports `tf`, which is not there", "add it"))
     evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": not_up()})
     found = cause.find(grading(rubric, waiting(rubric, because, "drive_at_a_wall"), evidence))
     assert found.sentence == "No node started: driver.py:7: it imports `tf`, which is not there (add it)"
@@ -80,7 +82,7 @@ def test_what_the_packages_text_shows_comes_before_what_the_node_printed(rubric)
 
 def test_a_requirement_that_others_wait_for_is_the_cause_and_counts(rubric):
     late = CheckResult("check_obstacle::test_stops_in_time", Outcome.FAILED, 0, seen="it never drove")
-    waits = CheckResult("check_navigation::test_reaches_a_target", Outcome.NOT_REACHED, 0, because="it stood (F4)")
+    waits = not_reached("check_navigation::test_reaches_a_target", Reason(Kind.DEPENDS, requirements=("F4",)))
     found = cause.find(grading(rubric, results(rubric, late, waits)))
     assert str(found) == "F4 Stops before an obstacle: it never drove; 5 points follow from it"
 
@@ -126,7 +128,7 @@ def test_a_build_that_fails_is_said_once_and_what_follows_is_folded():
             continue
         how = Outcome.FAILED if judged.reached else Outcome.NOT_REACHED
         seen, because = (judged.seen, "") if judged.reached else ("", judged.seen)
-        found.append(CheckResult(check.id, how, 0.0, seen=seen, because=because))
+        found.append(CheckResult(check.id, how, 0.0, seen=seen, because=because, reason=judged.reason))
     made = grading(rubric, found, evidence, scorecard=score(rubric, found))
     sentence = str(cause.find(made))
     assert sentence.startswith("The package does not build: ")

@@ -24,7 +24,7 @@ from helpers.report_examples import (
     small_rubric,
 )
 
-from grader.evidence import Evidence, Flag
+from grader.evidence import Evidence, Flag, Kind, Reason
 from grader.report import data, figures, html, write
 from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import load
@@ -155,7 +155,7 @@ def test_nothing_that_a_student_wrote_becomes_an_element(rubric, attack, monkeyp
         "check_navigation::test_reaches_a_target", Outcome.FAILED, 0.0, attack, attack, attack, attack, attack
     )
     waits = CheckResult("check_obstacle::test_stops_in_time", Outcome.NOT_REACHED, 0.0, because=attack)
-    trial = replace(drive_at_a_wall(), name=attack, node=attack, world=attack, ended=attack)
+    trial = replace(drive_at_a_wall(), name=attack, node=attack, world=attack, ended=Reason(Kind.DEPENDS, said=attack))
     evidence = Evidence(
         replace(
             INTAKE,

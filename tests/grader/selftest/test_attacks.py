@@ -11,6 +11,7 @@ from pathlib import Path
 
 import attacks
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT, building, cli, pipeline
 from grader.evidence import Build, Evidence, Flag, Intake
@@ -26,7 +27,7 @@ from grader.selftest.package_edits import copy
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
 KNOWN = 43  # the list of known attacks on autograders from which this one started; each number occurs here
-ALL = [*ATTACKS.values(), *attacks.ATTACKS]
+ALL = [each.on(COURSE, rubric.load(COURSE.rubric)) for each in (*ATTACKS.values(), *attacks.ATTACKS)]
 RUN = [each for each in ALL if not each.not_applicable]
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
 

@@ -15,12 +15,14 @@ from helpers.course import COURSE
 
 from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
+from grader.evidence import Kind, Reason
 from grader.trials import catalog, scheduler, worker_start
 from grader.trials.plan import TrialPlan
-from grader.trials.request import NO_NODE, OBSERVER_ENDED, PATIENCE_S, not_started
+from grader.trials.request import PATIENCE_S, not_started
 from grader.trials.source import integrity_flags
 
 PLAN = TrialPlan("any", "", lambda _stage: None)
+AS_SEEN = Reason(Kind.SLOW, seconds=1.0)
 
 
 @pytest.fixture
@@ -44,7 +46,7 @@ def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
 def observed(tmp_path: Path) -> Path:
     """An evidence file, as a worker writes it."""
     file = tmp_path / "observed"
-    file.write_text(evidence.to_json(not_started(PLAN, 0, "", ended="as the worker saw it")))
+    file.write_text(evidence.to_json(not_started(PLAN, 0, ended=AS_SEEN)))
     return file
 
 
@@ -69,15 +71,15 @@ def test_a_trial_whose_worker_crashes_is_tried_again(run_with, observed: Path, e
     """Once may be chance; after the second crash the trial scores nothing, and a flag tells the instructor."""
     crashed = f"{observed}-once"
     second = f"if [ -e {crashed} ]; then cp {observed} any.json; echo any; read line; fi; touch {crashed}"
-    assert run_with(f"{second}; {ending}").ended == "as the worker saw it"
+    assert run_with(f"{second}; {ending}").ended == AS_SEEN
     always = run_with(ending)
-    assert (always.ended, always.script_error) == (OBSERVER_ENDED, "")
+    assert (always.ended, always.script_error) == (Reason(Kind.OBSERVER_CRASHED), "")
     assert [flag.kind for flag in integrity_flags({"any": always})] == ["observer"]
 
 
 def test_a_worker_that_crashes_after_the_trial_costs_nothing(run_with, observed: Path):
     found = run_with(f"cp {observed} any.json; kill -SEGV $$")
-    assert (found.ended, found.script_error) == ("as the worker saw it", "")
+    assert (found.ended, found.script_error) == (AS_SEEN, "")
 
 
 def test_long_trials_begin_first_and_those_of_a_file_are_spread_evenly():
@@ -99,8 +101,8 @@ def test_every_trial_is_in_the_mixture_once():
 
 def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with, tmp_path: Path):
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
-    absent = not_started(PLAN, 0, "", ended=f"{NO_NODE}x came up within 20 s; the graph shows no node at all")
-    refusing = not_started(PLAN, 0, "", ended="the node ended before it came up, with exit status 1")
+    absent = not_started(PLAN, 0, ended=Reason(Kind.NOT_UP, "x", seconds=20.0))
+    refusing = not_started(PLAN, 0, ended=Reason(Kind.DIED_EARLY, exit_code=1))
     start: Any = worker_start.Workers.start
     trials = scheduler._Trials(start, tmp_path, tmp_path, 0, None, lambda _name: None, COURSE.package, False)
     waited = []
@@ -110,7 +112,7 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     assert [*waited, trials.patience_s(PLAN)] == [PATIENCE_S] * 4 + [scheduler.SHORT_PATIENCE_S]
     assert trials.patience_s(replace(PLAN, node="sensor_processor")) == PATIENCE_S
     assert trials.patience_s(replace(PLAN, launch="robot_controller_launch.py")) == PATIENCE_S
-    trials.found["up"] = replace(absent, ready=True, ended="")
+    trials.found["up"] = replace(absent, ready=True, ended=None)
     assert trials.patience_s(PLAN) == PATIENCE_S
 
 

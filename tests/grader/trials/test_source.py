@@ -14,7 +14,7 @@ from helpers.course import PACKAGE
 from grader import KIT, building, evidence
 from grader.building import Built
 from grader.course import Course
-from grader.evidence import Intake, Trial
+from grader.evidence import Intake, Kind, Reason, Trial
 from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
 from grader.scoring.rubric import load
@@ -107,7 +107,7 @@ def test_what_was_installed_decides_too(subject: Subject, ran: list[str]):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"ready": False}, {"ended": "no node came up"}, {"script_error": "ours"}, {"stopped": "memory"}, {"dropped": 1}],
+    [{"ready": False}, {"ended": Reason(Kind.NOT_UP)}, {"script_error": "ours"}, {"stopped": "memory"}, {"dropped": 1}],
 )
 def test_a_trial_that_went_wrong_is_tried_again(wrong: dict[str, Any]):
     assert may_be_kept(TRIAL)

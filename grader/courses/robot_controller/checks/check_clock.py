@@ -36,7 +36,7 @@ def _expect_one_pace(judge: Judge, trial: Trial) -> None:
         )
         judge.expect(abs(fast - slow) <= _SAME_S, seen, TRY)
     # A callback that sleeps takes the time that its wall clock shows, so the two paces look alike.
-    waited = trial.choices.get("waited", 0.0)
+    waited = trial.measured.get("waited", 0.0)
     seen = f"the node goes by another clock, and sleeps until that has gone on{shown}"
     judge.expect(not clocks or waited <= _SLEEPS, seen, TRY)
 

@@ -53,8 +53,8 @@ def test_fuses_the_latest_imu_message(judge: Judge) -> None:
 def test_battery_alarms_are_logged_once(judge: Judge) -> None:
     """Battery below the low threshold is logged as a warning once, below the critical threshold as an error once."""
     trial = judge.trial("battery_runs_down")
-    if trial.deaf_to:
-        raise NotReached(judge.deaf_to)
+    if deaf_to := judge.deaf_to:
+        raise NotReached(deaf_to)
     logs = [m for m in trial.messages if m.topic == "rosout" and m.data.get("name", "").endswith("sensor_processor")]
     for level, word, threshold in ((_WARN, "warning", 30), (_ERROR, "error", 15)):
         found = [m for m in logs if m.data["level"] == level]
@@ -109,8 +109,8 @@ def _stamp(message: Message) -> float:
 
 def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
     trial = judge.trial("fusion")
-    if trial.deaf_to:
-        raise NotReached(judge.deaf_to)
+    if deaf_to := judge.deaf_to:
+        raise NotReached(deaf_to)
     fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
     if not fused:
         raise NotReached(f"no message on sensor_fusion_data{near_topic(trial.graph, 'sensor_fusion_data')}")
@@ -124,7 +124,7 @@ def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
     """
     trial = judge.trial("nothing_to_fuse", complete=False)
     if trial.ended and not trial.marks:
-        raise NotReached(trial.ended + last_output(trial))
+        raise judge.not_reached(trial.ended, trial)
     fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
     marks = sorted(trial.marks.items(), key=lambda item: item[1])
     for index, (kind, start) in enumerate(marks):

@@ -82,7 +82,7 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
         still = motion.stays_still(trial.samples, goal.cancel_t + 1.0)
         judge.expect(still, seen, "publish zero as soon as the goal is no longer active")
     if not moved:
-        raise NotReached("the robot had not begun to move when the goals were cancelled (F8)")
+        raise NotReached("the robot had not begun to move when the goals were cancelled", "F8")
     blocked = _blocked_and_cancelled(judge)
     if blocked is not None and blocked.cancel_accepted:
         trial = judge.trial("cancel_blocked")
@@ -134,7 +134,7 @@ def _accepted(judge: Judge) -> list[tuple[Trial, Goal]]:
     trials = [judge.trial(name) for name in motion.ROUTES]
     pairs = [(trial, judge.goal(trial)) for trial in trials]
     if not any(motion.reach(trial.samples, goal.t, goal.ended_t) >= _ON_THE_WAY_M for trial, goal in pairs):
-        raise NotReached("the robot never moved towards a target, so there was no way to report on (F8)")
+        raise NotReached("the robot never moved towards a target, so there was no way to report on", "F8")
     return pairs
 
 
@@ -143,7 +143,7 @@ def _blocked(judge: Judge) -> tuple[Trial, Goal]:
     goal = judge.goal(trial)
     start, blocked = trial.samples[0], motion.at(trial.samples, trial.marks["blocked"])
     if math.hypot(blocked.x - start.x, blocked.y - start.y) < 0.1:
-        raise NotReached("the robot had not begun to drive when the way was blocked (F8)")
+        raise NotReached("the robot had not begun to drive when the way was blocked", "F8")
     return trial, goal
 
 

@@ -32,7 +32,7 @@ def test_publishes_at_the_control_rate(judge: Judge) -> None:
         try_ += "; does another callback publish cmd_vel as well?"
     judge.expect(8.0 <= hertz <= 12.0, seen, try_)
     # The simulator's clock waits for a callback that sleeps; that of a robot does not.
-    waited = trial.choices.get("waited", 0.0)
+    waited = trial.measured.get("waited", 0.0)
     seen = (
         f"the control loop sleeps: for each second of the simulator's clock, which waits for it, {waited:.1f} s passed "
         f"in which it computed nothing. On a robot cmd_vel would come at {hertz / max(waited, 1.0):.1f} Hz"

@@ -2,6 +2,7 @@
 
 from grader.checks.check_interrupt import expect_clean_ends
 from grader.checks.judge import Judge, NotReached
+from grader.evidence import Kind, Reason
 
 _TRIALS = ("interrupted_robot_controller", "interrupted_driving", "interrupted_navigating")
 
@@ -9,4 +10,5 @@ _TRIALS = ("interrupted_robot_controller", "interrupted_driving", "interrupted_n
 def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
     """Ctrl-C (SIGINT) ends each node within 2 s, without a traceback, and the last `cmd_vel` is zero."""
     if not expect_clean_ends(judge, [*_TRIALS, "interrupted_sensor_processor"]):
-        raise NotReached("not tried yet: the robot stood still whenever Ctrl-C came, so there was nothing to stop")
+        said = "the robot stood still whenever Ctrl-C came, so there was nothing to stop"
+        raise NotReached(Reason(Kind.UNTRIED, said=said))

@@ -27,4 +27,4 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
             seen = f"in the namespace /{NAMESPACE}, with {old} remapped to {new}, the node {still}"
             judge.expect(new in topics, seen, "use relative names: 'scan', not '/scan'")
     if not tried:
-        raise NotReached("the nodes have none of the topics that would be remapped (I4)")
+        raise NotReached("the nodes have none of the topics that would be remapped", "I4")

@@ -26,7 +26,7 @@ def test_limits_hold_throughout(judge: Judge) -> None:
         if not any(not command.is_zero for command in trial.commands):
             if name in ("wall_backward", "wall_fast"):
                 continue  # it may drive only forwards, or only below the limit; F2 judges that
-            raise NotReached(f"the robot never moved in the trial {name} (F2, F8)")
+            raise NotReached(f"the robot never moved in the trial {name}", "F2", "F8")
         if excess := _excess(trial):
             raise Failed(*excess)
     changed = judge.trial("changed_limits", complete=False)

@@ -80,7 +80,7 @@ def _shortfall(trial: Trial, goal: Goal) -> str:
         return ""
     far = f", {off:.2f} m off (tolerance {goal.tolerance:g} m)" if math.isfinite(off) else ""
     said = "" if goal.success is None else f" with success = {goal.success}"
-    return trial.ended or f"it ended as {goal.status}{said}{far}"
+    return str(trial.ended or f"it ended as {goal.status}{said}{far}")
 
 
 def _expect_reached(judge: Judge, name: str) -> None:

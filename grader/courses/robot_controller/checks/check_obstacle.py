@@ -47,10 +47,10 @@ def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
     judge.call(trial, "set_speed", 0)
     marks, wanted = trial.marks, trial.choices["speed"]
     if motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"]) < 0.05:
-        raise NotReached("the robot did not drive before the obstacle came (F2)")
+        raise NotReached("the robot did not drive before the obstacle came", "F2")
     stood = motion.odometry_speed(trial.samples, marks["blocked"] + 1.0, marks["free"])
     if abs(stood) > 0.05:
-        raise NotReached(f"the robot did not stop for the obstacle: it drove at {stood:.2f} m/s (F4)")
+        raise NotReached(f"the robot did not stop for the obstacle: it drove at {stood:.2f} m/s", "F4")
     speed = motion.odometry_speed(trial.samples, marks["cruise"], marks["cruise_end"])
     before = motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"])
     seen = (
@@ -98,7 +98,7 @@ def _driven(judge: Judge) -> list[Trial]:
         if nearest <= 1.0 or trial.touches:
             trials += _each_obstacle(trial)
         elif trial.choices["speed"] > 0:
-            raise NotReached(f"the robot never came near the obstacle: {nearest:.2f} m at best (F2)")
+            raise NotReached(f"the robot never came near the obstacle: {nearest:.2f} m at best", "F2")
     return trials
 
 

@@ -15,9 +15,9 @@ def test_overrides_change_the_behaviour(judge: Judge) -> None:
         try:
             wrong += override(judge)
         except NotReached as because:
-            unreached.append(str(because))
+            unreached.append(because)
     if len(unreached) == 3:
-        raise NotReached(unreached[0])
+        raise unreached[0]
     if wrong or unreached:
         lost = len(wrong) + len(unreached)
         seen = "; ".join([*wrong, *(f"not reached: {because}" for because in unreached)])
@@ -58,7 +58,7 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
     came, end = trial.marks["obstacle"], trial.marks["end"]
     before = motion.odometry_speed(trial.samples, came - 0.5, came)
     if before < 0.05:
-        raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came (F2)")
+        raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came", "F2")
     last = motion.between(trial.commands, end - 0.3, end)  # F4 judges how soon it stops
     if any(not command.is_zero for command in last):
         seen = f"the robot drove on with an obstacle {trial.choices['distance']:g} m ahead"
@@ -75,7 +75,7 @@ def _slow_fusion(judge: Judge) -> list[str]:
     start = max([1.0, *(m.t for m in trial.messages[:1])])
     after = sum(start < m.t <= 2.5 for m in trial.messages) / max(2.5 - start, 0.1)
     if not before:
-        raise NotReached("no fused data came with the default fusion_frequency (F13)")
+        raise NotReached("no fused data came with the default fusion_frequency", "F13")
     if 0.4 * before <= after <= 0.6 * before:
         return []
     return [f"fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz"]

@@ -37,7 +37,7 @@ def test_bad_readings_do_not_crash_the_node(judge: Judge) -> None:
     for name in (*_TRIALS, "obstacle_among_bad_readings"):
         trial = judge.trial(name, complete=False)
         if trial.ended and not trial.marks:
-            raise NotReached(f"before any bad reading came, {trial.ended}{last_output(trial)}")
+            raise judge.not_reached(trial.ended, trial)
         if trial.ended:
             phase = max(trial.marks.items(), key=lambda item: item[1])[0]
             crashes.append(f"after {phase}: {trial.ended}{last_output(trial)}")
@@ -76,7 +76,7 @@ def _expect_scans(judge: Judge) -> None:
     subscribed = graph is None or any(e.topic == "scan" and e.kind == "subscription" for e in graph.endpoints)
     stops = _drives(trial, 0.0, came) and any(c.t > came and c.is_zero for c in trial.commands)
     if not (subscribed or stops):
-        raise NotReached("the node does not subscribe to scan, so no bad reading came to it (I4)")
+        raise NotReached("the node does not subscribe to scan, so no bad reading came to it", "I4")
 
 
 def _drives(trial: Trial, start: float, end: float) -> bool:
@@ -90,5 +90,5 @@ def _speed_before(judge: Judge, trial: Trial) -> float:
     before = min(trial.marks.values(), default=math.inf)
     last = next((c for c in reversed(trial.commands) if c.t <= before), None)
     if last is None or not last.v > 0.05:
-        raise NotReached("the robot did not drive before the bad readings came (F2)")
+        raise NotReached("the robot did not drive before the bad readings came", "F2")
     return last.v

@@ -104,7 +104,7 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
     after = motion.odometry_speed(trial.samples, end - 0.5, end)
     seen = f"{before:.3f} m/s before the refusals, {after:.3f} m/s after them"
     if abs(before) < _MOVING_MPS:
-        raise NotReached("the robot did not drive at the speed that was set before the refusals (F2)")
+        raise NotReached("the robot did not drive at the speed that was set before the refusals", "F2")
     holds = abs(after - before) <= 0.05 * max(abs(before), 0.1)
     judge.expect(holds, seen, "change the speed in force only after every test of the request has passed")
 
@@ -147,7 +147,7 @@ def _refusals(judge: Judge) -> list[Call]:
     trial = judge.trial("refuse_speed")
     first = judge.call(trial, "set_speed", 0)
     if (first.response or {})["success"] is False:
-        raise NotReached(f"speed {_asked(first):g}, within the limit, was refused as well (F2)")
+        raise NotReached(f"speed {_asked(first):g}, within the limit, was refused as well", "F2")
     count = sum(call.service == "set_speed" for call in trial.calls)
     return [judge.call(trial, "set_speed", index) for index in range(1, count)]
 

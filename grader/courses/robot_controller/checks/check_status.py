@@ -19,7 +19,7 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     trial, calls = _calls(judge)
     judge.call(trial, "set_speed", 0)
     if abs(motion.odometry_speed(trial.samples, calls[1].t - 0.4, calls[1].t)) < 0.02:
-        raise NotReached("the robot stood still after set_speed, so no speed was in force (F2)")
+        raise NotReached("the robot stood still after set_speed, so no speed was in force", "F2")
     for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
         speed = float(_answer(call)["speed"])
         seen = f"speed {speed:g} while {moment}, after set_speed {wanted:g}"

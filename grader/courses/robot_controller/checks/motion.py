@@ -99,7 +99,7 @@ def died_after(goals: int, judge: Judge, trial: Trial) -> str:
     """Return in words how the node ended by itself when its `goals` goals were over, "" if it lived on."""
     over = len(trial.goals) == goals and all(math.isfinite(goal.ended_t) for goal in trial.goals)
     by_itself = trial.process is not None and trial.process.by == "itself"
-    return trial.ended + judge.why_ended(trial) if trial.ended and by_itself and over else ""
+    return str(judge.not_reached(trial.ended, trial)) if trial.ended and by_itself and over else ""
 
 
 def has_succeeded(goal: Goal) -> bool:

@@ -47,7 +47,7 @@ def standing_clock_robot_controller(stage: Stage) -> None:
     stage.call("set_speed", speed=0.5)  # the same again, while the wall clock runs ahead of the simulated one
     stage.mark("slow")
     stage.run_slowly(0.8)
-    stage.choices["held"] = stage.freeze_clock(1.0)
+    stage.measured["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
 
