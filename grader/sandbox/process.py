@@ -227,8 +227,11 @@ class Process:
         return procfs.children(self._init_pid) if self._program is None else [self._program.pid]
 
     def _tree(self) -> list[int]:
-        """Return the pids of all processes below the sandbox's first one, and of a program that was forked into it."""
-        pids = procfs.descendants_at_a_glance(self._init_pid)
+        """Return the pids of all processes below the sandbox's first one, and of a program that was forked into it.
+
+        With those of proot, for which a command waits at each kernel call.
+        """
+        pids = procfs.descendants_at_a_glance(self._init_pid if self._view is None else self._popen.pid)
         if self._program is not None:
             pids += [self._program.pid, *procfs.descendants_at_a_glance(self._program.pid)]
         return pids

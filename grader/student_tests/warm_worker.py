@@ -37,7 +37,8 @@ _START_SECONDS = 60.0
 _BUSY_FACTOR = 10.0
 _WORKERS_AT_MOST = 20  # each takes a second to start; a suite that ends more has lost its points anyway
 _HERE = Path(__file__).parent
-_ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1", "ROS_DOMAIN_ID": "7"}
+_ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1"}
+_DOMAINS = 100  # those whose ports are below the kernel's ephemeral ones
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.pyc")
 
 
@@ -193,7 +194,9 @@ def _start(
     # Importing ROS takes the worker a second; a package that does not use it need not wait for that.
     warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (folder / "package").rglob("*.py"))
     (folder / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
-    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
+    # Workers that are not in network namespaces of their own must not hear each other.
+    domain = str(1 + int(folder.name) % _DOMAINS)
+    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | _ENVIRONMENT | {"ROS_DOMAIN_ID": domain}
     # The worker starts without the install tree on its path: a sitecustomize in it must not be imported first.
     environment.pop("PYTHONPATH")
     box = sandbox.Sandbox(

@@ -43,9 +43,9 @@ _CRASHED = {
 _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # without time spent waiting for a CPU; start and end of a trial together take 0.7 to 1.0 s
 _TRIAL_CAP_S = 900.0  # wall time; the limits inside a trial do not count time spent waiting for a CPU
-# Above 100 DDS would need ports beyond the range of some kernels' ephemeral ones; below 10 are those of people. Each
-# worker has its own: where there are no network namespaces, they alone keep trials apart.
-_DOMAINS = range(10, 101)
+# From 101 to 214, DDS would need ports that are the kernel's ephemeral ones. Each worker has domains of its own: they
+# alone keep trials apart without network namespaces, and from a package's own tests, which use low ones.
+_DOMAINS, _DOMAINS_WITHOUT_NAMESPACES = range(1, 101), range(215, 233)
 _WAITERS = 2  # workers for trials that mostly wait
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -101,7 +101,9 @@ def run(
         trials = _Trials(
             observers.start, install, folder, seed, package, progress, ros_name or course.package, best_effort
         )
-        domains = random.SystemRandom().sample(_DOMAINS, len(_DOMAINS))
+        apart = namespaces.confinement() is namespaces.Confinement.NAMESPACES
+        usable = _DOMAINS if apart else _DOMAINS_WITHOUT_NAMESPACES
+        domains = random.SystemRandom().sample(usable, len(usable))
         own = [domains[number :: count + waiters] for number in range(count + waiters)]
         threads = [_Worker((computing, waiting), trials, turns.free_slot, each) for each in own[:count]]
         threads += [_Worker((waiting,), trials, contextlib.nullcontext, each) for each in own[count:]]
