@@ -10,7 +10,6 @@ from helpers.course import COURSE
 from helpers.judging import ask, evidence_with, find
 from helpers.report_examples import grading
 
-from grader.checks.judge import Unjudged
 from grader.evidence import (
     Build,
     Call,
@@ -81,7 +80,7 @@ def judged(evidence: Evidence) -> list[CheckResult]:
     for check in load(RUBRIC).checks:
         try:
             said = ask(find(check.id), evidence)
-        except (Unjudged, LookupError, IndexError, ValueError, TypeError):
+        except Exception:  # as in the grader: an error of the check itself costs nothing
             results.append(CheckResult(check.id, Outcome.PASSED, 1.0))
             continue
         how = Outcome.NOT_REACHED if not said.reached else Outcome.PARTIAL if said.share else Outcome.FAILED
