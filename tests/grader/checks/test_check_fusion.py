@@ -68,7 +68,7 @@ def battery_judged(*logs: tuple[float, int, str]) -> str:
         0,
         True,
         "lockstep",
-        "",
+        None,
         messages=messages,
         published=published,
     )
@@ -95,7 +95,7 @@ def test_a_topic_that_is_not_subscribed_is_the_first_cause():
     """A subscription of `imu` was reported as a vector that had not been copied."""
     fused = {"linear_acceleration": dict.fromkeys("xyz", 0.0), "angular_velocity": dict.fromkeys("xyz", 0.0)}
     trial = evidence.Trial(
-        "fusion", "sensor_processor", "open_field", 0, True, "lockstep", "", marks={"scans": 0.0},
+        "fusion", "sensor_processor", "open_field", 0, True, "lockstep", None, marks={"scans": 0.0},
         published=[evidence.Message(1.0, "imu/data", {field: [1.0, 0.0, 0.0] for field in fused})],
         messages=[evidence.Message(2.0, "sensor_fusion_data", fused)],
         graph=evidence.Graph(
