@@ -29,7 +29,7 @@ def _target(stage: Stage, bearing: float, distance: float) -> tuple[float, float
 
 @trial(serves=["F3", "F7", "F8"], takes_long=True)  # a goal without feedback runs in real time
 def navigate_again(stage: Stage) -> None:
-    """Send a goal where the robot is, one that is cancelled after service calls, and a third; ask how the robot is."""
+    """Send three goals: to its own place, one cancelled after service calls, one more; ask for status."""
     stage.run(0.5)
     here = stage.navigate(*_target(stage, 0.0, 0.03), 0.25)
     if here.problem:
