@@ -253,7 +253,7 @@ def test_jupyter_prints_the_address_of_the_first_notebook(makefile: str, tmp_pat
     recipes = run("make", "--dry-run", "--file", makefile, "jupyter").stdout
     options = recipes.partition("jupyter lab")[2].split()
     home = {name: str(tmp_path) for name in ("HOME", "JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR")}
-    command: list[str | Path] = [ROOT / ".venv/bin/jupyter", "lab", "--no-browser", "--ServerApp.port=0", *options]
+    command = [str(ROOT / ".venv/bin/jupyter"), "lab", "--no-browser", "--ServerApp.port=0", *options]
     with subprocess.Popen(
         command, cwd=ROOT, env={"PATH": os.environ["PATH"], **home}, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         text=True,
