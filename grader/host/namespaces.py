@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
 
+from grader.errors import GraderError
+
 UNSAFE_VARIABLE = "ROS2_COURSE_KIT_UNSAFE_NO_SANDBOX"
 UNSAFE_NOTICE = (
     "Graded with --unsafe-no-sandbox: the submission's code saw this machine's processes and network, and other "
@@ -78,7 +80,10 @@ def _tried(command: Sequence[str]) -> str:
         ended = subprocess.run(command, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False)
     except FileNotFoundError:
         return "bubblewrap is not installed"
-    except (OSError, subprocess.TimeoutExpired) as error:
+    except subprocess.TimeoutExpired:  # on a busy machine: no reason to confine in a weaker way
+        why = f"bubblewrap did not answer for {_PROBE_SECONDS} s. Try again when this machine is less busy."
+        raise GraderError(why) from None
+    except OSError as error:
         return str(error)
     lines = [line.strip() for line in ended.stderr.splitlines() if line.strip()]
     return "" if ended.returncode == 0 else (lines or [f"bwrap ended with status {ended.returncode}"])[-1]
