@@ -7,11 +7,10 @@ import re
 # A frame of a traceback, and of a dump by faulthandler, which writes "line 7 in f" and no comma.
 _FRAME = re.compile(r'^[ \t]*File "([^"\n]+)", line (\d+),? in (\S+)', re.MULTILINE)
 _INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
-_NAMED = re.compile(r"\S+\.py:\d+|\bline \d+")
+_NAMED = re.compile(r"(?<!\S)\S+\.py:\d+|\bline \d+")
 # rosidl's generated C code, in which a value of a wrong type ends the process when the message is sent.
-_ASSERTION = re.compile(
-    r"\w+?__(?:msg|srv|action)__(\w+?)__convert_from_py: Assertion `(?:Py(\w+)_Check\(field\)|.*)' failed\."
-)
+_ASSERTION = re.compile(r"\b(\w+)__convert_from_py: (Assertion `(?:Py(\w+)_Check\(field\)|[^`\n]*)' failed\.)")
+_INTERFACE = re.compile(r"__(?:msg|srv|action)__")
 _TYPES = {"Float": "float", "Long": "int", "Unicode": "str", "Bool": "bool"}
 _DUMP = "most recent call first"
 BEGIN = "Traceback (most recent call last)"
@@ -54,11 +53,9 @@ def _raised_at(output: str) -> str:
 
 def _wrong_type(assertion: re.Match[str], output: str) -> str:
     """Return which message had a value of a wrong type, and where it was sent from."""
-    message, kind = assertion[1], _TYPES.get(assertion[2] or "", "")
-    name, _, part = message.partition("__")
-    said = (
-        f"{assertion[0].partition(': ')[2]} A value in {name}{f' ({part})' if part else ''} is not of the field's type"
-    )
+    kind = _TYPES.get(assertion[3] or "", "")
+    name, _, part = _INTERFACE.split(assertion[1], maxsplit=1)[-1].partition("__")
+    said = f"{assertion[2]} A value in {name}{f' ({part})' if part else ''} is not of the field's type"
     said += f", {kind}" if kind else ""
     if part == "response":
         return f"{said}; look at what the callback of this service puts into its response"

@@ -663,6 +663,8 @@ print(*heard[:1])
 # (Two nodes of one program may not even try this, so the sender gets a context of its own: as if it were another program.)
 
 # %%
+import time
+
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.context import Context
 
@@ -672,6 +674,9 @@ elsewhere = Context()
 rclpy.init(context=elsewhere)
 planner = rclpy.create_node("planner", context=elsewhere)
 sender = planner.create_publisher(Twist, "cmd_vel", 10)
+deadline = time.monotonic() + 10  # until the two have found each other
+while planner.count_subscribers("cmd_vel") == 0 and time.monotonic() < deadline:
+    time.sleep(0.1)
 
 # %% [markdown]
 # **What will it be?** An error, a warning, or nothing?

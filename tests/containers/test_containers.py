@@ -26,7 +26,7 @@ _MISSING += [] if PROFILE.is_file() else [f"{PROFILE}, of golang-github-docker-d
 _MISSING += [f"root's other users: {lacks}"] if (lacks := submission_user.lacks()) else []
 pytestmark = [
     pytest.mark.containers,
-    pytest.mark.slow,
+    pytest.mark.slow,  # whole gradings in containers
     pytest.mark.skipif(bool(_MISSING) or os.geteuid() != 0, reason=f"run as root; missing: {', '.join(_MISSING)}"),
 ]
 RUN = ["podman", "--runtime", "runc", "run", "--rm", "--ulimit=nofile=4096:4096", "--ulimit=nproc=4096:4096"]

@@ -60,7 +60,7 @@ def test_the_reference_gets_every_point(whole: tuple[str, Path]):
     assert report["total"] == report["max"] == 100
     assert "100 of 100" in printed
     assert printed.strip().endswith(f"Report: {out / 'report.html'}")
-    assert (out / "evidence" / "trials" / "idle.json").is_file()
+    assert (out / "evidence" / "trials" / "idle_robot_controller.json").is_file()
     assert "<img" in (out / "report.html").read_text()
 
 

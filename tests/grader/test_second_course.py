@@ -98,7 +98,7 @@ def test_a_known_bad_edit_loses_its_points_and_no_others(name: str, tmp_path: Pa
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # a whole grading
 def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lacks(tmp_path: Path):
     out = tmp_path / "out"
     assert cli.main(["grade", str(COURSE.solution), "--course", str(HALL), "--out", str(out)]) == 0
@@ -111,7 +111,7 @@ def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lac
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # two whole gradings
 def test_a_class_of_it_remembers_the_course(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """`grader rescore` judged by the checks of the kit's own course."""
     for team in ("team01", "team02"):
@@ -131,7 +131,7 @@ def test_a_class_of_it_remembers_the_course(tmp_path: Path, capsys: pytest.Captu
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # builds and starts its node
 def test_its_notebook_passes_its_checks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setenv(VARIABLE, str(HALL))
     notebook = notebook_source.read("01_guard", RUBRIC, COURSE.notebooks)
@@ -161,7 +161,7 @@ def test_its_kit_has_its_notebook_and_nothing_of_the_other_course(monkeypatch: p
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # five gradings
 def test_attacks_on_it_are_contained(capsys: pytest.CaptureFixture[str]):
     names = ["writes_the_results", "overwrites_the_grader", "runs_code_at_build", "builds_as_root", "calls_home"]
     assert cli.main(["self-test", "--course", str(HALL), "--only", *names]) == 0

@@ -20,6 +20,7 @@ ONE_NETWORK = (
     "tests/notebooks/test_notebook_runs.py",
     "tests/grader/notebook/test_session.py",
     "tests/grader/notebook/test_bench.py",
+    "tests/grader/notebook/test_lessons.py",
     "tests/grader/trials/test_service_proxy.py",
     "tests/grader/trials/test_listening.py",
 )
