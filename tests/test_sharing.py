@@ -24,7 +24,9 @@ def test_files_whose_nodes_share_this_machines_network_stay_in_one_process():
 
 def test_every_file_that_starts_rclpy_itself_is_among_them():
     """Two domains chosen by chance meet one day, and then a test hears another's nodes."""
-    trees = {path: ast.parse(path.read_text()) for path in (KIT / "tests").rglob("test_*.py") if "solution" not in path.parts}
+    trees = {
+        path: ast.parse(path.read_text()) for path in (KIT / "tests").rglob("test_*.py") if "solution" not in path.parts
+    }
     found = {
         path.relative_to(KIT).as_posix()
         for path, tree in trees.items()
