@@ -22,12 +22,18 @@ from grader.host.machine import Machine, install_line
 GB = 1024**3
 # CPython releases for which all the ROS 2 wheels exist.
 OLDEST, NEWEST = (3, 11), (3, 14)
+# A grading of the reference has this many, and some more by chance.
+FEW_PROCESSES = 128
 # Enough for a build with two compilers and for a trial.
 LOW_MEMORY, LOW_DISK = 2 * GB, 2 * GB
 NO_DISK = GB // 4
 # Starting two nodes takes a second on an idle machine, ten with every core loaded.
 DDS_SECONDS = 30.0
 REINSTALL = "rm -rf .venv && make setup"
+ELSEWHERE = "cannot be configured here; grade an export of the platform with `grader batch` on another machine"
+WRITABLE = "docker run --tmpfs /tmp:exec --tmpfs /var/tmp:exec ...  (a sandbox needs both)"
+# What a sandbox sets as the limits of its processes; no limit of the grader's may be lower.
+LIMITS = {"NPROC": 512, "NOFILE": 1024, "AS": 4096 * 1024**2, "FSIZE": 256 * 1024**2}
 
 
 class State(Enum):
@@ -260,11 +266,12 @@ def _without_namespaces(machine: Machine, reason: str, fix: str) -> list[Diagnos
     """Return what a grading does where bubblewrap does not work: root's other users, or the student's own checks."""
     name, instead = "bubblewrap", "instead of namespaces"
     if lacks := machine.lacks_for_other_users():
-        more = (
-            install_line(machine, ["proot"])
-            if "proot" in lacks
-            else "rm -rf .venv && make setup PYTHON=/usr/bin/python3"
-        )
+        fixes = {
+            "not installed": install_line(machine, ["proot"]),
+            "cannot enter": "rm -rf .venv && make setup PYTHON=/usr/bin/python3",
+            "id": ELSEWHERE,
+        }
+        more = next((fix for word, fix in fixes.items() if word in lacks.split(", ")[0]), WRITABLE)
         return [_bad(name, reason, fix), _bad(instead, f"nothing: {lacks}", more)]
     if machine.root:
         return [
@@ -306,7 +313,7 @@ def _container_fix(machine: Machine, *, pod: bool) -> str:
     }
     missing = [name for name, holds in confined.items() if holds]
     if not missing:
-        return "cannot be configured here; grade an export of the platform with `grader batch` on another machine"
+        return ELSEWHERE
     if pod:
         wanted = {"seccomp": "seccompProfile: {type: Unconfined}", "apparmor": "appArmorProfile: {type: Unconfined}"}
         wanted |= {"systempaths": "procMount: Unmasked"}
@@ -410,7 +417,24 @@ def _cgroups(machine: Machine) -> list[Diagnosis]:
         return [_warn(name, f"none; {instead}")]
     if missing:
         return [_warn(name, f"version 1, without the controller {missing[0]}; {instead}")]
-    return [_warn(name, f"version 1, not writable; {instead}", f"sudo -E {grade}")]
+    fix = f"sudo -E {grade}" if machine.which("sudo") and not machine.root else ""
+    return [_warn(name, f"version 1, not writable; {instead}", fix)]
+
+
+def _limits(machine: Machine) -> list[Diagnosis]:
+    """Compare the limits that hold here with those of a sandbox, which cannot raise them."""
+    low = [f"{name} {have}" for name, need in LIMITS.items() if 0 <= (have := machine.limit(name)) < need]
+    if low:
+        needed = ", ".join(f"{name} {need}" for name, need in LIMITS.items())
+        fix = "raise it where this session was started: ulimit -H, docker run --ulimit nproc=4096:4096, limits.conf"
+        return [_bad("limits", f"{', '.join(low)}; a sandbox needs {needed}", fix)]
+    for path in ("/sys/fs/cgroup/pids/pids.max", "/sys/fs/cgroup/pids.max"):
+        most = (machine.read(path) or "max").strip()
+        if most.isdigit() and int(most) < LIMITS["NPROC"]:
+            fix = f"docker run --pids-limit={LIMITS['NPROC']} ..., or the kubelet's podPidsLimit"
+            found = f"{most} processes in this container; a grading needs up to {LIMITS['NPROC']}"
+            return [(_bad if int(most) < FEW_PROCESSES else _warn)("limits", found, fix)]
+    return [_ok("limits", "none is below a sandbox's own")]
 
 
 # -- memory and disk ----------------------------------------------------------------------------------------------
@@ -443,6 +467,6 @@ def _last_line(text: str) -> str:
 
 # In the order of the report. Two run at a time.
 _CHECKS: tuple[Callable[[Machine], list[Diagnosis]], ...] = (
-    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _launch, _sandbox, _user, _cgroups,
+    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _launch, _sandbox, _user, _cgroups, _limits,
     _resources, _ccache,
 )  # fmt: skip

@@ -6,6 +6,7 @@ Standard library only, because `make setup` uses it before anything is installed
 from __future__ import annotations
 
 import os
+import resource
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -88,6 +89,10 @@ class Machine:
     def lacks_for_other_users(self) -> str:
         """Return what keeps sandboxes without namespaces from working here, "" if nothing does."""
         return submission_user.lacks()
+
+    def limit(self, name: str) -> int:
+        """Return a resource's limit that this process cannot raise, -1 if there is none."""
+        return resource.getrlimit(getattr(resource, f"RLIMIT_{name}"))[1]
 
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""

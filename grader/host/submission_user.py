@@ -7,7 +7,6 @@ runs as a user of its own instead. Any other grader's sandboxes run as the user 
 from __future__ import annotations
 
 import os
-import re
 import secrets
 import shutil
 import subprocess
@@ -20,8 +19,9 @@ from grader import KIT
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env
 
-# systemd's list of user ids leaves 1,879,048,192 to 2,147,483,647 to nobody.
-_FIRST, _COUNT = 1_900_000_000, 100_000_000
+# systemd's list of user ids leaves 1,879,048,192 to 2,147,483,647 to nobody. A container with few ids has these ones of
+# ordinary users, of whom it seldom has any.
+_IDS = (range(1_900_000_000, 2_000_000_000), range(20_000, 60_000))
 _NOBODY = 65534
 # Between the mounts, which root makes, and the first command of the submission.
 CAPABILITIES = ("--cap-drop", "ALL", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID")
@@ -30,6 +30,8 @@ RUNS_AS_ROOT = (
     "mounts kept it from this machine's files. Grade as an ordinary user."
 )
 PROOT = "proot"
+VIEWS = Path("/var/tmp/ros2-course-kit")
+"""Where root keeps what sandboxes without namespaces see."""
 _PROBE_SECONDS = 300  # takes 20 ms
 # Reads what every sandbox must be able to read, and then tries to write a file of root's.
 _PROBE = (
@@ -62,12 +64,22 @@ def notice() -> str:
     return f"grading as root; the submission runs as {'root too' if runs_as_root() else 'a user that owns nothing'}"
 
 
+@cache
 def lacks() -> str:
     """Return what keeps sandboxes without namespaces from working on this machine, "" if nothing does."""
     if shutil.which(PROOT) is None:
         return "proot is not installed"
-    closed = [path for path in prefixes() if not _is_open(path)] if os.geteuid() == 0 else []
-    return f"other users cannot enter {closed[0]}, so no submission could start Python from there" if closed else ""
+    root = os.geteuid() == 0
+    if root and not _is_mapped(_id()):
+        return "this container has no other user's id"
+    if closed := [path for path in prefixes() if root and not _is_open(path)]:
+        return f"other users cannot enter {closed[0]}, so no submission could start Python from there"
+    if root and not os.access(VIEWS.parent, os.W_OK):
+        return f"{VIEWS.parent} cannot be written"
+    tried = _run(
+        [*(become(_id()) if root else ()), PROOT, "--verbose=-1", "--bind=/usr:/ws/probe", "test", "-d", "/ws/probe"]
+    )
+    return "" if tried.returncode == 0 else tried.stderr.strip().partition("\n")[0][:200] or "proot does not work"
 
 
 def prefixes() -> list[Path]:
@@ -115,7 +127,7 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
+        raise GraderError(f"Cannot start {command[0]} ({error}). Run `grader doctor`; it prints the fix.") from error
 
 
 def _last_line(ended: subprocess.CompletedProcess[str]) -> str:
@@ -149,12 +161,12 @@ def give(folders: Sequence[Path], user: int) -> None:
 
 
 def _id() -> int:
-    """Return the id of a user whom nobody else is; in a container with few ids that of the user nobody."""
-    wanted = _FIRST + secrets.randbelow(_COUNT)
+    """Return the id of a user that belongs to one sandbox alone; that of nobody in a container without such ids."""
+    return next(filter(_is_mapped, map(secrets.choice, _IDS)), _NOBODY)
+
+
+def _is_mapped(number: int) -> bool:
+    """Return whether this container has a user and a group of this id."""
     maps = [Path("/proc/self", name).read_text() for name in ("uid_map", "gid_map")]
-    return wanted if all(_is_mapped(wanted, text) for text in maps) else _NOBODY
-
-
-def _is_mapped(number: int, text: str) -> bool:
-    ranges = [(int(first), int(count)) for first, count in re.findall(r"^\s*(\d+)\s+\d+\s+(\d+)", text, re.MULTILINE)]
-    return any(first <= number < first + count for first, count in ranges)
+    lines = [[tuple(map(int, line.split())) for line in text.splitlines()] for text in maps]
+    return all(any(first <= number < first + count for first, _, count in ranges) for ranges in lines)

@@ -109,8 +109,8 @@ class Process:
                     command, box, limits, init=self._init_pid, output=output.write_end, hold=hold.write_end,
                     user=self._user, group=self._group,
                 )  # fmt: skip
-        if box.writable:
-            self._guard = DiskGuard(list(box.writable), limits.disk_bytes, limits.files, self._kill_tree)
+        if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
+            self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
 
     def __enter__(self) -> Process:
         """Return the running process."""

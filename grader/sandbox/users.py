@@ -20,13 +20,16 @@ from pathlib import Path
 from grader.errors import GraderError
 from grader.host import ros_env, submission_user, tempdir
 from grader.sandbox.bwrap import _ETC, _ROOT_FOLDERS, HOME, Sandbox
-from grader.sandbox.syscall_filter import PROGRAM_BYTES
+from grader.sandbox.syscall_filter import PROGRAM_BELOW_PROOT
 
 _START = Path(__file__).with_name("user_start.py")
 # Its text is run below proot, which needs some of the calls that the filter refuses.
 _COMMAND = Path(__file__).with_name("user_command.py")
 _DEVICES = ("null", "zero", "full", "random", "urandom", "tty")
 _OWN = ("tmp", "home", "shm", "run")
+# proot 5 keeps one record of the heaps of a process and all that it starts by posix_spawn, which then crash: each gets
+# its whole heap at once, and builds start one process at a time.
+_FOR_PROOT = {"MALLOC_TOP_PAD_": str(64 << 20), "MAKEFLAGS": "-j1", "CMAKE_BUILD_PARALLEL_LEVEL": "1"}
 
 
 @dataclass
@@ -36,6 +39,11 @@ class View:
     folder: Path
     binds: dict[str, Path] = field(default_factory=dict)
     moved: dict[Path, Path] = field(default_factory=dict)
+
+    @property
+    def own(self) -> list[Path]:
+        """Return what bubblewrap would make disks in memory of: folders that the sandbox may fill."""
+        return [self.folder / name for name in _OWN]
 
     def close(self) -> None:
         """Put back what was moved here, and remove the rest."""
@@ -54,7 +62,7 @@ def lay_out(box: Sandbox, user: int | None) -> View:
     if user is None:
         view.binds = {inside: host for host, inside in [*box.read_only.items(), *box.writable.items()]}
         return view
-    submission_user.give([made / name for name in _OWN], user)
+    submission_user.give(view.own, user)
     for number, (host, inside) in enumerate([*box.read_only.items(), *box.writable.items()]):
         here = view.binds[inside] = made / str(number)
         if host in box.writable or host in box.fed:
@@ -87,15 +95,15 @@ def command_line(
         f"--pwd={box.cwd}",
     ]
     python = str(ros_env.BASE_PREFIX / "bin" / "python3")
-    run += [python, "-I", "-S", "-c", _COMMAND.read_text(), PROGRAM_BYTES.hex(), *command]
+    run += [python, "-I", "-S", "-c", _COMMAND.read_text(), PROGRAM_BELOW_PROOT.hex(), *command]
     write = [Path("/tmp")]  # where proot itself makes files
-    write += [*(view.binds[inside] for inside in box.writable.values()), *(view.folder / name for name in _OWN)]
+    write += [*(view.binds[inside] for inside in box.writable.values()), *view.own]
     read = [Path("/", name) for name in ("usr", "proc", *_ROOT_FOLDERS)] + [Path("/etc", name) for name in _ETC]
     devices = [Path("/dev", name) for name in _DEVICES]
     read += [*submission_user.prefixes(), *view.binds.values()]
     asked = {
         "user": user, "command": run, "info": info_fd, "limits": {}, "filter": "",
-        "environment": dict(box.environment),
+        "environment": _FOR_PROOT | dict(box.environment),
         "landlock": _texts(read=read, write=[*write, *devices]) if locked else None,
         "cores": sorted(os.sched_getaffinity(0)), "scheduling": os.sched_getscheduler(0),
     }  # fmt: skip
@@ -110,7 +118,7 @@ def _place(user: int | None) -> Path:
     """Return the folder for views: where other users may pass, but not look, if there are any."""
     if user is None:
         return tempdir.parent()
-    place = Path("/var/tmp/ros2-course-kit")
+    place = submission_user.VIEWS
     place.mkdir(mode=0o711, exist_ok=True)
     if place.stat().st_uid != 0:
         raise GraderError(f"{place} belongs to another user. Remove it and grade again.")

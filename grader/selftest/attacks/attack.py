@@ -42,6 +42,7 @@ class Attack:
         pack: how it is packed, if it is not submitted as a folder.
         refused: words of the refusal, if it is not graded at all.
         not_applicable: why it cannot be tried on this grader; then it is not run.
+        not_by_users: why the users sandbox (docs/containers.md) does not stop it, "" if it does.
         build_seconds: time limit for its build, if not the usual one.
     """
 
@@ -58,6 +59,7 @@ class Attack:
     pack: Pack | None = None
     refused: str = ""
     not_applicable: str = ""
+    not_by_users: str = ""
     build_seconds: float = 0.0
 
     def on(self, course: Course, rubric: Rubric) -> Attack:

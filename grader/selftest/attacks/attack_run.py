@@ -12,6 +12,8 @@ from grader import pipeline, report
 from grader.collect import needs_build
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
+from grader.host import cgroup
+from grader.host.namespaces import Confinement, confinement
 from grader.report import console
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import Outcome
@@ -20,6 +22,7 @@ from grader.selftest.attacks.honeytokens import Honeytokens, planted
 from grader.selftest.package_edits import Change, copy
 
 Points = dict[str, float]
+LIMIT = "limit"
 
 # An attack on the build has a CMakeLists.txt of its own, so everything is compiled: minutes on a busy machine.
 _BUILD_SECONDS = 900.0
@@ -27,13 +30,17 @@ _BUILD_SECONDS = 900.0
 
 @dataclass(frozen=True)
 class AttackResult:
-    """The result of an attack: points without it (`baseline`) and with it, flags, and what should not have happened."""
+    """The result of an attack: points without it (`baseline`) and with it, flags, and what should not have happened.
+
+    `not_held` is what did happen, where the kit says that this machine's sandbox does not hold the attack.
+    """
 
     attack: Attack
     baseline: Points = field(default_factory=dict)
     points: Points = field(default_factory=dict)
     flags: tuple[Flag, ...] = ()
     problems: tuple[str, ...] = ()
+    not_held: tuple[str, ...] = ()
     seconds: float = 0.0
     refused: str = ""
 
@@ -64,9 +71,18 @@ def run(
         begin(each)
         started = time.monotonic()
         result = AttackResult(each) if each.not_applicable else _run_one(each, reference, settings, baseline)
+        if each.not_by_users and confinement() is Confinement.USERS:
+            result = _as_known(result)
         results.append(replace(result, seconds=time.monotonic() - started))
         done(results[-1])
     return results
+
+
+def _as_known(result: AttackResult) -> AttackResult:
+    """Return the result of an attack that this machine's sandbox does not hold: a problem only if it was contained."""
+    if result.problems:
+        return replace(result, problems=(), not_held=result.problems)
+    return replace(result, problems=("it was contained, and the list says that the users sandbox does not hold it",))
 
 
 class _Baseline:
@@ -144,7 +160,8 @@ def _point_problems(each: Attack, grading: Grading, before: Points) -> list[str]
 
 def _report_problems(each: Attack, grading: Grading, tokens: Honeytokens) -> list[str]:
     problems = []
-    if each.flag and not any(each.flag in flag.kind for flag in grading.evidence.flags):
+    unseen = each.flag == LIMIT and cgroup.find_hierarchy() is None  # a process's own limits are hit without a trace
+    if each.flag and not unseen and not any(each.flag in flag.kind for flag in grading.evidence.flags):
         problems.append(f"no integrity flag of the kind {each.flag!r}")
     report.write(grading, tokens.results, pictures=False)
     if leaks := tokens.leaks(tokens.results):

@@ -99,14 +99,19 @@ def row(result: AttackResult, name_width: int) -> str:
     verdict, points = "contained" if result.contained else "NOT CONTAINED", "refused"
     if attack.not_applicable:
         verdict, points = "not applicable", ""
+    elif result.not_held:
+        verdict = "not held"
     elif not result.refused:
         points = f"{_sum(result.points, attack.needs)} of {_sum(result.baseline, attack.needs)}"
     kinds = ", ".join(dict.fromkeys(flag.kind for flag in result.flags)) or "-"
     head = f"{attack.name:<{name_width}}  {verdict:<14}  {points:<14}  flag: {kinds:<20}  {result.seconds:5.1f} s"
     lines = [head.rstrip(), *_wrapped("tried", attack.tries)]
-    lines += _wrapped("why", attack.not_applicable) if attack.not_applicable else _wrapped("stopped", attack.stopped)
-    for problem in result.problems:
-        lines += _wrapped("PROBLEM", problem)
+    if why := attack.not_applicable or (result.not_held and attack.not_by_users):
+        lines += _wrapped("why", why)
+    else:
+        lines += _wrapped("stopped", attack.stopped)
+    for problem in (*result.problems, *result.not_held):
+        lines += _wrapped("PROBLEM" if result.problems else "seen", problem)
     return "\n".join(lines)
 
 
@@ -114,10 +119,16 @@ def summary(results: Sequence[AttackResult]) -> str:
     """Return the last line: how many attacks were contained."""
     run = [each for each in results if not each.attack.not_applicable]
     bad = [each.attack.name for each in run if not each.contained]
-    others = f"; {len(results) - len(run)} do not apply here" if len(results) > len(run) else ""
+    weak = [each.attack.name for each in run if each.not_held]
+    others = f". Not held by the users sandbox: {', '.join(weak)}" if weak else ""
+    others += f"; {len(results) - len(run)} do not apply here" if len(results) > len(run) else ""
     if bad:
         return f"{len(bad)} of {len(run)} attacks were NOT contained: {', '.join(bad)}{others}."
-    return f"{'The attack was' if len(run) == 1 else f'All {len(run)} attacks were'} contained{others}."
+    held = len(run) - len(weak)
+    all_ = (
+        f"{held} of {len(run)} attacks were" if weak else "The attack was" if held == 1 else f"All {held} attacks were"
+    )
+    return f"{all_} contained{others}."
 
 
 def _sum(points: dict[str, float], needs: Iterable[str]) -> str:

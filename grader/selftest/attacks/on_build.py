@@ -22,7 +22,7 @@ env | grep -i -E 'secret|token'
         "The build starts a process that outlives the build.",
         at_build("setsid sh -c 'while :; do sleep 1; done' @TOKEN@ >/dev/null 2>&1 </dev/null & echo started"),
         number=15, needs=BUILD, proof="ATTACK started",
-        stopped="the sandbox is a pid namespace: when its first process ends, the kernel kills all others",
+        stopped="when a sandbox's first process ends, all others of its pid namespace, or of its user, are killed",
     ),
     attack(
         "fills_the_disk",

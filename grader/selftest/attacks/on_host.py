@@ -17,7 +17,9 @@ for top in ('/proc/sys', '/etc', '/dev', '/ws', '/opt', '/var', '/run', '/home',
     for here, _, names in os.walk(top):
         for path in (os.path.join(here, name) for name in names):
             try:
-                found += os.lstat(path).st_uid == root and os.path.isfile(path) and os.access(path, os.W_OK)
+                if os.lstat(path).st_uid == root and os.path.isfile(path):
+                    os.close(os.open(path, os.O_WRONLY))
+                    found += 1
             except OSError:
                 pass
 print('ATTACK is root:', {_IS_ROOT}, 'files of root:', found, flush=True)
@@ -76,5 +78,6 @@ os._exit(0)
 """),
         needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK calls that were answered: []",
         stopped="a filter of kernel calls, and a session keyring of its own for every sandbox",
+        not_by_users="proot answers ptrace itself, for the processes of the same sandbox",
     ),
 )  # fmt: skip

@@ -78,7 +78,7 @@ for number in range(3, 256):
         "The node starts a process in a session of its own that outlives it.",
         node(f"{_DETACHED}\nprint('ATTACK started', flush=True)"),
         number=15, needs=BEHAVIOUR, proof="ATTACK started",
-        stopped="the sandbox is a pid namespace: when its first process ends, the kernel kills all others",
+        stopped="when a sandbox's first process ends, all others of its pid namespace, or of its user, are killed",
     ),
     attack(
         "overwrites_the_grader",
@@ -149,6 +149,7 @@ time.sleep(1.0)
         "fills_shared_memory",
         "The node fills /dev/shm, /tmp and its home, which are disks in memory.",
         node("""
+print('ATTACK fills', flush=True)
 for folder in ('/dev/shm', '/tmp', os.environ['HOME'], '/run'):
     try:
         for number in range(100):
@@ -158,8 +159,8 @@ for folder in ('/dev/shm', '/tmp', os.environ['HOME'], '/run'):
     except OSError as error:
         print('ATTACK', folder, error, flush=True)
 """),
-        number=22, needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK /dev/shm",
-        stopped="each of these disks has a size limit, and all of them count as memory of the sandbox",
+        number=22, needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK fills",
+        stopped="each of these disks has a size limit; without namespaces they are folders, whose growth is limited",
     ),
     attack(
         "never_ends",
@@ -196,6 +197,7 @@ for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), (
 """),
         number=26, needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK ('127.0.0.1'",
         stopped="each trial has a network of its own, with loopback only",
+        not_by_users="datagrams, which DDS needs, reach every port in the container's network",
     ),
     attack(
         "talks_into_other_domains",
@@ -206,7 +208,7 @@ from std_msgs.msg import String
 for domain in range(0, 100, 9):
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
-    other = rclpy.create_node('neighbour', context=context)
+    other = rclpy.create_node('neighbour', context=context, enable_rosout=False)
     other.create_publisher(String, 'rosout', 10).publish(String(data='@TOKEN@'))
 print('ATTACK talked', flush=True)
 """),

@@ -16,6 +16,7 @@ from grader.host import cgroup, doctor, submission_user
 from grader.host.cgroup import Hierarchy
 from grader.host.doctor import Diagnosis, Installed, State, examine, exit_status, mismatches, render
 from grader.host.machine import CommandResult, Machine, install_line
+from grader.sandbox.bwrap import Limits, resource_limits
 
 HEALTHY_TOOLS = {
     *("apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"),
@@ -40,9 +41,11 @@ class FakeMachine(Machine):
         free: int = 50 * doctor.GB,
         refusal: str = "",
         lacks: str = "",
+        limits: Mapping[str, int] | None = None,
     ) -> None:
         """`fails` maps a word of a command to the output of the command, which then fails."""
         self._tools, self._files, self._fails = tools, files or {}, fails or {}
+        self._limits = limits or {}
         self._root, self._cgroups, self._free, self._refusal, self._lacks = root, cgroups, free, refusal, lacks
 
     @property
@@ -66,6 +69,9 @@ class FakeMachine(Machine):
 
     def lacks_for_other_users(self) -> str:
         return self._lacks
+
+    def limit(self, name: str) -> int:
+        return self._limits.get(name, -1)
 
     def free_bytes(self, *_: object) -> int:
         return self._free
@@ -170,10 +176,53 @@ def test_another_user_without_namespaces_gives_no_points():
     assert exit_status(examine(machine)) == 3
 
 
-def test_what_other_users_cannot_reach_is_said_with_its_fix():
-    lacks = "other users cannot enter /root/python, so no submission could start Python from there"
+@pytest.mark.parametrize(
+    ("lacks", "fix"),
+    [
+        ("other users cannot enter /root/python, so no submission could start Python from there",
+         "rm -rf .venv && make setup PYTHON=/usr/bin/python3"),
+        ("proot is not installed", "apt-get update && apt-get install -y proot"),
+        ("this container has no other user's id", doctor.ELSEWHERE),
+        ("/var/tmp cannot be written", doctor.WRITABLE),
+        ("proot error: can't create temporary directory: Read-only file system", doctor.WRITABLE),
+    ],
+)  # fmt: skip
+def test_what_other_users_cannot_reach_is_said_with_its_fix(lacks: str, fix: str):
+    """The doctor said "can grade" in a container with a read-only root, where every grading was refused."""
     instead = found(FakeMachine(root=True, fails={"bwrap": "no"}, lacks=lacks), "instead of namespaces")
-    assert (instead.state, instead.fix) == (State.BAD, "rm -rf .venv && make setup PYTHON=/usr/bin/python3")
+    assert (instead.state, instead.fix) == (State.BAD, fix)
+
+
+@pytest.mark.parametrize(
+    ("limits", "files", "state", "words"),
+    [
+        ({}, {}, State.OK, "none is below"),
+        ({"NPROC": 511}, {}, State.BAD, "NPROC 511; a sandbox needs NPROC 512, NOFILE 1024"),
+        ({"NPROC": 512, "NOFILE": 1024}, {"/sys/fs/cgroup/pids/pids.max": "512\n"}, State.OK, "none is below"),
+        ({}, {"/sys/fs/cgroup/pids.max": "200\n"}, State.WARN, "200 processes in this container"),
+        ({}, {"/sys/fs/cgroup/pids/pids.max": "60\n"}, State.BAD, "60 processes in this container"),
+        ({}, {"/sys/fs/cgroup/pids.max": "max\n"}, State.OK, "none is below"),
+    ],
+)
+def test_limits_that_a_sandbox_cannot_raise_are_bad(
+    limits: dict[str, int], files: dict[str, str], state: State, words: str
+):
+    """The doctor said "can grade" with 60 processes for the user, where every grading was refused."""
+    here = found(FakeMachine(limits=limits, files=files), "limits")
+    assert here.state is state
+    assert here.found.startswith(words)
+
+
+def test_the_doctor_knows_the_limits_of_a_sandbox():
+    for name, value in resource_limits(Limits()).items():
+        assert doctor.LIMITS.get(name.removeprefix("RLIMIT_"), value) == value
+
+
+def test_root_is_not_advised_to_become_root():
+    assert found(FakeMachine(files=dict.fromkeys(V1_FILES, ""), root=True), "cgroups").fix == ""
+    assert found(FakeMachine(files=dict.fromkeys(V1_FILES, "")), "cgroups").fix == ""  # a pod has no sudo
+    tools = HEALTHY_TOOLS | {"sudo"}
+    assert found(FakeMachine(tools, files=dict.fromkeys(V1_FILES, "")), "cgroups").fix.startswith("sudo -E ")
 
 
 def test_the_doctor_cuts_no_word():

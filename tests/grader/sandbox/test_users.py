@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -24,6 +26,8 @@ pytestmark = [
     pytest.mark.skipif(bool(submission_user.lacks()), reason=f"cannot work here: {submission_user.lacks()}"),
 ]
 ENVIRONMENT = ros_env.environment(home=sandbox.HOME)
+_LANDLOCK = ctypes.CDLL(None).syscall(444, None, 0, 1)
+TCP = "PermissionError" if _LANDLOCK >= 4 else "done"
 
 
 @pytest.fixture(autouse=True)
@@ -158,6 +162,31 @@ def _processes_of(user: int) -> list[str]:
     return [line for line in listed.stdout.splitlines() if "Z" not in line]
 
 
+def test_a_sandbox_leaves_nothing_behind_but_what_the_grader_asked_for():
+    """Each left two entries of proot's in /tmp, and a submission could leave shared memory to the next one."""
+    code = "import ctypes, os; print(os.getuid(), ctypes.CDLL(None).shmget(1, 4096, 0o1777)); open('/dev/shm/x', 'w')"
+    user, segment = map(int, python(code).output.split())
+    assert segment == -1
+    places = [path for place in ("/tmp", "/dev/shm", "/var/tmp/ros2-course-kit") for path in Path(place).iterdir()]
+    assert [path for path in places if path.lstat().st_uid == user] == []
+
+
+def test_what_a_command_reaches_all_the_same():
+    """docs/containers.md lists it: a port for datagrams and the names of processes, but no port for TCP."""
+    datagrams = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    connections = socket.create_server(("127.0.0.1", 0))
+    datagrams.bind(("127.0.0.1", 0))
+    with datagrams, connections:
+        statements = [
+            f"socket.create_connection(('127.0.0.1', {connections.getsockname()[1]}))",
+            f"socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', {datagrams.getsockname()!r})",
+            f"open('/proc/{os.getpid()}/cmdline').read()",
+        ]
+        assert python(tried(*statements)).output.split() == [TCP, "done", "done"]
+        datagrams.settimeout(60)
+        assert datagrams.recv(10) == b"x"
+
+
 def test_how_a_command_ended_is_known():
     assert python("raise SystemExit(7)").exit_code == 7
     assert python("import os; os.kill(os.getpid(), 9)").exit_code == -signal.SIGKILL
@@ -178,6 +207,36 @@ def test_an_interrupt_reaches_the_command():
 def test_the_filter_of_kernel_calls_is_in_force():
     code = "import ctypes; c = ctypes.CDLL(None, use_errno=True); print(c.syscall(425, 1, 0), ctypes.get_errno())"
     assert python(code).output == "-1 38\n"  # io_uring_setup
+
+
+def test_programs_see_their_folders_that_use_calls_which_proot_does_not_know(tmp_path: Path):
+    """`ls` found nothing below /ws, where Python did."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "given").touch()
+    box = Sandbox(read_only={tmp_path / "in": "/ws/install"}, environment=ENVIRONMENT)
+    assert sandbox.run(["ls", "/ws/install"], box).output == "given\n"
+
+
+def test_a_build_of_many_small_files_is_not_crashed_by_proot(tmp_path: Path):
+    """proot 5.1 crashed ninja or its compilers, and the build was charged to the submission."""
+    rule = "rule copy\n  command = sh -c 'sort $in | gcc -x c -c - -o $out'\n"
+    (tmp_path / "int.c").write_text("int a;\n")
+    (tmp_path / "build.ninja").write_text(rule + "".join(f"build {n}.o: copy int.c\n" for n in range(40)))
+    box = Sandbox(writable={tmp_path: "/ws/build"}, environment=ENVIRONMENT, cwd="/ws/build")
+    ninja = [str(ros_env.PREFIX / "bin" / "ninja"), "-j4"]
+    assert [sandbox.run([*ninja, "-t", "clean"], box).exit_code, sandbox.run(ninja, box).exit_code] == [0, 0]
+
+
+def test_what_fills_the_folders_for_temporary_files_is_stopped():
+    """They are disks in memory under bubblewrap, with a size; here a node could fill the container's disk."""
+    code = (
+        "for folder in ('/tmp', '/dev/shm'):\n for n in range(4):\n"
+        "  open(f'{folder}/{n}', 'wb').write(bytes(1 << 20))\nimport time; time.sleep(100)"
+    )
+    result = sandbox.run(
+        ["python3", "-c", code], Sandbox(environment=ENVIRONMENT), Limits(wall_seconds=60, disk_bytes=6 << 20)
+    )
+    assert result.stopped == "disk"
 
 
 def test_another_user_grades_for_no_points_without_namespaces(monkeypatch: pytest.MonkeyPatch):
