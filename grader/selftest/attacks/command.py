@@ -96,11 +96,10 @@ def _defences() -> list[str]:
 def row(result: AttackResult, name_width: int) -> str:
     """Return an attack's line and, below it, what it tried and what stopped it."""
     attack = result.attack
-    verdict, points = "contained" if result.contained else "NOT CONTAINED", "refused"
+    verdict = "not held" if result.not_held else "contained" if result.contained else "NOT CONTAINED"
+    points = "refused"
     if attack.not_applicable:
         verdict, points = "not applicable", ""
-    elif result.not_held:
-        verdict = "not held"
     elif not result.refused:
         points = f"{_sum(result.points, attack.needs)} of {_sum(result.baseline, attack.needs)}"
     kinds = ", ".join(dict.fromkeys(flag.kind for flag in result.flags)) or "-"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 import socket
 import subprocess
 import time
@@ -15,6 +16,7 @@ from helpers.course import COURSE
 
 from grader import KIT, building, cli, pipeline
 from grader.evidence import Build, Evidence, Flag, Intake
+from grader.host import submission_user
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score
@@ -175,6 +177,28 @@ def test_the_table_shows_what_was_tried_and_what_stopped_it():
     assert command.summary([bad]) == "1 of 1 attacks were NOT contained: bomb."
 
 
+def test_what_the_users_sandbox_does_not_hold_is_named_and_no_other_attack(monkeypatch: pytest.MonkeyPatch):
+    """An attack that got through there was a failure of the self-test; one that no longer does must leave the list."""
+    listed = attack("calls", "x", needs="F1", not_by_users="datagrams get through")
+    reached, contained = (attack_run.AttackResult(listed, problems=problems) for problems in (("a port",), ()))
+    seen = attack_run._as_known(reached)
+    assert (seen.problems, seen.not_held) == ((), ("a port",))
+    assert command.row(seen, 6).startswith("calls   not held        0 of 0")
+    other = attack_run.AttackResult(attack("other", "x", needs="F1"))
+    summary = command.summary([seen, other])
+    assert summary == "1 of 2 attacks were contained. Not held by the users sandbox: calls."
+    assert attack_run._as_known(contained).problems == (
+        "it was contained, and the list says that the users sandbox does not hold it",
+    )
+
+
+def test_the_documentation_lists_what_the_users_sandbox_does_not_hold():
+    text = (ROOT / "docs" / "containers.md").read_text()
+    assert set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == {
+        each.name for each in ATTACKS.values() if each.not_by_users
+    }
+
+
 def test_an_attack_that_does_not_apply_is_named_with_its_reason(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["self-test", "--only", "edits_the_database"]) == 0
     printed = capsys.readouterr().out
@@ -194,6 +218,20 @@ def test_a_self_test_can_be_continued_and_says_how_far_it_is(capsys: pytest.Capt
 def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["self-test", "--only", "magic"]) == 2
     assert "--list shows all names" in capsys.readouterr().err
+
+
+@pytest.mark.sandbox
+@pytest.mark.ros
+@pytest.mark.slow  # a grading for each attack
+@pytest.mark.skipif(
+    os.geteuid() != 0 or bool(submission_user.lacks()), reason="needs root, proot and Python outside /root"
+)
+@pytest.mark.parametrize("name", [name for name, each in ATTACKS.items() if not each.not_applicable])
+def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Settings, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROS2_COURSE_KIT_NAMESPACES", "this test forbids them")
+    [result] = attack_run.run([ATTACKS[name].on(COURSE, settings.rubric)], REFERENCE, settings)
+    assert result.problems == ()
+    assert bool(result.not_held) == bool(ATTACKS[name].not_by_users)
 
 
 @pytest.mark.sandbox
