@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from decimal import Decimal
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 import yaml
 
 from grader.errors import GraderError
 
+T = TypeVar("T")
 _LISTED = 12  # names; more are not read
 
 # Where PyYAML has libyaml, it reads the rubric in a fifteenth of the time, and nearly every command reads the rubric.
@@ -85,6 +86,18 @@ class YamlReader:
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, "a list is expected here")
         return list(node.value)
+
+    def every(self, node: yaml.Node, make: Callable[[yaml.Node], T]) -> tuple[T, ...]:
+        """Return what `make` makes of each item of a list; the mistakes of all items are named at once."""
+        made, wrong = [], []
+        for item in self.items(node):
+            try:
+                made.append(make(item))
+            except GraderError as error:
+                wrong.append(str(error))
+        if wrong:
+            raise GraderError("\n".join(wrong))
+        return tuple(made)
 
     def text(self, node: yaml.Node) -> str:
         """Return a scalar as it is written."""

@@ -1,6 +1,6 @@
 """A course of another package, with one node, one service and none of what else the kit's own course has.
 
-tests/courses/hall_guard holds it. It takes every trip: grade, class, notebook, release and self-test.
+grader/authoring/template_course holds it. It takes every trip: grade, class, notebook, release and self-test.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from grader.selftest import package_edits
 from grader.trials import catalog
 from grader.trials.source import wanted
 
-HALL = KIT / "tests" / "courses" / "hall_guard"
+HALL = KIT / "grader" / "authoring" / "template_course"
 COURSE = load(HALL)
 RUBRIC = rubric.load(COURSE.rubric, checks_run.known(COURSE))
 KNOWN_BAD = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((HALL / "known_bad").glob("*.yaml"))}
@@ -149,12 +149,12 @@ def test_its_kit_has_its_notebook_and_nothing_of_the_other_course(monkeypatch: p
     with zipfile.ZipFile(tmp_path / "kit.zip") as kit:
         kit.extractall(tmp_path)
     top = tmp_path / "ros2-course-kit"
-    assert (top / "hall_guard" / "notebooks" / "01_guard.ipynb").is_file()
-    assert not any((top / "hall_guard" / name).exists() for name in ("solution", "known_bad", "notebooks/source"))
+    assert (top / HALL.name / "notebooks" / "01_guard.ipynb").is_file()
+    assert not any((top / HALL.name / name).exists() for name in ("solution", "known_bad", "notebooks/source"))
     assert not (top / "grader" / "courses").exists()
     said = subprocess.run(
         [sys.executable, "-c", "from grader.course import find; print(find().package, find().notebooks.is_dir())"],
-        cwd=top / "hall_guard" / "notebooks", env={"PYTHONPATH": str(top)}, capture_output=True, text=True, check=True,
+        cwd=top / HALL.name / "notebooks", env={"PYTHONPATH": str(top)}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert said.stdout.split() == ["hall_guard", "True"]
 
