@@ -121,14 +121,19 @@ class YamlReader:
     def require_known(self, name: str, node: yaml.Node, known: Collection[str], what: str) -> None:
         """Check that `name` is one of the `known` names."""
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1, 0.4)
-            hint = f" Did you mean {near[0]}?" if near else ""
-            rest = ", ..." if len(known) > _LISTED else "."
-            self.fail(node, f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}")
+            self.fail(node, unknown(name, known, what))
 
     def fail(self, node: yaml.Node, problem: str) -> NoReturn:
         """Refuse the file."""
         raise GraderError(f"{self._path}, line {line_of(node)}: {problem}")
+
+
+def unknown(name: str, known: Collection[str], what: str) -> str:
+    """Return in words that `name` is not one of the `known` names, and which of them is the nearest."""
+    near = difflib.get_close_matches(name, known, 1, 0.4)
+    hint = f" Did you mean {near[0]}?" if near else ""
+    rest = ", ..." if len(known) > _LISTED else "."
+    return f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}"
 
 
 def line_of(node: yaml.Node) -> int:
