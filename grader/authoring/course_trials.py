@@ -42,7 +42,9 @@ def run(course: Course, cache: Path, progress: Callable[[str], None]) -> Tried:
     own = {path.stem for path in course.checks.glob("check_*.py")}
     never = [check.id for check in settings.rubric.checks if check.module in own and check.id not in trying.failed]
     notes = [f"no known-bad edit fails {check}, so nothing shows that it can fail" for check in never]
-    return Tried(tuple(check_course.shortened(course.folder, problems)), tuple(notes if edits else notes[:1]))
+    if not edits:
+        notes = ["there is no known-bad edit in known_bad/, so nothing shows that a check can fail"]
+    return Tried(tuple(check_course.shortened(course.folder, problems)), tuple(notes))
 
 
 class _Trying:
