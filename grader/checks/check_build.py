@@ -95,8 +95,8 @@ def _misplaced(judge: Judge, folders: Mapping[str, str]) -> tuple[str, str]:
     return seen, f"setup.cfg beside setup.py says where: {lines}"
 
 
-def test_launch_and_config_are_installed(judge: Judge) -> None:
-    """Launch and config files are installed in the package's share folder."""
+def test_shared_files_are_installed(judge: Judge) -> None:
+    """The contract's files of the package's share folder are installed there."""
     judge.require_build()
     found = judge.evidence.build.shared_files
     shared = judge.course.shared

@@ -42,7 +42,7 @@ def test_build_type_matches_the_package(judge: Judge) -> None:
 
 
 def test_every_package_used_is_declared(judge: Judge) -> None:
-    """Every package that code, launch files, CMake and interfaces use is declared; each missing one costs a fifth."""
+    """Every package that the package uses is declared; each missing one costs a fifth."""
     manifest = _read_manifest(judge)
     missing = []
     for name, places in manifest.used.items():

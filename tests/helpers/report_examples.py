@@ -270,7 +270,7 @@ def mediocre(rubric: Rubric) -> Grading:
         try_="compare the names in create_service with the table of the handout",
     )
     ours = CheckResult(
-        "check_build::test_launch_and_config_are_installed", Outcome.ERROR, 0.0, seen="the check ended with KeyError"
+        "check_build::test_shared_files_are_installed", Outcome.ERROR, 0.0, seen="the check ended with KeyError"
     )
     trials = {trial.name: trial for trial in (drive_at_a_wall(), drive_to_a_goal())}
     flags = [Flag("network", "tried to reach 93.184.216.34 port 443 during the build", "CMakeLists.txt")]

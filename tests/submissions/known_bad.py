@@ -83,7 +83,7 @@ FAILS_ON = {
     # I1: Builds and installs
     "check_build::test_colcon_build_succeeds": "does_not_compile",
     "check_build::test_executables_are_installed": "forgets_an_executable",
-    "check_build::test_launch_and_config_are_installed": "forgets_the_config",
+    "check_build::test_shared_files_are_installed": "forgets_the_config",
     # I2: A correct package.xml
     "check_package_xml::test_package_xml_is_valid_format_3": "has_a_package_xml_of_format_2",
     "check_package_xml::test_licence_has_its_spdx_name": "writes_out_its_licence",

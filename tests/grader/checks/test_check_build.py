@@ -33,7 +33,7 @@ def test_a_package_of_the_contracts_name_passes():
 
 def test_launch_files_in_the_root_of_the_share_folder_count_where_they_are():
     """Tutorials install them there, and `ros2 launch` finds them; it cost them I1, I5 and a part of I6."""
-    check = find("check_build::test_launch_and_config_are_installed")
+    check = find("check_build::test_shared_files_are_installed")
     found = ["package.xml", "robot_controller_launch.py", "config/robot_params.yaml", "settings/sensor_params.yaml"]
     text = Quality(Manifest(found=True, has_cmake=True), paths=list(LAYOUT))
     said = ask(check, evidence_with(build=replace(BUILT, shared_files=found), quality=text))
@@ -46,7 +46,7 @@ def test_launch_files_in_the_root_of_the_share_folder_count_where_they_are():
 
 
 def test_a_file_that_is_not_in_the_package_is_not_said_to_be_uninstalled():
-    check = find("check_build::test_launch_and_config_are_installed")
+    check = find("check_build::test_shared_files_are_installed")
     paths = [path for path in LAYOUT if path != "config/sensor_params.yaml"]
     said = ask(check, evidence_with(build=BUILT, quality=Quality(Manifest(found=True, has_cmake=True), paths=paths)))
     assert "not in the package: config/sensor_params.yaml" in said.seen

@@ -202,7 +202,7 @@ def test_executables_that_are_missing_are_explained_by_what_builds_the_package(c
 @pytest.mark.parametrize(("cmake", "tool"), [(True, "install(DIRECTORY"), (False, "data_files in setup.py")])
 def test_files_that_are_missing_are_explained_by_what_builds_the_package(cmake: bool, tool: str):
     there = replace(text(cmake=cmake), paths=list(LAYOUT))
-    said = ask(check_build.test_launch_and_config_are_installed, evidence_with(quality=there))
+    said = ask(check_build.test_shared_files_are_installed, evidence_with(quality=there))
     assert said.try_.startswith(tool)
 
 

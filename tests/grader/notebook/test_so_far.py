@@ -113,7 +113,7 @@ def test_a_parameter_of_a_later_notebook_is_no_bad_habit(workspace: Workspace, m
 
 
 def test_outside_a_notebook_nothing_waits() -> None:
-    assert so_far.later("check_build::test_launch_and_config_are_installed", "") is None
+    assert so_far.later("check_build::test_shared_files_are_installed", "") is None
     assert so_far.stand_in("F6", "") is None
 
 
