@@ -1175,8 +1175,8 @@ _EDITS = (
         "does_not_say_how_to_test_it",
         "Q5",
         "The README leaves the tests out.",
-        (_README, "    python -m pytest test\n\n`test_results.xml` is the report of such a run "
-         "(`python -m pytest test --junitxml=test_results.xml`).\n", "Run the tests.\n"),
+        (_README, "    python3 -m pytest test\n\n`test_results.xml` is the report of such a run "
+         "(`python3 -m pytest test --junitxml=test_results.xml`).\n", "Run the tests.\n"),
         says=("how to test it",),
     ),
     _edit(
