@@ -91,10 +91,13 @@ class Stage(Observation):
         """Record the present time, in s, under `name`: `stage.mark("asked")` for `trial.marks["asked"]`."""
         self.marks[name] = self.t
 
-    def run(self, seconds: float) -> None:
-        """Let `seconds` of simulated time pass, in ticks of 0.05 s: `stage.run(2.0)`."""
-        for _ in range(max(1, round(seconds / TICK_S))):
-            self._tick()
+    def run(self, seconds: float, tick_s: float = TICK_S) -> None:
+        """Let `seconds` of simulated time pass, in steps of `tick_s` seconds: `stage.run(2.0)`.
+
+        A timer of the node runs at most once in a step.
+        """
+        for _ in range(max(1, round(seconds / tick_s))):
+            self._tick(tick_s)
 
     def run_timed(self, name: str, seconds: float) -> None:
         """Let simulated time pass and measure how long the node kept it waiting: `stage.run_timed("kept", 2.0)`.
