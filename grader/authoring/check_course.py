@@ -155,37 +155,37 @@ class _Reading:
             yield f"{_line(self.course.rubric, place)}: {wrong}"
 
     def _checks(self) -> Iterator[str]:
-        """Yield the checks that no requirement has, and the names of trials in them that do not exist."""
+        """Yield the checks that no requirement has, and the names in them that do not exist."""
+        modules(self.course.checks)
         for path in sorted(self.course.checks.glob("check_*.py")):
-            try:
-                tree = ast.parse(path.read_text(encoding="utf-8"), path)
-            except SyntaxError as error:
-                yield f"{path}, line {error.lineno}: {error.msg}"
-                continue
-            for check in tree.body:
-                if isinstance(check, ast.FunctionDef) and check.name.startswith("test_"):
-                    yield from self._check(path, check)
+            for check in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(check, ast.FunctionDef) and check.name.startswith("test_") and self.whole:
+                    yield from self._check(path, check, self.whole)
 
-    def _check(self, path: Path, check: ast.FunctionDef) -> Iterator[str]:
-        id_, place = f"{path.stem}::{check.name}", f"{path}, line {check.lineno}"
-        if self.whole is None:
-            return
-        judged = [r.id for r in self.whole.requirements if id_ in {check.id for check in r.checks}]
+    def _check(self, path: Path, check: ast.FunctionDef, whole: Rubric) -> Iterator[str]:
+        id_, needs = f"{path.stem}::{check.name}", checks_run.needs(self.course, path.stem)
+        judged = [r.id for r in whole.requirements if id_ in {check.id for check in r.checks}]
         if not judged:
-            yield f'{place}: no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
-        needs = checks_run.needs(self.course, path.stem)
+            wrong = f'no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
+            yield f"{path}, line {check.lineno}: {wrong}"
         for call in ast.walk(check):
             match call:
+                case ast.Call(ast.Attribute(ast.Name("judge"), "call"), [_, ast.Constant(str(name)), *_]):
+                    yield from self._service(name, path, call.lineno)
                 case ast.Call(
-                    func=ast.Attribute(ast.Name("judge"), "trial" | "started" | "graph"),
-                    args=[ast.Constant(str(name)), *_],
+                    ast.Attribute(ast.Name("judge"), "trial" | "started" | "graph"), [ast.Constant(str(name)), *_]
                 ):
-                    where, plan = f"{path}, line {call.lineno}", self._plans.get(name)
+                    plan, where = self._plans.get(name), f"{path}, line {call.lineno}"
                     if plan is None:
                         yield f"{where}: {unknown(name, self._plans, 'a trial')}"
                     elif not plan.kind or plan.kind not in needs:
                         for lacking in [r for r in judged if r not in plan.serves]:
                             yield f"{where}: {id_} is of {lacking}, which the trial {name} does not serve; add it there"
+
+    def _service(self, name: str, path: Path, line: int) -> Iterator[str]:
+        known = [service for node in self.course.nodes.values() for service in node.services]
+        if name not in known:
+            yield f"{path}, line {line}: {unknown(name, known, 'a service of the contract')}"
 
     @cached_property
     def _plans(self) -> dict[str, TrialPlan]:
@@ -203,6 +203,11 @@ class _Reading:
                     yield f"{place}: {unknown(name, self.ids, 'a requirement of the rubric')}"
             if plan.world not in {*own, *world_names()}:
                 yield f"{place}: {unknown(plan.world, [*own, *world_names()], 'a world')}"
+        for path in sorted((self.course.folder / "trials").glob("*.py")):
+            for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                match call:
+                    case ast.Call(ast.Attribute(ast.Name("stage"), "call"), [ast.Constant(str(name)), *_]):
+                        yield from self._service(name, path, call.lineno)
 
     def _worlds(self) -> Iterator[str]:
         for path in sorted((self.course.folder / "worlds").glob("*.yaml")):

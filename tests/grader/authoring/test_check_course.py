@@ -50,13 +50,16 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("checks/check_patrol.py", "def test_drives_on_patrol", "def test_never_asked_for():\n    pass\n\n\ndef test_drives_on_patrol", "checks/check_patrol.py, line N: no requirement has the check check_patrol::test_never_asked_for; add"),
         ("checks/check_wall.py", '"to_the_end"', '"to_the_ende"', "checks/check_wall.py, line N: to_the_ende is not a trial. Did you mean to_the_end?"),
         ("checks/check_wall.py", '"to_the_end"', '"on_and_off"', "checks/check_wall.py, line N: check_wall::test_stops_before_the_wall is of B3, which the trial on_and_off does not serve"),
-        ("checks/check_wall.py", "def test_stops", "def test-stops", "checks/check_wall.py, line N: expected '('"),
+        ("checks/check_wall.py", "def test_stops", "def test-stops", "checks/check_wall.py, line N: SyntaxError: expected '('"),
+        ("checks/check_wall.py", "import Judge, NotReached", "import Juge, NotReached", "checks/check_wall.py, line N: ImportError: cannot import name 'Juge' from 'grader.checks.judge'"),
+        ("checks/check_wall.py", '(trial, "patrol", 0)', '(trial, "patrl", 0)', "checks/check_wall.py, line N: patrl is not a service of the contract. Did you mean patrol?"),
         # trials and worlds
         ("trials/patrol.py", '["B3"]', '["B3", "B33"]', "trials/patrol.py, line N: the trial to_the_end: B33 is not a requirement of the rubric. Did you mean B3?"),
         ("trials/patrol.py", '@trial(serves=["B3"], world="hall")', '@trial(world="hall")', "trials/patrol.py, line N: the trial to_the_end serves no requirement; name those whose checks read it"),
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], world="hal"', "trials/patrol.py, line N: the trial to_the_end: hal is not a world. Did you mean hall?"),
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], node="gard"', "the contract has no node gard"),
         ("trials/patrol.py", "from grader.trials.catalog", "from grader.trials.catalogue", "trials/patrol.py, line N: ModuleNotFoundError: No module named 'grader.trials.catalogue'"),
+        ("trials/patrol.py", '"patrol", data=False', '"petrol", data=False', "trials/patrol.py, line N: petrol is not a service of the contract. Did you mean patrol?"),
         ("worlds/hall.yaml", "[3.0, -2.0], end: [3.0, 2.0]", "[3.0, -2.0], end: [3.0, -2.0]", "worlds/hall.yaml: walls[0].end: the wall starts and ends at [3.0, -2.0]"),
         # known-bad edits
         ("known_bad/ignores_its_speed.yaml", "self._publish(self.", "self._publish(2 * self.", "known_bad/ignores_its_speed.yaml, line N: `old` occurs 0 times in hall_guard/guard.py of the solution, not once; its nearest line, 85, is: self._publish("),
