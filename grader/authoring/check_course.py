@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
+import re
 import shutil
 import traceback
 from collections.abc import Iterable, Iterator
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import jinja2
 
-from grader import yaml_reader
+from grader import KIT, yaml_reader
 from grader.checks import checks_run
 from grader.classroom import sections
 from grader.course import Course, handout, load
@@ -115,7 +116,7 @@ class _Reading:
             place = _line(self.course.folder / "course.yaml", "solution")
             yield f"{place}: there is no package in {self.course.solution}; the other files are read when there is"
             return
-        parts = (self._layout, self._rubric, self._checks, self._trials, self._worlds, self._known_bad)
+        parts = (self._layout, self._rubric, self._checks, self._methods, self._trials, self._worlds, self._known_bad)
         for part in (*parts, self._functions, self._notebooks, self._handout):
             try:
                 yield from part()
@@ -186,6 +187,19 @@ class _Reading:
         known = [service for node in self.course.nodes.values() for service in node.services]
         if name not in known:
             yield f"{path}, line {line}: {unknown(name, known, 'a service of the contract')}"
+
+    def _methods(self) -> Iterator[str]:
+        """Yield what trials and checks ask of `stage` and `judge`, and these do not have."""
+        for place, whose, files in (
+            ("trials", "stage", ("trials/stage.py", "trials/observation.py")), ("checks", "judge", ("checks/judge.py",))
+        ):  # fmt: skip
+            texts = "".join((KIT / "grader" / file).read_text(encoding="utf-8") for file in files)
+            known = sorted(set(re.findall(r"(?:    def |self\.)([a-z]\w*)", texts)))
+            for path in sorted((self.course.folder / place).glob("*.py")):
+                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                    match node:
+                        case ast.Attribute(ast.Name(name), method) if name == whose and method not in known:
+                            yield f"{path}, line {node.lineno}: {unknown(method, known, f'something that {whose} has')}"
 
     @cached_property
     def _plans(self) -> dict[str, TrialPlan]:

@@ -59,6 +59,8 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], world="hal"', "trials/patrol.py, line N: the trial to_the_end: hal is not a world. Did you mean hall?"),
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], node="gard"', "the contract has no node gard"),
         ("trials/patrol.py", "from grader.trials.catalog", "from grader.trials.catalogue", "trials/patrol.py, line N: ModuleNotFoundError: No module named 'grader.trials.catalogue'"),
+        ("trials/patrol.py", "    stage.run(14.0)", "    stage.runn(14.0)", "trials/patrol.py, line N: runn is not something that stage has. Did you mean run?"),
+        ("checks/check_wall.py", "judge.expect(0.45", "judge.expct(0.45", "checks/check_wall.py, line N: expct is not something that judge has. Did you mean expect?"),
         ("trials/patrol.py", '"patrol", data=False', '"petrol", data=False', "trials/patrol.py, line N: petrol is not a service of the contract. Did you mean patrol?"),
         ("worlds/hall.yaml", "[3.0, -2.0], end: [3.0, 2.0]", "[3.0, -2.0], end: [3.0, -2.0]", "worlds/hall.yaml: walls[0].end: the wall starts and ends at [3.0, -2.0]"),
         # known-bad edits
