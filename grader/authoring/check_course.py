@@ -64,21 +64,21 @@ def read_rubric(course: Course) -> Rubric:
     return rubric.load(course.rubric, checks_run.known(course))
 
 
-def known_bad(course: Course, whole: Rubric | None) -> Iterator[KnownBad]:
-    """Yield the known-bad edits of a course.
+def edits(course: Course) -> list[Path]:
+    """Return the files of a course's known-bad edits."""
+    return sorted((course.folder / "known_bad").glob("*.yaml"))
+
+
+def known_bad(path: Path, course: Course, whole: Rubric | None) -> KnownBad:
+    """Return the known-bad edit in a file. Without the rubric its requirements are not checked.
 
     Raises:
-        GraderError: one of them names what does not exist, does not fit the solution, or loses more than there is.
+        GraderError: it names what does not exist, does not fit the solution, or loses more than there is.
     """
-    files = [path.relative_to(course.solution).as_posix() for path in course.solution.rglob("*") if path.is_file()]
-    for path in sorted((course.folder / "known_bad").glob("*.yaml")):
-        yield _known_bad(path, course, whole, files)
-
-
-def _known_bad(path: Path, course: Course, whole: Rubric | None, files: list[str]) -> KnownBad:
     reader, root = YamlReader(path), yaml_reader.read(path)
     if root is None:
         raise GraderError(f"{path} is empty; a known-bad edit needs file, old, new, loses")
+    files = [file.relative_to(course.solution).as_posix() for file in course.solution.rglob("*") if file.is_file()]
     given = reader.fields(root, root, ("file", "old", "new", "loses"), "a known-bad edit")
     file, old, new = (reader.text(given[name]) for name in ("file", "old", "new"))
     reader.require_known(file, given["file"], files, "a file of the solution")
@@ -151,9 +151,11 @@ class _Reading:
         if self.course.notebooks == Path():
             return
         places = {requirement.section: requirement.id for requirement in whole.requirements}
-        for place in places.keys() - sections.read(places, self.course.notebooks).keys():
-            wrong = f"no notebook in {self.course.notebooks} has the section of {places[place]}, {place}"
-            yield f"{_line(self.course.rubric, place)}: {wrong}"
+        there = sections.read(places, self.course.notebooks)
+        for place, name in places.items():
+            if place not in there:
+                wrong = f"no notebook in {self.course.notebooks} has the section of {name}, {place}"
+                yield f"{_line(self.course.rubric, place)}: {wrong}"
 
     def _checks(self) -> Iterator[str]:
         """Yield the checks that no requirement has, and the names in them that do not exist."""
@@ -169,6 +171,8 @@ class _Reading:
         if not judged:
             wrong = f'no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
             yield f"{path}, line {check.lineno}: {wrong}"
+        if not ast.get_docstring(check):
+            yield f"{path}, line {check.lineno}: {id_} has no docstring, the sentence that students read"
         for call in ast.walk(check):
             match call:
                 case ast.Call(ast.Attribute(ast.Name("judge"), "call"), [_, ast.Constant(str(name)), *_]):
@@ -231,8 +235,11 @@ class _Reading:
                 yield str(error)
 
     def _known_bad(self) -> Iterator[str]:
-        list(known_bad(self.course, self.whole))
-        yield from ()
+        for path in edits(self.course):
+            try:
+                known_bad(path, self.course, self.whole)
+            except GraderError as error:
+                yield str(error)
 
     def _functions(self) -> Iterator[str]:
         wanted = self.course.functions is not None
