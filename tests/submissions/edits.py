@@ -804,6 +804,14 @@ _EDITS = (
         (_PROCESSOR, "        return 1.0 / self._value('fusion_frequency')", "        return 2.0 / self._value('fusion_frequency')"),
         says=("sensor_fusion_data at 10",),
     ),
+    _edit(
+        "fuses_at_one_and_a_half_times_the_rate",
+        "F13",
+        "Fused data come at 30 Hz, which a clock of 20 Hz hides.",
+        (_PROCESSOR, "        return 1.0 / self._value('fusion_frequency')",
+         "        return 1.0 / 1.5 / self._value('fusion_frequency')"),
+        says=("sensor_fusion_data at 30",),
+    ),
     # -- F14 ------------------------------------------------------------------------------------------------------
     _edit(
         "minus_pi_stays",
