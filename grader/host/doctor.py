@@ -16,14 +16,12 @@ from pathlib import Path
 
 from grader import KIT
 from grader.errors import EXIT_GRADED, EXIT_OUR_FAULT
-from grader.host import namespaces, ros_env
+from grader.host import namespaces, ros_env, shortage
 from grader.host.machine import Machine, install_line
 
 GB = 1024**3
 # CPython releases for which all the ROS 2 wheels exist.
 OLDEST, NEWEST = (3, 11), (3, 14)
-# A grading of the reference has this many, and some more by chance.
-FEW_PROCESSES = 128
 # Enough for a build with two compilers and for a trial.
 LOW_MEMORY, LOW_DISK = 2 * GB, 2 * GB
 NO_DISK = GB // 4
@@ -428,12 +426,10 @@ def _limits(machine: Machine) -> list[Diagnosis]:
         needed = ", ".join(f"{name} {need}" for name, need in LIMITS.items())
         fix = "raise it where this session was started: ulimit -H, docker run --ulimit nproc=4096:4096, limits.conf"
         return [_bad("limits", f"{', '.join(low)}; a sandbox needs {needed}", fix)]
-    for path in ("/sys/fs/cgroup/pids/pids.max", "/sys/fs/cgroup/pids.max"):
-        most = (machine.read(path) or "max").strip()
-        if most.isdigit() and int(most) < LIMITS["NPROC"]:
-            fix = f"docker run --pids-limit={LIMITS['NPROC']} ..., or the kubelet's podPidsLimit"
-            found = f"{most} processes in this container; a grading needs up to {LIMITS['NPROC']}"
-            return [(_bad if int(most) < FEW_PROCESSES else _warn)("limits", found, fix)]
+    if (most := machine.process_limit()) < LIMITS["NPROC"]:
+        fix = f"docker run --pids-limit={LIMITS['NPROC']} ..., or the kubelet's podPidsLimit"
+        found = f"{most} processes in this container; a grading needs up to {LIMITS['NPROC']}"
+        return [(_bad if most < shortage.FEW_PROCESSES else _warn)("limits", found, fix)]
     return [_ok("limits", "none is below a sandbox's own")]
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.errors import GraderError
-from grader.host import cgroup, submission_user
+from grader.host import cgroup, shortage, submission_user
 from grader.host.cgroup import Hierarchy
 
 # What we need, by the package manager's own names; {python} is python3.11 or the like on Debian.
@@ -93,6 +93,10 @@ class Machine:
     def limit(self, name: str) -> int:
         """Return a resource's limit that this process cannot raise, -1 if there is none."""
         return resource.getrlimit(getattr(resource, f"RLIMIT_{name}"))[1]
+
+    def process_limit(self) -> int:
+        """Return how many processes this container may have, a huge number if any."""
+        return shortage.process_limit(self.read)
 
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""

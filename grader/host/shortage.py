@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import resource
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from grader.errors import GraderError
@@ -14,6 +14,9 @@ MIN_FREE_BYTES = 16 * 1024 * 1024
 """A disk with less free space counts as full: a compiler that meets a full disk removes what it has written."""
 _MIN_FREE_FILES = 100
 _NEEDED_BYTES = 1_000_000_000  # of address space, which is more than memory: an observer of a trial maps 700 MB
+
+FEW_PROCESSES = 128
+"""One trial and its build have 90 processes and threads at once; a whole grading has more."""
 
 _SAFE = "No points are lost, and earlier results are unchanged"
 NO_MEMORY = (
@@ -45,6 +48,12 @@ def require_memory() -> None:
             f"The grader may use only {limit // 1_000_000} MB of address space and needs {_NEEDED_BYTES // 1_000_000}. "
             "Run `ulimit -v unlimited` in this shell, or ask your administrator to raise the limit, and grade again."
         )
+
+
+def process_limit(read: Callable[[str], str | None]) -> int:
+    """Return how many processes a container's cgroup allows as `read` reads its files, a huge number if any."""
+    found = [read(path) or "" for path in ("/sys/fs/cgroup/pids/pids.max", "/sys/fs/cgroup/pids.max")]
+    return min((int(text) for text in found if text.strip().isdigit()), default=1 << 30)
 
 
 def free_memory() -> int:

@@ -16,6 +16,7 @@ from types import TracebackType
 
 from grader.errors import GraderError
 from grader.host import cgroup, namespaces, procfs, shortage, submission_user
+from grader.host.machine import Machine
 from grader.sandbox import users
 from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
@@ -316,6 +317,8 @@ def require(*, for_points: bool = True) -> None:
     """
     if not sys.platform.startswith("linux"):
         raise GraderError("Grading needs Linux: submissions run in bubblewrap. Use Linux or WSL 2.")
+    if (most := Machine().process_limit()) < shortage.FEW_PROCESSES:
+        raise GraderError(f"A grading has more processes than the {most} of this container. Run `grader doctor`.")
     if why := namespaces.refusal():
         if for_points and namespaces.confinement() is namespaces.Confinement.NONE and not namespaces.sandbox_disabled():
             raise GraderError(
