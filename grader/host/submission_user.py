@@ -64,7 +64,6 @@ def notice() -> str:
     return f"grading as root; the submission runs as {'root too' if runs_as_root() else 'a user that owns nothing'}"
 
 
-@cache
 def lacks() -> str:
     """Return what keeps sandboxes without namespaces from working on this machine, "" if nothing does."""
     if shutil.which(PROOT) is None:
