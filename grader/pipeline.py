@@ -15,6 +15,7 @@ from pathlib import Path
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
+from grader.course import held_back
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.evidence.kept import NotKept
@@ -160,6 +161,7 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         checks=provenance.checks_hash(settings.course.folder),
         commit=provenance.commit(),
         graded=provenance.now(),
+        held_back=tuple(sorted(held_back.names(settings.course) | held_back.obstacles(settings.course))),
     )
 
 
