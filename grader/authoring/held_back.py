@@ -1,6 +1,6 @@
-"""Keep what a course holds back out of its students' kit: what is in the wrong folder, and what a file of the kit tells.
+"""Keep what a course holds back out of its students' kit: name what is in the wrong folder, and which file tells of it.
 
-Nothing in held_back/ is released. This finds what belongs there and is not there, and what is there and named elsewhere.
+Nothing in held_back/ is released.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT, cli, evidence, pipeline, report
+from grader.authoring import check_course
 from grader.authoring.release import TOP
 from grader.checks import checks_run
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
@@ -35,7 +36,7 @@ from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome
 from grader.trials import catalog
 
-HALL = KIT / "tests" / "courses" / "hall_guard"
+HALL = KIT / "grader" / "authoring" / "template_course"
 SECRETS = (
     "past_the_alcove", "check_alcove", "test_keeps_off_the_alcove", "alcove_hall", "alcove.py", "alcove_post",
     "A hall with an alcove", "3.1347", "0.3173", "1.7171", "918273", "alcove",
@@ -88,7 +89,7 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> Course:
     folder = tmp_path_factory.mktemp("course") / "hall_guard"
     shutil.copytree(HALL, folder, ignore=shutil.ignore_patterns("__pycache__"))
     text = (folder / "rubric.yaml").read_text()
-    text = text.replace("points: 40", "points: 50", 1).replace("\n  - id: package\n", ENTRY, 1)
+    text = text.replace("\n  - id: package\n", ENTRY, 1)
     (folder / "rubric.yaml").write_text(text)
     for name, content in {
         "trials/alcove.py": TRIAL, "checks/check_alcove.py": CHECK, "worlds/alcove_hall.yaml": WORLD,
@@ -172,36 +173,52 @@ def test_the_released_rubric_has_the_points_and_no_checks(kit: Path, tmp_path: P
     assert found.requirement("B3").checks
 
 
-@pytest.mark.parametrize(
-    ("file", "old", "new", "words"),
-    [
-        ("held_back/trials/alcove.py", '["X1"]', '["X1", "B3"]', "past_the_alcove .* only some are held back"),
-        ("held_back/trials/alcove.py", '["X1"]', '["B3"]', "past_the_alcove in held_back/trials/ serves B3; move it"),
-        ("trials/patrol.py", '["B3"]', '["X1"]', "to_the_end in trials/ serves X1; move it to held_back/trials/"),
-        ("rubric.yaml", "held_back: true", "held_back: false", "held_back/checks/check_alcove.py judges X1"),
-        ("rubric.yaml", "check_alcove::test_keeps_off_the_alcove", "check_wall::test_another",
-         "checks/check_wall.py judges X1; move it to held_back/checks/"),
-        ("checks/check_wall.py", '"to_the_end"', '"past_the_alcove"', "check_wall.py names past_the_alcove"),
-        ("trials/patrol.py", 'world="hall"', 'world="alcove_hall"', "patrol.py names alcove_hall"),
-        ("held_back/trials/alcove.py", 'world="alcove_hall"', 'world="yard"', "only trials .*worlds/yard.yaml"),
-        ("notebooks/01_guard.ipynb", "The simulated hall", "alcove_hall, the hall", "ipynb names alcove_hall"),
-    ],
+MISPLACED = (
+    ("held_back/trials/alcove.py", '["X1"]', '["X1", "B3"]', "past_the_alcove .* only some are held back"),
+    ("held_back/trials/alcove.py", '["X1"]', '["B3"]', "past_the_alcove in held_back/trials/ serves B3; move it"),
+    ("trials/patrol.py", '["B3"]', '["X1"]', "to_the_end in trials/ serves X1; move it to held_back/trials/"),
+    ("rubric.yaml", "held_back: true", "held_back: false", "held_back/checks/check_alcove.py judges X1"),
+    ("rubric.yaml", "check_alcove::test_keeps_off_the_alcove", "check_wall::test_stops_before_the_wall",
+     "check_wall::test_stops_before_the_wall is listed twice"),
+    ("rubric.yaml", "check_alcove::test_keeps_off_the_alcove", "check_wall::test_touches_nothing",
+     "/checks/check_wall.py judges X1; move it to held_back/checks/"),
 )  # fmt: skip
-def test_a_file_in_the_wrong_folder_is_named_and_nothing_is_released(
-    file: str, old: str, new: str, words: str, course: Course, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-):  # fmt: skip
-    monkeypatch.setenv(VARIABLE, "")
-    folder = tmp_path / "hall_guard"
+TOLD = (
+    ("checks/check_wall.py", '"to_the_end"', '"past_the_alcove"', "check_wall.py names past_the_alcove"),
+    ("trials/patrol.py", 'world="hall"', 'world="alcove_hall"', "patrol.py names alcove_hall"),
+    ("held_back/trials/alcove.py", 'world="alcove_hall"', 'world="yard"', "only trials .*worlds/yard.yaml"),
+    ("notebooks/01_guard.ipynb", "The simulated hall", "alcove_hall, the hall", "ipynb names alcove_hall"),
+)
+
+
+@pytest.fixture
+def changed(course: Course, tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    """Return the course with a change: a file, the old text and the new one."""
+    folder, (file, old, new) = tmp_path / "hall_guard", request.param
     shutil.copytree(course.folder, folder)
     (folder / "worlds" / "yard.yaml").write_text((folder / "worlds" / "hall.yaml").read_text())
+    check = folder / "checks" / "check_wall.py"
+    check.write_text(f"{check.read_text()}\n\ndef test_touches_nothing(judge):\n    pass\n")
     text = (folder / file).read_text()
     assert old in text
     (folder / file).write_text(text.replace(old, new))
-    assert cli.main(["release", "--course", str(folder), "--out", str(tmp_path / "kit.zip")]) == 3
+    return folder
+
+
+@pytest.mark.parametrize(("changed", "words"), [(case[:3], case[3]) for case in MISPLACED + TOLD], indirect=["changed"])
+def test_a_file_in_the_wrong_folder_is_named_and_nothing_is_released(
+    changed: Path, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setenv(VARIABLE, "")
+    assert cli.main(["release", "--course", str(changed), "--out", str(tmp_path / "kit.zip")]) == 3
     said = capsys.readouterr().err
     assert re.search(words, said), said
     assert not (tmp_path / "kit.zip").exists()
+
+
+@pytest.mark.parametrize(("changed", "words"), [(case[:3], case[3]) for case in MISPLACED], indirect=["changed"])
+def test_check_course_names_it_too(changed: Path, words: str):
+    assert any(re.search(words, mistake) for mistake in check_course.mistakes(changed))
 
 
 # -- what students read of a grading -----------------------------------------------------------------------------------
