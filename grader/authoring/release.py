@@ -18,7 +18,7 @@ from packaging.utils import canonicalize_name
 
 from grader import KIT
 from grader.authoring import checkpoint_texts, held_back
-from grader.course import Course, handout, reader
+from grader.course import Course, handout, packages, reader
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.notebook import checkpoints
@@ -116,7 +116,7 @@ def _of(course: Course) -> Iterator[tuple[str, Path]]:
     found += [*notebooks.glob("pictures/[0-9][0-9]*.png"), course.folder / reader.COURSE]
     for name in ("contract", "trials", "checks", "functions", "worlds", "words"):
         found += [path for path in (course.folder / name).rglob("*") if path.is_file()]
-    found += [path for path in course.folder.glob("*") if path.suffix in (".yaml", ".j2", ".py")]
+    found += [p for p in course.folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
     top = _top(course)
     if top == KIT:
         found.append(_COURSES / "__init__.py")

@@ -8,7 +8,7 @@ import sys
 import sysconfig
 import tempfile
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
@@ -72,6 +72,11 @@ def examine_sandbox(machine: Machine | None = None) -> list[Diagnosis]:
     """Return only the diagnoses of the sandbox: bubblewrap, networks, the submissions' user, cgroups."""
     machine = machine or Machine()
     return [*_sandbox(machine), *_user(machine), *_cgroups(machine)]
+
+
+def of_course(missing: Sequence[str], fix: str) -> list[Diagnosis]:
+    """Return the diagnosis of the packages that a course adds, none if nothing is missing."""
+    return [_bad("the course's packages", "; ".join(missing), fix)] if missing else []
 
 
 def exit_status(diagnoses: list[Diagnosis]) -> int:

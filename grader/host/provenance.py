@@ -29,7 +29,12 @@ def kit_hash(course: Path) -> str:
     found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
     engine = (path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
     return _hash(
-        {KIT: engine, course: _files(course, "checks", "contract", "functions", "held_back", "trials", "worlds")}
+        {
+            KIT: engine,
+            course: _files(
+                course, "checks", "contract", "extra-requirements.txt", "functions", "held_back", "trials", "worlds"
+            ),
+        }
     )
 
 
@@ -40,7 +45,7 @@ def checks_hash(course: Path) -> str:
 
 
 def _files(course: Path, *folders: str) -> Iterable[Path]:
-    found = (path for folder in folders for path in (course / folder).rglob("*"))
+    found = (path for folder in folders for path in (course / folder, *(course / folder).rglob("*")))
     return (path for path in found if path.is_file() and path.suffix != ".pyc")
 
 

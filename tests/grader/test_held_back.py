@@ -181,7 +181,7 @@ MISPLACED = (
     ("rubric.yaml", "check_alcove::test_keeps_off_the_alcove", "check_wall::test_stops_before_the_wall",
      "check_wall::test_stops_before_the_wall is listed twice"),
     ("rubric.yaml", "check_alcove::test_keeps_off_the_alcove", "check_wall::test_touches_nothing",
-     "/checks/check_wall.py judges X1; move it to held_back/checks/"),
+     "checks/check_wall.py judges X1; move it to held_back/checks/"),
 )  # fmt: skip
 TOLD = (
     ("checks/check_wall.py", '"to_the_end"', '"past_the_alcove"', "check_wall.py names past_the_alcove"),
