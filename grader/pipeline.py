@@ -162,7 +162,7 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         checks=provenance.checks_hash(settings.course.folder),
         commit=provenance.commit(),
         graded=provenance.now(),
-        held_back=tuple(sorted(held_back.names(settings.course) | held_back.obstacles(settings.course))),
+        held_back=tuple(sorted(held_back.names(settings.course))),
     )
 
 

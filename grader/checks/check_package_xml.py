@@ -47,7 +47,7 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
     manifest = _read_manifest(judge)
     missing = []
     for name, places in manifest.used.items():
-        also = packages.keys(judge.course, name)
+        also = [package.name for package in packages.extra(judge.course) if name in package.modules]
         if not is_declared(name, manifest.declared, also):
             missing.append(f"{name} (used in {some(places, 2)})")
         elif not is_declared(name, manifest.declared_to_run, also) and (running := _runs(places)):

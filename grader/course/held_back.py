@@ -7,15 +7,11 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-import yaml
 
 from grader.course.model import Course
-from grader.yaml_reader import FAST_LOADER
 
 
 @cache
@@ -23,13 +19,6 @@ def names(course: Course) -> frozenset[str]:
     """Return the names of the files that are held back, and of the trials and checks in them."""
     files = [path for path in course.held_back.rglob("*") if path.is_file() and path.suffix != ".pyc"]
     return frozenset(name for path in files for name in (path.stem, *_functions(path)) if name != "__init__")
-
-
-@cache
-def obstacles(course: Course) -> frozenset[str]:
-    """Return the names of walls and obstacles in the worlds that are held back."""
-    worlds = course.folders("worlds")[1].glob("*.yaml")
-    return frozenset(name for path in worlds for name in _named(yaml.load(path.read_text("utf-8"), FAST_LOADER)))
 
 
 def words(found: Iterable[str]) -> re.Pattern[str]:
@@ -41,11 +30,3 @@ def _functions(path: Path) -> list[str]:
     body = ast.parse(path.read_text(encoding="utf-8")).body if path.suffix == ".py" else ()
     functions = (node for node in body if isinstance(node, ast.FunctionDef))
     return [node.name for node in functions if node.decorator_list or node.name.startswith("test_")]
-
-
-def _named(data: Any) -> Iterator[str]:
-    """Yield each value of a key `name`, at any depth."""
-    if isinstance(data, dict):
-        yield from (str(value) for key, value in data.items() if key == "name")
-    for part in data.values() if isinstance(data, dict) else data if isinstance(data, list) else ():
-        yield from _named(part)

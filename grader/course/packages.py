@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -21,24 +22,23 @@ EXTRA = "extra-requirements.txt"
 """In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
 
 _MORE_OF_ROS = ("rcl_interfaces", "ament_index_python", "launch", "launch_ros")
-_HASH = re.compile(r"\s--hash=\S+")
+_NO_REQUIREMENT = re.compile(r"\s--hash=\S+|#.*|\\\s*$")
 
 
 @dataclass(frozen=True)
 class Package:
-    """A package as pip knows it, with the one version that is offered, and the modules that Python imports of it."""
+    """A package as pip knows it, and the version that is offered."""
 
     name: str
     version: str
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Return the modules; for a package that is not installed, what its name suggests."""
-        name = canonicalize_name(self.name)
-        of_name = name.replace("-", "_")
-        found = [module for module, names in _modules().items() if name in map(canonicalize_name, names)]
-        public = tuple(sorted(module for module in found if re.fullmatch(r"[A-Za-z]\w*", module)))
-        return (of_name,) if of_name in public or not public else public
+        """Return the modules that Python imports of it; if it is not installed, what its name suggests."""
+        name, distributions = canonicalize_name(self.name), _distributions()
+        found = sorted(module for module in distributions if name in distributions[module] and module[0].isalpha())
+        alike = name.replace("-", "_")
+        return (alike,) if alike in found or not found else tuple(found)
 
 
 @cache
@@ -49,45 +49,36 @@ def extra(course: Course) -> tuple[Package, ...]:
         GraderError: a line does not name one version.
     """
     path = course.folder / EXTRA
-    lines = path.read_text(encoding="utf-8").replace("\\\n", " \n").splitlines() if path.is_file() else []
-    found = [_package(path, number, text) for number, line in enumerate(lines, 1) if (text := _bare(line))]
-    return tuple(package for package in found if package is not None)
+    return tuple(_pinned(path)) if path.is_file() else ()
 
 
-def offered(course: Course) -> tuple[Package, ...]:
+def offered(course: Course) -> list[Package]:
     """Return the packages of Python that a submission can import, sorted: the kit's, and those that a course adds."""
     kits = {canonicalize_name(name) for name in (*_project()["dependencies"], "pytest")}
-    found: dict[str, list[str]] = {}
+    pins: dict[str, list[str]] = {}
     for name, version in re.findall(
         r"(?m)^([\w.-]+)==([^\s;]+)", (KIT / "requirements.txt").read_text(encoding="utf-8")
     ):
         if canonicalize_name(name) in kits:
-            found.setdefault(name, []).append(version)  # one for each of several versions of Python
-    own = {package.name: package for package in extra(course)}
-    return tuple(
-        package for _, package in sorted(({n: Package(n, " or ".join(v)) for n, v in found.items()} | own).items())
-    )
+            pins.setdefault(name, []).append(version)  # one for each of several versions of Python
+    found = {name: Package(name, " or ".join(versions)) for name, versions in pins.items()}
+    return sorted((found | {package.name: package for package in extra(course)}).values(), key=lambda each: each.name)
 
 
 def of_ros() -> tuple[str, ...]:
     """Return the packages of ROS that nodes and launch files can import."""
-    names = [re.fullmatch(r"ros-jazzy-([\w-]+).*", name) for name in _project()["optional-dependencies"]["ros"]]
-    return (*(name[1].replace("-", "_") for name in names if name), *_MORE_OF_ROS)
+    names = re.findall(r"ros-jazzy-([\w-]+)", " ".join(_project()["optional-dependencies"]["ros"]))
+    return (*(name.replace("-", "_") for name in names), *_MORE_OF_ROS)
 
 
 def names(course: Course) -> str:
-    """Return in words what a submission can import of Python's packages, as Python names them."""
+    """Return in words what a submission can import of Python's packages, as Python names it."""
     return ", ".join(module for package in offered(course) for module in package.modules)
 
 
-def keys(course: Course, module: str) -> list[str]:
-    """Return the packages that a course adds in which a module is; package.xml may name it by them."""
-    return [package.name for package in extra(course) if module in package.modules]
-
-
-def missing(course: Course) -> list[str]:
-    """Return which packages that a course adds are not here, or here in another version, and what they lack."""
-    return [words for package in extra(course) if (words := _missing(package))]
+def missing(course: Course) -> str:
+    """Return in words which packages that a course adds are not here as it says, and what they lack; "" if none."""
+    return "; ".join(words for package in extra(course) for words in _missing(package))
 
 
 def install_line(course: Course) -> str:
@@ -96,51 +87,48 @@ def install_line(course: Course) -> str:
 
 
 def require(course: Course) -> None:
-    """Check that what a course adds is installed.
-
-    Raises:
-        GraderError: something is not.
-    """
+    """Raise a GraderError if something that a course adds is not installed."""
     if lacking := missing(course):
-        raise GraderError(f"{course.folder / EXTRA}: {'; '.join(lacking)}.", f"Run: {install_line(course)}")
+        raise GraderError(f"{course.folder / EXTRA}: {lacking}.", f"Run: {install_line(course)}")
 
 
-def _bare(line: str) -> str:
-    return _HASH.sub("", f" {line.partition('#')[0]}").strip()
+def _pinned(path: Path) -> Iterator[Package]:
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        text = _NO_REQUIREMENT.sub("", f" {line}").strip()
+        version = re.fullmatch(r"[^;]*==([^*,;\s]+)\s*(?:;.*)?", text)
+        try:
+            found = Requirement(text) if version else None
+        except InvalidRequirement:
+            found = None
+        if text and (found is None or version is None):
+            raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
+        if found and version and (found.marker is None or found.marker.evaluate()):
+            yield Package(found.name, version[1])
 
 
-def _package(path: Path, number: int, text: str) -> Package | None:
+def _missing(package: Package) -> Iterator[str]:
+    here = _version(package.name)
+    if here != package.version:
+        yield f"{package.name} {package.version} is not installed" + (f", but {here}" if here else "")
+        return
+    for needed in map(Requirement, metadata.requires(package.name) or ()):
+        there = _version(needed.name)
+        met = there and needed.specifier.contains(there, prereleases=True)
+        if not met and (needed.marker is None or needed.marker.evaluate({"extra": ""})):
+            yield f"{package.name} needs {needed.name}{needed.specifier}, which is not here; add a line for it"
+
+
+def _version(name: str) -> str:
     try:
-        found = Requirement(text)
-    except InvalidRequirement:
-        found = None
-    version = re.fullmatch(r"==([^*,]+)", str(found.specifier)) if found else None
-    if found is None or version is None:
-        raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
-    return None if found.marker and not found.marker.evaluate() else Package(found.name, version[1])
-
-
-def _missing(package: Package) -> str:
-    try:
-        here = metadata.distribution(package.name)
+        return metadata.version(name)
     except metadata.PackageNotFoundError:
-        return f"{package.name} {package.version} is not installed"
-    if here.version != package.version:
-        return f"{package.name} is {here.version}, not {package.version}"
-    for needed in map(Requirement, here.requires or ()):
-        if needed.marker is None or needed.marker.evaluate({"extra": ""}):
-            try:
-                if needed.specifier.contains(metadata.version(needed.name), prereleases=True):
-                    continue
-            except metadata.PackageNotFoundError:
-                pass
-            return f"{package.name} needs {needed.name}{needed.specifier}, which is not here; add a line for it"
-    return ""
+        return ""
 
 
 @cache
-def _modules() -> dict[str, list[str]]:
-    return dict(metadata.packages_distributions())
+def _distributions() -> dict[str, list[str]]:
+    """Return the packages that each module is in."""
+    return {module: list(map(canonicalize_name, names)) for module, names in metadata.packages_distributions().items()}
 
 
 @cache

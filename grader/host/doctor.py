@@ -8,7 +8,7 @@ import sys
 import sysconfig
 import tempfile
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
@@ -74,9 +74,9 @@ def examine_sandbox(machine: Machine | None = None) -> list[Diagnosis]:
     return [*_sandbox(machine), *_user(machine), *_cgroups(machine)]
 
 
-def of_course(missing: Sequence[str], fix: str) -> list[Diagnosis]:
+def of_course(missing: str, fix: str) -> list[Diagnosis]:
     """Return the diagnosis of the packages that a course adds, none if nothing is missing."""
-    return [_bad("the course's packages", "; ".join(missing), fix)] if missing else []
+    return [_bad("the course's packages", missing, fix)] if missing else []
 
 
 def exit_status(diagnoses: list[Diagnosis]) -> int:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from grader.course.held_back import words
-from grader.evidence import Flag, Reason
+from grader.evidence import Flag, Reason, Trial
 from grader.scoring.grading import Grading
 from grader.scoring.rubric import Requirement
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
@@ -33,7 +33,7 @@ def for_students(grading: Grading) -> Grading:
     card, evidence = grading.scorecard, grading.evidence
     hidden = {name for name in evidence.trials if name in grading.held_back}
     trials = [evidence.trials[name] for name in hidden]
-    there = {name for trial in trials for name in (trial.world, *(touch.obstacle for touch in trial.touches))}
+    there = {name for trial in trials for name in (trial.world, *_obstacles(trial))}
     named = words({*grading.held_back, *there} - {""})
 
     def veiled(text: str) -> str:
@@ -57,6 +57,13 @@ def for_students(grading: Grading) -> Grading:
         seed=0,
         held_back=(),
     )
+
+
+def _obstacles(trial: Trial) -> list[str]:
+    """Return the names in a trial's world, and of what was touched."""
+    things = [thing for kind in trial.scene.values() if isinstance(kind, list) for thing in kind]
+    named = [str(thing["name"]) for thing in things if isinstance(thing, dict) and "name" in thing]
+    return named + [touch.obstacle for touch in trial.touches]
 
 
 def _veiled(score: RequirementScore, veiled: Callable[[str], str]) -> RequirementScore:

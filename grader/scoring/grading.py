@@ -113,7 +113,7 @@ class Grading:
         commit: of the kit, "" if it has no repository.
         graded: when the evidence was collected and judged for the first time, local time with its zone.
         rescored: when it was judged again, "" if it was not.
-        held_back: names that students must not read: of trials, checks, worlds and obstacles.
+        held_back: names that students must not read: of trials, checks and worlds.
     """
 
     scorecard: Scorecard
