@@ -28,7 +28,7 @@ def render(rubric: Rubric, course: Course) -> str:
             level=level,
             notebook=notebook,
             imports=[f"`{module}` ({p.name} {p.version})" for p in packages.offered(course) for module in p.modules],
-            ros=packages.of_ros(),
+            ros=packages.of_ros(course),
         )
         + "\n"
     )

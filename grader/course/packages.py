@@ -11,7 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from packaging.requirements import InvalidRequirement, Requirement
+from packaging.markers import Marker
+from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from grader import KIT
@@ -22,6 +23,7 @@ EXTRA = "extra-requirements.txt"
 """In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
 
 _MORE_OF_ROS = ("rcl_interfaces", "ament_index_python", "launch", "launch_ros")
+_PIN = re.compile(r"([\w.-]+) ?== ?([\w.!+-]+)\s*(?:;\s*(.+))?")
 _NO_REQUIREMENT = re.compile(r"\s--hash=\S+|#.*|\\\s*$")
 
 
@@ -65,10 +67,14 @@ def offered(course: Course) -> list[Package]:
     return sorted((found | {package.name: package for package in extra(course)}).values(), key=lambda each: each.name)
 
 
-def of_ros() -> tuple[str, ...]:
-    """Return the packages of ROS that nodes and launch files can import."""
+def of_ros(course: Course) -> list[str]:
+    """Return the packages of ROS that a course's nodes and launch files may import."""
+    without = {
+        *(() if course.launch else ("launch", "launch_ros")),
+        *(() if any(node.actions for node in course.nodes.values()) else ("action_msgs",)),
+    }
     names = re.findall(r"ros-jazzy-([\w-]+)", " ".join(_project()["optional-dependencies"]["ros"]))
-    return (*(name.replace("-", "_") for name in names), *_MORE_OF_ROS)
+    return [name for name in (*(name.replace("-", "_") for name in names), *_MORE_OF_ROS) if name not in without]
 
 
 def names(course: Course) -> str:
@@ -94,16 +100,12 @@ def require(course: Course) -> None:
 
 def _pinned(path: Path) -> Iterator[Package]:
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        text = _NO_REQUIREMENT.sub("", f" {line}").strip()
-        version = re.fullmatch(r"[^;]*==([^*,;\s]+)\s*(?:;.*)?", text)
-        try:
-            found = Requirement(text) if version else None
-        except InvalidRequirement:
-            found = None
-        if text and (found is None or version is None):
-            raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
-        if found and version and (found.marker is None or found.marker.evaluate()):
-            yield Package(found.name, version[1])
+        if text := _NO_REQUIREMENT.sub("", f" {line}").strip():
+            pin = _PIN.fullmatch(text)
+            if pin is None:
+                raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
+            if pin[3] is None or Marker(pin[3]).evaluate():
+                yield Package(pin[1], pin[2])
 
 
 def _missing(package: Package) -> Iterator[str]:

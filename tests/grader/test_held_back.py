@@ -16,8 +16,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
 
-from grader import KIT, cli, evidence, pipeline, report
+from grader import KIT, building, cli, evidence, pipeline, report
 from grader.authoring import check_course
 from grader.authoring.release import TOP
 from grader.checks import checks_run
@@ -34,6 +35,7 @@ from grader.report import console, html
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome
+from grader.selftest import package_edits
 from grader.trials import catalog
 
 HALL = KIT / "grader" / "authoring" / "template_course"
@@ -61,7 +63,7 @@ from grader.trials.catalog import trial
 def past_the_alcove(stage):
     """Drive past an alcove at 1.7171."""
     stage.call("patrol", data=True)
-    stage.run(4.0)
+    stage.run(8.0)
 '''
 CHECK = '''"""X1: the guard keeps 0.3173 m away."""
 
@@ -306,6 +308,22 @@ def test_a_node_that_prints_what_it_sees_and_dies_tells_nothing_by_it(course: Co
     page = (own / "report.html").read_text()
     assert "the node ended at … s with exit status …" in page
     assert "KeyError" not in page
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_package_that_hits_it_in_the_real_trial_is_told_so_and_no_more(course: Course, tmp_path: Path):
+    edit = yaml.safe_load((HALL / "known_bad" / "hits_the_wall.yaml").read_text())
+    package = package_edits.copy(course.solution, tmp_path / "student")
+    package_edits.replace(edit["file"], edit["old"], edit["new"])(package)
+    whole = rubric.load(course.rubric, checks_run.known(course))
+    settings = pipeline.Settings(whole, building.cache_folder(), course, requirements=("B3", "X1"))
+    graded = pipeline.grade(package, tmp_path / "out", settings, write=report.write)
+    assert graded.scorecard.points == 0
+    assert "touched alcove_post" in (tmp_path / "out" / "report.html").read_text()
+    own = tmp_path / "out" / "for_student"
+    assert {path.name: told(path.read_bytes()) for path in own.iterdir()} == {"report.html": [], "report.json": []}
+    assert "touched … at … m, … ahead" in (own / "report.html").read_text()
 
 
 def test_a_flag_that_only_such_a_trial_raised_is_the_instructors(touched: Path):
