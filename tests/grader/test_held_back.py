@@ -156,7 +156,7 @@ def test_a_released_kit_tells_nothing_of_it(kit: Path):
         handout = members.read(f"{TOP}/docs/handout.md").decode()
     assert not found
     assert "Keeps its distance" in entry
-    assert "It keeps its distance from whatever stands in the hall" in handout
+    assert "- **X1** (10, judged at hand-in) It keeps its distance from whatever stands in the hall." in handout
 
 
 def test_the_search_finds_what_a_kit_would_tell(tmp_path: Path):
