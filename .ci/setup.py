@@ -83,8 +83,15 @@ def fingerprint() -> str:
     """Return a hash of what the environment is made from: the lock, the packaging, and the path (scripts name it)."""
     packaging = tomllib.loads((ROOT / "pyproject.toml").read_text())
     packaging.pop("tool", None)  # the linters' settings change more often, and the environment does not depend on them
-    parts = [(ROOT / "requirements.txt").read_text(), repr(packaging), str(ROOT)]
+    texts = [path.read_text() for path in (ROOT / "requirements.txt", *added())]
+    parts = [*texts, repr(packaging), str(ROOT)]
     return hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
+
+
+def added() -> list[Path]:
+    """Return the files of the packages that the courses in this kit add."""
+    folders = ("", "*/", "grader/courses/*/")
+    return sorted(path for folder in folders for path in ROOT.glob(f"{folder}extra-requirements.txt"))
 
 
 def ready() -> bool:
@@ -100,6 +107,9 @@ def set_up(machine: Machine) -> None:
     check_machine(machine)
     make_environment(machine)
     install_pinned()
+    for path in added():
+        say(f"Installing the packages of {path.relative_to(ROOT)}")
+        pip(f"the packages of {path.relative_to(ROOT)}", "install", "--no-deps", "-r", str(path))
     say("Installing the course kit itself")
     pip("the course kit itself", "install", "--no-deps", "--no-build-isolation", "--editable", ".")
     wanted = [tool for tool, program in (("bubblewrap", "bwrap"), ("ccache", "ccache")) if not machine.which(program)]
