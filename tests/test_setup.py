@@ -208,6 +208,15 @@ def test_uv_fetches_from_where_pip_is_set_to(tmp_path: Path):
     )
 
 
+@pytest.mark.parametrize("order", [("global", "install", ":env:"), (":env:", "global", "install")])
+def test_the_environment_wins_over_pips_files_however_pip_lists_them(order: tuple[str, ...], tmp_path: Path):
+    """The pip of Python 3.14 lists it last, and a mirror that was named for one set-up was passed by."""
+    pip = tmp_path / "pip.py"
+    pip.write_text("".join(f"print(\"{section}.index-url='{section}'\")\n" for section in order))
+    told = setup_with(f"setup.PIP = [sys.executable, {str(pip)!r}]; print(setup.index_settings())")
+    assert told.stdout == "{'UV_DEFAULT_INDEX': ':env:'}\n", told.stderr
+
+
 @pytest.mark.parametrize("broken", ["PIP", "UV"])
 def test_where_uv_cannot_be_had_or_fails_pip_installs_everything(broken: str):
     done = setup_with(
