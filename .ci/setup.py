@@ -31,6 +31,7 @@ UV_NAMES = {
     "index-url": "UV_DEFAULT_INDEX", "extra-index-url": "UV_INDEX", "find-links": "UV_FIND_LINKS",
     "trusted-host": "UV_INSECURE_HOST", "no-index": "UV_NO_INDEX", "cert": "SSL_CERT_FILE", "proxy": "ALL_PROXY",
 }  # fmt: skip
+PIP_SECTIONS = ("global", "install", ":env:")  # each wins over those before it
 OLDEST_GLIBC = (2, 28)  # of the wheels' tag, manylinux_2_28
 SUPPORTED = (3, 11) <= sys.version_info[:2] <= (3, 14) and sys.implementation.name == "cpython"
 
@@ -83,8 +84,15 @@ def fingerprint() -> str:
     """Return a hash of what the environment is made from: the lock, the packaging, and the path (scripts name it)."""
     packaging = tomllib.loads((ROOT / "pyproject.toml").read_text())
     packaging.pop("tool", None)  # the linters' settings change more often, and the environment does not depend on them
-    parts = [(ROOT / "requirements.txt").read_text(), repr(packaging), str(ROOT)]
+    texts = [path.read_text() for path in (ROOT / "requirements.txt", *added())]
+    parts = [*texts, repr(packaging), str(ROOT)]
     return hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
+
+
+def added() -> list[Path]:
+    """Return the files of the packages that the courses in this kit add."""
+    folders = ("", "*/", "grader/courses/*/")
+    return sorted(path for folder in folders for path in ROOT.glob(f"{folder}extra-requirements.txt"))
 
 
 def ready() -> bool:
@@ -100,6 +108,9 @@ def set_up(machine: Machine) -> None:
     check_machine(machine)
     make_environment(machine)
     install_pinned()
+    for path in added():
+        say(f"Installing the packages of {path.relative_to(ROOT)}")
+        pip(f"the packages of {path.relative_to(ROOT)}", "install", "--no-deps", "-r", str(path))
     say("Installing the course kit itself")
     pip("the course kit itself", "install", "--no-deps", "--no-build-isolation", "--editable", ".")
     wanted = [tool for tool, program in (("bubblewrap", "bwrap"), ("ccache", "ccache")) if not machine.which(program)]
@@ -183,11 +194,12 @@ def index_settings() -> dict[str, str]:
     """Return where pip is set to fetch from, as the variables that uv reads instead of pip's settings."""
     listed = subprocess.run([*PIP, "config", "list"], env=environment(), capture_output=True, text=True, check=False)
     found: dict[str, str] = {}
-    # Each line is SECTION.OPTION='VALUE'. What the environment (":env:") says stands first, and wins.
-    for line in reversed(listed.stdout.splitlines()):
-        option, _, value = line.partition("=")
-        name = UV_NAMES.get(option.rpartition(".")[2])
-        if name:
+    # Each line is SECTION.OPTION='VALUE'; pip 23 lists the environment (":env:") first, pip 26 last.
+    lines = [line.partition("=")[::2] for line in listed.stdout.splitlines()]
+    for section, (option, value) in ((wins, line) for wins in PIP_SECTIONS for line in lines):
+        place, _, key = option.rpartition(".")
+        name = UV_NAMES.get(key)
+        if name and place == section:
             found[name] = ("," if name == "UV_FIND_LINKS" else " ").join(ast.literal_eval(value).split())
     return found
 

@@ -161,9 +161,9 @@ def _add_check(verbs: Any) -> None:
     )
     parser.add_argument(
         "requirements",
-        nargs="+",
+        nargs="*",
         metavar="REQUIREMENT",
-        help="its id in the rubric; for an unknown one the ids are listed",
+        help="its id in the rubric (default: all); for an unknown one the ids are listed",
     )
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
     add_course(parser)
@@ -227,6 +227,7 @@ def _add_handout(verbs: Any) -> None:
 
 def _add_doctor(verbs: Any) -> None:
     parser = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
+    add_course(parser)
     parser.set_defaults(run=_doctor)
 
 
@@ -300,6 +301,8 @@ def _grade(options: argparse.Namespace) -> int:
     colour = console.wants_colour(sys.stdout, os.environ)
     print(console.render(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
     print(f"Report: {options.out / report.PAGE}")
+    if (theirs := report.for_student(options.out, report.PAGE)) != options.out / report.PAGE:
+        print(f"For the student, without what is held back: {theirs}")
     return EXIT_GRADED
 
 
@@ -308,6 +311,7 @@ def _check(options: argparse.Namespace) -> int:
     from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
+    from grader.scoring.grading import at_hand_in, points
 
     course = find(options.course)
     whole = rubric.load(course.rubric)
@@ -318,13 +322,20 @@ def _check(options: argparse.Namespace) -> int:
             f"grader: no requirement is called {', '.join(unknown)}; the rubric has {_listed(whole)}.", file=sys.stderr
         )
         return EXIT_USAGE
+    wanted = [r for r in whole.requirements if r.id in (options.requirements or known)]
+    judged = [r.id for r in wanted if r.checks and (options.requirements or not r.held_back)]
+    for requirement in wanted if options.requirements else ():
+        if not requirement.checks:
+            print(f"{requirement.id} is {requirement.waits}, not here ({points(requirement.points)} points).")
+    if not judged:
+        return EXIT_GRADED
     progress = Progress()
     settings = pipeline.Settings(
         rubric=whole,
         course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
-        requirements=tuple(options.requirements),
+        requirements=tuple(judged),
         keep=True,
         fresh=options.fresh,
         progress=progress.say,
@@ -334,6 +345,9 @@ def _check(options: argparse.Namespace) -> int:
     progress.done()
     colour = console.wants_colour(sys.stdout, os.environ)
     print(console.render_checks(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
+    if not options.requirements and (rest := at_hand_in(wanted)):
+        card = grading.scorecard
+        print(f"{points(card.points)} of {points(card.max)} points that can be judged here. {rest}")
     return EXIT_GRADED
 
 
@@ -382,10 +396,14 @@ def _handout(options: argparse.Namespace) -> int:
     return EXIT_GRADED
 
 
-def _doctor(_options: argparse.Namespace) -> int:
+def _doctor(options: argparse.Namespace) -> int:
     from grader.host import doctor
 
     diagnoses = doctor.examine()
+    with contextlib.suppress(ImportError):  # on a host on which nothing is installed yet
+        from grader.course import find, packages
+
+        diagnoses += doctor.of_course(packages.missing(course := find(options.course)), packages.install_line(course))
     print(doctor.render(diagnoses))
     return doctor.exit_status(diagnoses)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
+from grader.course import held_back, packages
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.evidence.kept import NotKept
@@ -114,6 +115,7 @@ def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
     """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
     shortage.require_memory()
     sandbox.require(for_points=not settings.requirements)
+    packages.require(settings.course)
     if said := submission_user.notice():
         settings.progress(said)
     if not source.exists():
@@ -160,6 +162,7 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         checks=provenance.checks_hash(settings.course.folder),
         commit=provenance.commit(),
         graded=provenance.now(),
+        held_back=tuple(sorted(held_back.names(settings.course))),
     )
 
 

@@ -130,6 +130,29 @@ def test_a_kit_that_belongs_to_another_user_is_refused_in_a_sentence(place: str,
     assert "Traceback" not in refused.stderr
 
 
+def test_setup_goes_by_what_a_course_in_the_kit_adds(tmp_path: Path):
+    """A changed extra-requirements.txt is installed by the next `make`."""
+    (tmp_path / "requirements.txt").touch()
+    (tmp_path / "pyproject.toml").touch()
+    extra = tmp_path / "hall_guard" / "extra-requirements.txt"
+    extra.parent.mkdir()
+    extra.write_text("scipy==1.14.1\n")
+    code = f"""
+setup.ROOT, asked = setup.Path({str(tmp_path)!r}), []
+setup.pip = lambda what, *command: asked.append(command)
+setup.STAMP, setup.VENV = setup.ROOT / "stamp", setup.ROOT
+for name in ("check_machine", "make_environment", "install_pinned", "permitted", "quieten_jupyter"):
+    setattr(setup, name, lambda *_: None)
+before = setup.fingerprint()
+setup.set_up(bare)
+print(asked[0])
+(setup.ROOT / "hall_guard" / "extra-requirements.txt").write_text("scipy==1.14.2")
+print(before != setup.fingerprint())
+"""
+    done = setup_with(code)
+    assert done.stdout == f"('install', '--no-deps', '-r', '{extra}')\nTrue\n", done.stderr
+
+
 def test_the_python_that_another_user_cannot_reach_is_named_by_its_path(tmp_path: Path):
     """`.venv/bin/python` is a link to `python3.12` beside it: set-up named that link, and no place."""
     base, kit = tmp_path / "private", tmp_path / "kit"
@@ -183,6 +206,15 @@ def test_uv_fetches_from_where_pip_is_set_to(tmp_path: Path):
             "UV_FIND_LINKS": "/wheels,/more",
         }.items()
     )
+
+
+@pytest.mark.parametrize("order", [("global", "install", ":env:"), (":env:", "global", "install")])
+def test_the_environment_wins_over_pips_files_however_pip_lists_them(order: tuple[str, ...], tmp_path: Path):
+    """The pip of Python 3.14 lists it last, and a mirror that was named for one set-up was passed by."""
+    pip = tmp_path / "pip.py"
+    pip.write_text("".join(f"print(\"{section}.index-url='{section}'\")\n" for section in order))
+    told = setup_with(f"setup.PIP = [sys.executable, {str(pip)!r}]; print(setup.index_settings())")
+    assert told.stdout == "{'UV_DEFAULT_INDEX': ':env:'}\n", told.stderr
 
 
 @pytest.mark.parametrize("broken", ["PIP", "UV"])

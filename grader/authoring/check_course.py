@@ -15,6 +15,7 @@ from pathlib import Path
 import jinja2
 
 from grader import KIT, yaml_reader
+from grader.authoring import held_back
 from grader.checks import checks_run
 from grader.classroom import sections
 from grader.course import Course, handout, load
@@ -116,8 +117,8 @@ class _Reading:
             place = _line(self.course.folder / "course.yaml", "solution")
             yield f"{place}: there is no package in {self.course.solution}; the other files are read when there is"
             return
-        parts = (self._layout, self._rubric, self._checks, self._methods, self._trials, self._worlds, self._known_bad)
-        for part in (*parts, self._functions, self._notebooks, self._handout):
+        parts = (self._layout, self._rubric, self._checks, self._methods, self._trials, self._held_back, self._worlds)
+        for part in (*parts, self._known_bad, self._functions, self._notebooks, self._handout):
             try:
                 yield from part()
             except GraderError as error:
@@ -159,8 +160,9 @@ class _Reading:
 
     def _checks(self) -> Iterator[str]:
         """Yield the checks that no requirement has, and the names in them that do not exist."""
-        modules(self.course.checks)
-        for path in sorted(self.course.checks.glob("check_*.py")):
+        for folder in self.course.folders("checks"):
+            modules(folder)
+        for path in self._files("checks", "check_*.py"):
             for check in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(check, ast.FunctionDef) and check.name.startswith("test_") and self.whole:
                     yield from self._check(path, check, self.whole)
@@ -199,7 +201,7 @@ class _Reading:
         ):  # fmt: skip
             texts = "".join((KIT / "grader" / file).read_text(encoding="utf-8") for file in files)
             known = sorted(set(re.findall(r"(?:    def |self\.)([a-z]\w*)", texts)))
-            for path in sorted((self.course.folder / place).glob("*.py")):
+            for path in self._files(place, "*.py"):
                 for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                     match node:
                         case ast.Attribute(ast.Name(name), method) if name == whose and method not in known:
@@ -210,7 +212,7 @@ class _Reading:
         return catalog.trials(self.course)
 
     def _trials(self) -> Iterator[str]:
-        own = {path.stem for path in (self.course.folder / "worlds").glob("*.yaml")}
+        own = {path.stem for path in self._files("worlds", "*.yaml")}
         for plan in self._plans.values():
             code = plan.script.__code__
             place = f"{code.co_filename}, line {code.co_firstlineno}: the trial {plan.name}"
@@ -221,14 +223,21 @@ class _Reading:
                     yield f"{place}: {unknown(name, self.ids, 'a requirement of the rubric')}"
             if plan.world not in {*own, *world_names()}:
                 yield f"{place}: {unknown(plan.world, [*own, *world_names()], 'a world')}"
-        for path in sorted((self.course.folder / "trials").glob("*.py")):
+        for path in self._files("trials", "*.py"):
             for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 match call:
                     case ast.Call(ast.Attribute(ast.Name("stage"), "call"), [ast.Constant(str(name)), *_]):
                         yield from self._service(name, path, call.lineno)
 
+    def _files(self, kind: str, pattern: str) -> list[Path]:
+        """Return the "trials", "checks" or "worlds" of the course, those that are held back, too."""
+        return [path for folder in self.course.folders(kind) for path in sorted(folder.glob(pattern))]
+
+    def _held_back(self) -> Iterator[str]:
+        yield from held_back.problems(self.course)
+
     def _worlds(self) -> Iterator[str]:
-        for path in sorted((self.course.folder / "worlds").glob("*.yaml")):
+        for path in self._files("worlds", "*.yaml"):
             try:
                 load_world(path)
             except WorldError as error:

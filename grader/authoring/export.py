@@ -12,7 +12,9 @@ from typing import Any
 
 from grader import KIT
 from grader.authoring.release import TOP, packaging, pins
-from grader.errors import EXIT_GRADED
+from grader.course import kits_own
+from grader.course.held_back import names
+from grader.errors import EXIT_GRADED, GraderError
 from grader.notebook.archive import Entry, write_zip
 
 _EXPORTS = Path(__file__).parent / "exports"
@@ -57,7 +59,13 @@ def gradescope(out: Path, minutes: int = _PLATFORM_MINUTES) -> None:
 
 
 def github(out: Path, _minutes: int = _PLATFORM_MINUTES) -> None:
-    """Write a zip with the content of a template repository."""
+    """Write a zip with the content of a template repository.
+
+    Raises:
+        GraderError: the course holds something back, which students would read in their repositories.
+    """
+    if names(kits_own()):
+        raise GraderError("The course holds something back, and a student's repository would show it. Grade elsewhere.")
     kit = out.with_name(out.name + ".kit")
     write_zip(kit, {f"{TOP}/{name}": entry for name, entry in _kit().items()})
     folder = _EXPORTS / "github"

@@ -17,8 +17,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from grader import KIT
-from grader.authoring import checkpoint_texts
-from grader.course import Course, handout, reader
+from grader.authoring import checkpoint_texts, held_back
+from grader.course import Course, handout, packages, reader
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.notebook import checkpoints
@@ -81,13 +81,18 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     for path in (*_STUDENT_KIT.iterdir(), *(course.folder / "student_kit").glob("*")):
         found[path.name] = path.read_bytes()
     found |= {name: path.read_bytes() for name, path in _of(course)}
-    found["docs/handout.md"] = handout.render(rubric.load(course.rubric), course).encode()
+    whole = rubric.load(course.rubric)
+    name = course.rubric.relative_to(_top(course)).as_posix()
+    found[name] = held_back.rubric_for_students(found[name].decode(), whole).encode()
+    found["docs/handout.md"] = handout.render(whole, course).encode()
     found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     found.pop(_SOLUTIONS, None)
     if solutions:
         found[_SOLUTIONS] = checkpoint_texts.pack()
+    own = {name for name, _ in _of(course)} | {_SOLUTIONS, "docs/handout.md"}
+    held_back.require_apart(course, {name: content for name, content in found.items() if name in own})
     return found
 
 
@@ -104,21 +109,25 @@ def _named() -> Iterator[str]:
 def _of(course: Course) -> Iterator[tuple[str, Path]]:
     """Yield the files of a course with their paths in the kit: as in the checkout, or below the name of its folder.
 
-    The solution, the notebooks' sources and the known-bad edits stay with the instructor.
+    The solution, the notebooks' sources, the known-bad edits and held_back/ stay with the instructor.
     """
     notebooks = course.notebooks
     found = [course.rubric, *notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
     found += [*notebooks.glob("pictures/[0-9][0-9]*.png"), course.folder / reader.COURSE]
     for name in ("contract", "trials", "checks", "functions", "worlds", "words"):
         found += [path for path in (course.folder / name).rglob("*") if path.is_file()]
-    found += [path for path in course.folder.glob("*") if path.suffix in (".yaml", ".j2", ".py")]
-    top = course.folder.parent
-    if course.folder.is_relative_to(_COURSES):
-        top = KIT
+    found += [p for p in course.folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
+    top = _top(course)
+    if top == KIT:
         found.append(_COURSES / "__init__.py")
     for path in dict.fromkeys(found):
         if not any(part in path.as_posix() for part in _NO_SOURCE):
             yield path.relative_to(top).as_posix(), path
+
+
+def _top(course: Course) -> Path:
+    """Return the folder to which the paths of a course's files in the kit are relative."""
+    return KIT if course.folder.is_relative_to(_COURSES) else course.folder.parent
 
 
 def for_students(page: str) -> str:

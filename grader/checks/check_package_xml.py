@@ -2,6 +2,7 @@
 
 from grader.checks.findings import some
 from grader.checks.judge import Judge, NotReached
+from grader.course import packages
 from grader.course.rosdep_keys import is_declared
 from grader.evidence import Manifest
 
@@ -46,9 +47,10 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
     manifest = _read_manifest(judge)
     missing = []
     for name, places in manifest.used.items():
-        if not is_declared(name, manifest.declared):
+        also = [package.name for package in packages.extra(judge.course) if name in package.modules]
+        if not is_declared(name, manifest.declared, also):
             missing.append(f"{name} (used in {some(places, 2)})")
-        elif not is_declared(name, manifest.declared_to_run) and (running := _runs(places)):
+        elif not is_declared(name, manifest.declared_to_run, also) and (running := _runs(places)):
             missing.append(f"{name} (used in {some(running, 2)}, and declared for tests only)")
     if missing:
         seen = "not declared:\n" + "\n".join(missing)

@@ -32,6 +32,7 @@ _HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
 _SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW)
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+_SCRIPT = re.compile(r'File "[^"]*(?<!/grader)/(trials/\w+\.py)", line (\d+)')  # a frame of a course's trial
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
 _NO_FLOAT = "{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
 NAMESPACE = "robot7"
@@ -147,7 +148,9 @@ class Judge:
         if trial is None:
             raise Unjudged(f"the trial {name} was not run")
         if trial.script_error:
-            raise Unjudged(f"the trial {name} broke: {trial.script_error.strip().splitlines()[-1]}")
+            lines = [f" ({file}, line {line})" for file, line in _SCRIPT.findall(trial.script_error)]
+            words = f"{trial.script_error.strip().splitlines()[-1]}{''.join(lines[-1:])}"
+            raise Unjudged(f"the trial {name} broke: {words}")
         return trial
 
     def trial(self, name: str, *, complete: bool = True) -> Trial:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from grader import evidence
-from grader.checks.judge import Failed, Judge, NotReached
+from grader.checks.judge import Failed, Judge, NotReached, Unjudged
 from grader.course import load
 from grader.scoring.scorecard import CheckResult, Outcome
 
@@ -90,7 +90,7 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> CheckResult:
     id_, error = f"{item.path.stem}::{item.name}", call.excinfo and call.excinfo.value
     result = CheckResult(id_, Outcome.ERROR, 0.0, sentence, expected=sentence, trial=trial)
     if judge is None or (error is not None and not isinstance(error, Failed | NotReached)):
-        return replace(result, seen=f"{type(error).__name__}: {error}")
+        return replace(result, seen=f"{type(error).__name__}: {error}{_line(item, call)}")
     result = replace(result, seen=judge.seen, try_=judge.try_)
     if error is None:
         outcome = Outcome.PASSED if judge.fraction >= 1 else Outcome.PARTIAL if judge.fraction > 0 else Outcome.FAILED
@@ -102,6 +102,14 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> CheckResult:
         return replace(result, outcome=Outcome.FAILED, seen=seen, try_=error.try_, reason=error.reason)
     because = _joined(deaf_to, error)
     return replace(result, outcome=Outcome.NOT_REACHED, because=because, reason=deaf_to or error.reason)
+
+
+def _line(item: pytest.Item, call: pytest.CallInfo[None]) -> str:
+    """Return the line of a check's file in which an exception was raised that is not of the judge; "" if in none."""
+    if call.excinfo is None or isinstance(call.excinfo.value, Unjudged):
+        return ""
+    lines = [frame.lineno + 1 for frame in call.excinfo.traceback if frame.path == item.path]
+    return f" ({item.path.name}, line {lines[-1]})" if lines else ""
 
 
 def _joined(*parts: object) -> str:

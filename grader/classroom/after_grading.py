@@ -34,9 +34,11 @@ from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
+from grader.course import find
 from grader.errors import EXIT_GRADED, GraderError, UsageError
 from grader.evidence.kept import KEPT_DAYS
 from grader.progress import Progress
+from grader.report.standing import DATA
 from grader.sanitize import printable
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
@@ -152,14 +154,16 @@ def _refresh(folder: ClassFolder) -> None:
 
 def _gradebook(options: argparse.Namespace) -> int:
     folder = ClassFolder(options.folder)
-    if not (options.folder / class_folder.CLASS).exists() and (options.folder / "report.json").exists():
-        report = json.loads((options.folder / "report.json").read_text(encoding="utf-8"))
-        book = gradebook.of_one(report, rubric.load(rubric.RUBRIC))
+    if not (options.folder / class_folder.CLASS).exists() and (options.folder / DATA).exists():
+        report = json.loads(report_room.for_student(options.folder, DATA).read_text(encoding="utf-8"))
+        book = gradebook.of_one(report, rubric.load(find().rubric))
         reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
     else:
         book = gradebook.read(folder)
         _refresh(folder)
-        reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
+        reports = {
+            row.submission: folder.report(row.submission, for_student=True) for row in book.rows if row.submission
+        }
     platform = all_platforms()[options.platform]
     if options.anonymous:
         return _anonymous(options, folder, book)
@@ -168,7 +172,8 @@ def _gradebook(options: argparse.Namespace) -> int:
     if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
         raise UsageError("--feedback is for the classes of --for moodle and --for canvas.")
     entries = folder.facts().entries if feedback else ()
-    pages = {e.id: page for e in entries if (page := folder.submission(e.id) / report_room.PAGE).is_file()}
+    found = {e.id: report_room.for_student(folder.submission(e.id), report_room.PAGE) for e in entries}
+    pages = {name: page for name, page in found.items() if page.is_file()}
     sources = {entry.id: entry.path.name for entry in entries}
     delivery = Delivery(book, reports, out, options.sheet, options.assignment, feedback, pages, sources)
     for note in platform.write(delivery):

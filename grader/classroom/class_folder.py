@@ -30,13 +30,14 @@ from typing import Any
 import cattrs
 import yaml
 
-from grader import yaml_reader
+from grader import report, yaml_reader
 from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
+from grader.report.standing import DATA
 
 CLASS, RECORD, RUBRIC = "class.yaml", "record.json", "rubric.yaml"
 OVERRIDES, GRADEBOOK, OVERVIEW = "overrides.yaml", "gradebook.csv", "index.html"
@@ -194,10 +195,12 @@ class ClassFolder:
         record = self.record(entry.id)
         return record if record and record.holds(entry.content, facts.rubric, facts.seed) else None
 
-    def report(self, name: str) -> dict[str, Any] | None:
-        """Return a submission's report.json, None if there is none."""
+    def report(self, name: str, *, for_student: bool = False) -> dict[str, Any] | None:
+        """Return a submission's report.json, None if there is none; `for_student` without what is held back."""
+        folder = self.submission(name)
+        path = report.for_student(folder, DATA) if for_student else folder / DATA
         try:
-            data = json.loads((self.submission(name) / "report.json").read_text(encoding="utf-8"))
+            data = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
         return data if isinstance(data, dict) else None

@@ -19,6 +19,7 @@ from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
+from grader.report import for_students
 from grader.scoring import rubric
 
 
@@ -89,7 +90,9 @@ def plan(folder: ClassFolder, name: str, exports: Collection[str] = ()) -> Forge
 
 def still_named(folder: ClassFolder, named: re.Pattern[str]) -> list[str]:
     """Return the files of the class in which the person still is named; of submissions, the reports."""
-    reports = folder.path.glob(f"{SUBMISSIONS}/*/*")
+    reports = [
+        path for level in ("*", f"{for_students.FOLDER}/*") for path in folder.path.glob(f"{SUBMISSIONS}/*/{level}")
+    ]
     own = [path for path in folder.path.rglob("*") if SUBMISSIONS not in path.relative_to(folder.path).parts]
     return [
         path.relative_to(folder.path).as_posix()

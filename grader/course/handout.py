@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import jinja2
 
+from grader.course import packages
 from grader.course.model import Course
 from grader.scoring.rubric import Criterion, Requirement, Rubric
 
@@ -26,6 +27,8 @@ def render(rubric: Rubric, course: Course) -> str:
             parameters={name: node.defaults for name, node in course.nodes.items()},
             level=level,
             notebook=notebook,
+            imports=[f"`{module}` ({p.name} {p.version})" for p in packages.offered(course) for module in p.modules],
+            ros=packages.of_ros(course),
         )
         + "\n"
     )
@@ -43,7 +46,11 @@ def fields(text: str) -> str:
 
 
 def level(requirement: Requirement) -> str:
-    """Return "core", "advanced", or how many points are which."""
+    """Return "core", "advanced", or how many points are which; and whether it is judged at hand-in only."""
+    return f"{_level(requirement)}, {requirement.waits}" if requirement.held_back else _level(requirement)
+
+
+def _level(requirement: Requirement) -> str:
     if not requirement.advanced:
         return "core"
     core = requirement.points - requirement.advanced

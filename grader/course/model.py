@@ -137,14 +137,23 @@ class Course:
         return self.folder / "contract" / self.package
 
     @property
+    def held_back(self) -> Path:
+        """Return the folder of what students must not see, with folders `trials`, `checks` and `worlds`."""
+        return self.folder / "held_back"
+
+    def folders(self, kind: str) -> tuple[Path, Path]:
+        """Return the folders of its "trials", "checks" or "worlds": of those that students get, and those held back."""
+        return self.folder / kind, self.held_back / kind
+
+    @property
     def checks(self) -> Path:
         """Return the folder of the course's own checks."""
         return self.folder / "checks"
 
     def world(self, name: str) -> str:
         """Return what `sim.load_world` takes for a world: a file of the course's own, or else its name."""
-        own = self.folder / "worlds" / f"{name}.yaml"
-        return str(own) if own.is_file() else name
+        files = (folder / f"{name}.yaml" for folder in self.folders("worlds"))
+        return next((str(path) for path in files if path.is_file()), name)
 
     @property
     def interfaces_package(self) -> str:

@@ -26,9 +26,12 @@ _ALSO = {
 }
 
 
-def is_declared(name: str, declared: Sequence[str]) -> bool:
-    """Return whether one of the `declared` keys declares the package or module `name`: python3-numpy does numpy."""
-    wanted = {_key(name), *_ALSO.get(name, ())}
+def is_declared(name: str, declared: Sequence[str], packages: Sequence[str] = ()) -> bool:
+    """Return whether one of the `declared` keys declares the package or module `name`: python3-numpy does numpy.
+
+    `packages` are those of pip that have the module, where they have other names.
+    """
+    wanted = {_key(name), *_ALSO.get(name, ()), *map(_key, packages)}
     return bool(wanted & {_key(other) for other in declared})
 
 

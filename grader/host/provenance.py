@@ -28,17 +28,24 @@ def kit_hash(course: Path) -> str:
     """Return a hash of the code that decides a grade in a course's folder, 16 hexadecimal digits."""
     found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
     engine = (path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
-    return _hash({KIT: engine, course: _files(course, "checks", "contract", "functions", "trials", "worlds")})
+    return _hash(
+        {
+            KIT: engine,
+            course: _files(
+                course, "checks", "contract", "extra-requirements.txt", "functions", "held_back", "trials", "worlds"
+            ),
+        }
+    )
 
 
 def checks_hash(course: Path) -> str:
     """Return a hash of the code that judges evidence in a course's folder, 16 hexadecimal digits."""
     found = [path for room in ("checks", "scoring") for path in (KIT / "grader" / room).rglob("*.py")]
-    return _hash({KIT: found, course: _files(course, "checks", "contract", "functions")})
+    return _hash({KIT: found, course: _files(course, "checks", "contract", "functions", "held_back/checks")})
 
 
 def _files(course: Path, *folders: str) -> Iterable[Path]:
-    found = (path for folder in folders for path in (course / folder).rglob("*"))
+    found = (path for folder in folders for path in (course / folder, *(course / folder).rglob("*")))
     return (path for path in found if path.is_file() and path.suffix != ".pyc")
 
 

@@ -6,6 +6,7 @@ import os
 import tempfile
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from grader import building, pipeline
@@ -17,7 +18,7 @@ from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
-from grader.scoring.grading import Grading, Loss, losses, place, points
+from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
@@ -38,11 +39,15 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     """
     whole = rubric.load(course().rubric)
     wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements)]
+    if not wanted:
+        wanted = [requirement for requirement in whole.requirements if requirement.can_be_checked]
+    everything = "" if requirements else at_hand_in(whole.requirements)
     notebook = os.environ.get(NOTEBOOK, "")
     stand_ins = {r.id: found for r in wanted if (found := so_far.stand_in(r.id, notebook))}
     asked = {r.id: whole.requirement(stand_ins[r.id].requirement) if r.id in stand_ins else r for r in wanted}
     gaps = {r.id: prerequisites.first_gap(workspace.package, asked[r.id].id, notebook) for r in wanted}
     answers = {r.id: _lacking(r, gap) for r in wanted if (gap := gaps[r.id])}
+    answers |= {r.id: _elsewhere(r) for r in wanted if not r.can_be_checked}
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
@@ -56,8 +61,6 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
             scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
             for r in possible:
                 score = scores[asked[r.id].id]
-                if score.outcome is Outcome.NOT_GRADED:
-                    continue
                 if r.id in stand_ins:
                     answers[r.id] = _stood_in(r, stand_ins[r.id], score, grading)
                 else:
@@ -71,7 +74,11 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
             answers |= {r.id: _unjudged(r, str(error)) for r in possible}
         finally:
             progress.done()
-    return Checked(tuple(answers[r.id] for r in wanted), pictures, notes, tables)
+    given = tuple(answers[r.id] for r in wanted)
+    if everything:
+        reached, worth = sum(float(each.points) for each in given), sum(float(each.worth) for each in given)
+        notes = (*notes, f"{points(reached)} of {points(worth)} points that can be judged here. {everything}")
+    return Checked(given, pictures, notes, tables)
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -113,6 +120,11 @@ def _answer(
 def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
     rows = (("seen", gap.seen), ("expected", gap.expected), ("try", gap.try_))
     return _answer(requirement, (Note(requirement.text, rows),))
+
+
+def _elsewhere(requirement: Requirement) -> Answer:
+    """Return the answer for a requirement that no check here judges."""
+    return replace(_answer(requirement, ()), elsewhere=requirement.waits)
 
 
 def _unjudged(requirement: Requirement, reason: str) -> Answer:

@@ -47,6 +47,7 @@ class Answer:
     Attributes:
         ours: an error of the kit kept it from being judged.
         so_far: it passed as far as it can in this notebook; later ones bring the rest of what it needs.
+        elsewhere: where it is judged, if that is not here.
     """
 
     id: str
@@ -58,12 +59,15 @@ class Answer:
     notes: tuple[Note, ...] = ()
     section: str = ""
     so_far: bool = False
+    elsewhere: str = ""
 
     @property
     def headline(self) -> str:
         """Return the first line: requirement, result, points."""
         if self.ours:
             return f"{self.id} could not be judged"
+        if self.elsewhere:
+            return f"{self.id} is {self.elsewhere}, not here ({self.worth} points)"
         verdict = "passed so far" if self.so_far else "passed" if self.passed else "not yet"
         if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
             return f"{self.id} {verdict} (its points come with a later notebook: {self.worth})"
@@ -81,8 +85,8 @@ class Checked:
 
     @property
     def passed(self) -> bool:
-        """Return whether every requirement passed, at least so far."""
-        return all(answer.passed for answer in self.answers)
+        """Return whether every requirement that is judged here passed, at least so far."""
+        return all(answer.passed for answer in self.answers if not answer.elsewhere)
 
     @property
     def points(self) -> float:
@@ -115,14 +119,14 @@ def _lines(answer: Answer) -> list[str]:
 def _card(answer: Answer) -> str:
     whole = answer.passed and (float(answer.points) > 0 or not answer.so_far)
     part = answer.passed or float(answer.points) > 0
-    colour = OURS if answer.ours else GOOD if whole else PART if part else BAD
+    colour = SOFT if answer.elsewhere else OURS if answer.ours else GOOD if whole else PART if part else BAD
     sign = "!" if answer.ours else "✓" if whole else "◐" if part else "○"
     head = (
         f'<div><span style="color:{colour};font-weight:700">{sign} {html.escape(answer.headline)}</span>'
         f' <span style="font-weight:600">{html.escape(answer.title)}</span></div>'
     )
     body = "".join(_note(note, len(answer.notes) > 1) for note in answer.notes)
-    foot = "" if answer.passed or not answer.section else _foot(answer.section)
+    foot = "" if answer.passed or answer.elsewhere or not answer.section else _foot(answer.section)
     return (
         f'<div style="border-left:4px solid {colour};padding:.2em 0 .2em .9em;margin:.7em 0;line-height:1.45">'
         f"{head}{body}{foot}</div>"

@@ -20,7 +20,7 @@ from grader.intake.submission import open_submission
 from grader.notebook import workspace
 from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
-from grader.scoring.grading import Grading, points
+from grader.scoring.grading import Grading, at_hand_in, points
 from grader.scoring.scorecard import Outcome
 
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
@@ -71,9 +71,13 @@ class PackedSubmission:
         card = self.grading.scorecard
         yield "The public checks give:"
         for criterion in card.criteria:
-            yield f"  {criterion.criterion.title:<20} {points(criterion.points):>5} of {points(criterion.max)}"
+            if criterion.max:
+                yield f"  {criterion.criterion.title:<20} {points(criterion.points):>5} of {points(criterion.max)}"
         total, worth = sum(c.points for c in card.criteria), sum(c.max for c in card.criteria)
-        yield f"  {'Together':<20} {points(total):>5} of {points(worth)}"
+        rest = at_hand_in(score.requirement for score in card.requirements)
+        yield f"  {'Together':<20} {points(total):>5} of {points(worth)}{' that can be judged here' if rest else ''}"
+        if rest:
+            yield f"  {rest}"
         lost = [s.requirement.id for s in card.requirements if s.outcome not in (Outcome.PASSED, Outcome.NOT_GRADED)]
         if lost:
             yield f"  points lost in {', '.join(lost)}; `check(...)` in the notebook says why"
@@ -116,7 +120,9 @@ def submit(
         )
         if not check:
             return found
-        settings = pipeline.Settings(rubric.load(course.rubric), building.cache_folder(), course, progress=progress)
+        whole = rubric.load(course.rubric)
+        only = tuple(r.id for r in whole.requirements if r.can_be_checked) if at_hand_in(whole.requirements) else ()
+        settings = pipeline.Settings(whole, building.cache_folder(), course, requirements=only, progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
-from grader.course import role
+from grader.course import packages, role
 from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
 from grader.quality.faults_of_programs import defined, installed, program_files, program_folders
@@ -167,7 +167,9 @@ class _Names:
             return f"it imports `{top}`, and this package is called `{sources.name}`", f"from {sources.name} import ..."
         if top.endswith(("_interfaces", "_msgs")):
             return f"it imports `{top}`, {NOT_BUILT}", self._beside("srv")
-        return f"it imports `{top}`, which is not installed here", "do without it, or hand in what the node uses of it"
+        text = f"it imports `{top}`, which is not among the packages that this course offers"
+        ask = f"ask your instructor to add it to {packages.EXTRA}"
+        return f"{text}: {packages.names(sources.course)}, and those of ROS in the handout", f"do without it, or {ask}"
 
     def _beside(self, kind: str) -> str:
         """Return from where to import interfaces: from the package of interfaces, if one is built with this one."""

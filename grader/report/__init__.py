@@ -4,14 +4,27 @@ from __future__ import annotations
 
 import contextlib
 import re
+import shutil
 from pathlib import Path
 
 from grader.host.atomic import write_atomically
+from grader.report import for_students
 from grader.report.data import write_json
 from grader.report.standing import DATA, Standing, fingerprint, standing
 from grader.scoring.grading import Grading, HandIn, Refusal
 
-__all__ = ["EVIDENCE", "PAGE", "Grading", "HandIn", "Refusal", "Standing", "fingerprint", "standing", "write"]
+__all__ = [
+    "EVIDENCE",
+    "PAGE",
+    "Grading",
+    "HandIn",
+    "Refusal",
+    "Standing",
+    "fingerprint",
+    "for_student",
+    "standing",
+    "write",
+]
 
 PAGE = "report.html"
 EVIDENCE = "evidence"
@@ -25,6 +38,7 @@ def write(
 
     `hand_in` is what a class knows of the submission. Without `pictures` nothing reveals the layout of held-out
     trials; with them, each trial in which points were lost gets an MCAP file beside its evidence, if that is there.
+    Where a course holds something back, the folder for_student/ gets the same two reports without it.
     """
     from grader.report import html  # draws with numpy and the simulator: 0.2 s that a check need not wait for
 
@@ -32,7 +46,19 @@ def write(
     write_json(result, as_json, hand_in)
     bags = _write_bags(result, folder / EVIDENCE / "trials") if pictures and isinstance(result, Grading) else set()
     write_atomically(as_html, html.render(result, hand_in, pictures=pictures, bags=bags))
+    own = folder / for_students.FOLDER
+    shutil.rmtree(own, ignore_errors=True)
+    if isinstance(result, Grading) and for_students.holds_back(result):
+        own.mkdir()
+        write_json(theirs := for_students.for_students(result), own / DATA, hand_in)
+        write_atomically(own / PAGE, html.render(theirs, hand_in, pictures=pictures))
     return as_json, as_html
+
+
+def for_student(folder: Path, name: str) -> Path:
+    """Return the file `name` of a report in `folder` that its student may read."""
+    own = folder / for_students.FOLDER / name
+    return own if own.exists() else folder / name
 
 
 def _write_bags(grading: Grading, folder: Path) -> set[str]:

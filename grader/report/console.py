@@ -19,7 +19,7 @@ WORDS = {
     Outcome.FAILED: "FAILED",
     Outcome.NOT_REACHED: "not reached",
     Outcome.ERROR: "ERROR",
-    Outcome.NOT_GRADED: "by a person",
+    Outcome.NOT_GRADED: "to be graded",
 }
 COLOURS = {
     Outcome.PASSED: "32",  # green
@@ -106,7 +106,8 @@ class _Page:
 
     def criterion(self, score: CriterionScore) -> Iterator[str]:
         if not score.max:
-            yield f"{score.criterion.title:<20} to be graded by a person ({points(score.criterion.points)} points)"
+            waits = " and ".join(dict.fromkeys(s.requirement.waits for s in score.requirements))
+            yield f"{score.criterion.title:<20} {waits} ({points(score.criterion.points)} points)"
             return
         share = score.points / score.max
         filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
@@ -124,9 +125,9 @@ class _Page:
         return f"  {word} {score.requirement.id:<4} {score.requirement.title:<34} {of}".rstrip()
 
     def not_graded(self, score: CriterionScore) -> Iterator[str]:
-        names = [s.requirement.id for s in score.requirements if s.outcome is Outcome.NOT_GRADED]
-        if names:
-            yield from self.wrap(f"to be graded by a person: {', '.join(names)}", indent=2)
+        left = [s.requirement for s in score.requirements if s.outcome is Outcome.NOT_GRADED]
+        for waits in dict.fromkeys(requirement.waits for requirement in left):
+            yield from self.wrap(f"{waits}: {', '.join(r.id for r in left if r.waits == waits)}", indent=2)
 
     def lost(self) -> Iterator[str]:
         waiting: dict[str, list[str]] = {}

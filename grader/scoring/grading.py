@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from grader import sanitize
@@ -112,6 +113,7 @@ class Grading:
         commit: of the kit, "" if it has no repository.
         graded: when the evidence was collected and judged for the first time, local time with its zone.
         rescored: when it was judged again, "" if it was not.
+        held_back: names that students must not read: of trials, checks and worlds.
     """
 
     scorecard: Scorecard
@@ -126,6 +128,7 @@ class Grading:
     commit: str = ""
     graded: str = ""
     rescored: str = ""
+    held_back: tuple[str, ...] = ()
 
     @property
     def worth(self) -> float:
@@ -204,6 +207,13 @@ def count_graded(scorecard: Scorecard) -> tuple[int, int]:
     """Return how many of the rubric's requirements have checks, and how many there are."""
     outcomes = [score.outcome for score in scorecard.requirements]
     return sum(outcome is not Outcome.NOT_GRADED for outcome in outcomes), len(outcomes)
+
+
+def at_hand_in(requirements: Iterable[Requirement]) -> str:
+    """Return a line about those requirements that are held back, with their points; "" if there are none."""
+    found = [requirement for requirement in requirements if requirement.held_back]
+    worth = points(sum(requirement.points for requirement in found))
+    return f"Judged at hand-in, not here: {', '.join(r.id for r in found)} ({worth} points)." if found else ""
 
 
 def points(value: float) -> str:

@@ -34,7 +34,10 @@ class Check:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One requirement of the contract. `advanced` of its `points` are advanced; without checks a person grades it."""
+    """One requirement of the contract. `advanced` of its `points` are advanced; without checks a person grades it.
+
+    What judges one that is `held_back` is not for students to see; their kit's rubric has no checks of it.
+    """
 
     id: str
     criterion: str
@@ -44,6 +47,17 @@ class Requirement:
     checks: tuple[Check, ...]
     advanced: float = 0.0
     title: str = ""
+    held_back: bool = False
+
+    @property
+    def can_be_checked(self) -> bool:
+        """Return whether `check` can judge it: nothing that is held back gets into a notebook's output."""
+        return bool(self.checks) and not self.held_back
+
+    @property
+    def waits(self) -> str:
+        """Return what happens to it where it has no checks."""
+        return "judged at hand-in" if self.held_back else "to be graded by a person"
 
     @property
     def level(self) -> str:
@@ -181,7 +195,7 @@ class _Reader(YamlReader):
         )
 
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
-        needed, optional = ("id", "text", "section"), ("points", "title", "advanced", "checks")
+        needed, optional = ("id", "text", "section"), ("points", "title", "advanced", "checks", "held_back")
         given = self.fields(node, node, needed, "a requirement", optional)
         name = self._id(given)
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
@@ -197,7 +211,12 @@ class _Reader(YamlReader):
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self.text(given["title"]) if "title" in given else name,
+            held_back="held_back" in given and self._yes(given["held_back"]),
         )
+
+    def _yes(self, node: yaml.Node) -> bool:
+        self.require_known(self.text(node), node, ("true", "false"), "a value of `held_back`")
+        return self.text(node) == "true"
 
     def _check(self, node: yaml.Node) -> Check:
         given = self.fields(node, node, ("id", "points"), "a check", ("level",))

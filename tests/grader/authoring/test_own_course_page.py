@@ -14,7 +14,6 @@ import pytest
 
 from grader import KIT, building, cli
 from grader.authoring import check_course, course_trials, reference
-from grader.checks import checks_run
 from grader.course import load
 from grader.trials import catalog
 
@@ -24,11 +23,11 @@ GRADES = ("grader check-course mycourse", "grader batch", "grader gradebook")
 
 
 def forget() -> None:
-    """Forget what this process knows of courses: each command is one of its own."""
-    for kept in (load, catalog.trials, checks_run.needs):
-        kept.cache_clear()
-    for name in [name for name in sys.modules if name.startswith("course_")]:
-        del sys.modules[name]
+    """Forget the trials and checks of the course in this folder: each command is a process of its own."""
+    catalog.trials.cache_clear()
+    for name, module in [*sys.modules.items()]:
+        if name.startswith("course_") and str(Path.cwd()) in str(vars(module)):
+            del sys.modules[name]
 
 
 def do(step: re.Match[str]) -> None:

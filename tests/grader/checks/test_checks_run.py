@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 
@@ -11,8 +12,11 @@ from helpers.judging import evidence_with
 
 from grader import evidence
 from grader.checks import checks_run
+from grader.checks.judge import Judge, Unjudged
 from grader.errors import GraderError
 from grader.scoring.scorecard import CheckResult, Outcome
+from grader.trials.plan import TrialPlan
+from grader.trials.request import not_started
 
 CHECKS = {
     "first": "pass",
@@ -48,14 +52,26 @@ def run(folder: Path, *names: str) -> dict[str, CheckResult]:
 def test_a_check_that_computes_for_ever_is_an_error_and_the_others_are_judged(folder: Path, name: str):
     found = run(folder, "first", name, "last")
     assert found[name].outcome is Outcome.ERROR
-    assert found[name].seen == "TookTooLong: the check took more than 0.2 s of CPU time"
+    seen = r"TookTooLong: the check took more than 0.2 s of CPU time \(check_it.py, line \d+\)"
+    assert re.fullmatch(seen, found[name].seen)  # the line of the check, as of any error in one
     assert found["first"].outcome is found["last"].outcome is Outcome.PASSED
 
 
 def test_a_check_that_wants_too_much_memory_is_an_error(folder: Path):
     found = run(folder, "much", "last")
-    assert (found["much"].outcome, found["much"].seen) == (Outcome.ERROR, "MemoryError: ")
+    assert (found["much"].outcome, found["much"].seen) == (Outcome.ERROR, "MemoryError:  (check_it.py, line 12)")
     assert found["last"].outcome is Outcome.PASSED
+
+
+def test_a_script_that_breaks_is_named_with_its_line():
+    """A lecturer read "the trial box broke: KeyError: 'x'", and not where."""
+    frames = (
+        '  File "/home/lee/mine/trials/b5.py", line 19, in box\n  File "/kit/grader/trials/stage.py", line 90, in run\n'
+    )
+    broke = not_started(TrialPlan("box", "", print, "guard"), 0, f"Traceback:\n{frames}KeyError: 'x'\n")
+    judge = Judge(evidence_with(trials={"box": broke}), COURSE)
+    with pytest.raises(Unjudged, match=r"the trial box broke: KeyError: 'x' \(trials/b5.py, line 19\)"):
+        judge.trial("box")
 
 
 def test_a_check_that_ends_the_process_is_named_and_what_was_judged_before_counts(folder: Path):

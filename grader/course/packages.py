@@ -1,0 +1,139 @@
+"""What a submission can import: the packages that the kit installs, and those of a course's extra-requirements.txt."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from packaging.markers import Marker
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from grader import KIT
+from grader.course.model import Course
+from grader.errors import GraderError
+
+EXTRA = "extra-requirements.txt"
+"""In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
+
+_MORE_OF_ROS = ("rcl_interfaces", "ament_index_python", "launch", "launch_ros")
+_PIN = re.compile(r"([\w.-]+) ?== ?([\w.!+-]+)\s*(?:;\s*(.+))?")
+_NO_REQUIREMENT = re.compile(r"\s--hash=\S+|#.*|\\\s*$")
+
+
+@dataclass(frozen=True)
+class Package:
+    """A package as pip knows it, and the version that is offered."""
+
+    name: str
+    version: str
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Return the modules that Python imports of it; if it is not installed, what its name suggests."""
+        name, distributions = canonicalize_name(self.name), _distributions()
+        found = sorted(module for module in distributions if name in distributions[module] and module[0].isalpha())
+        alike = name.replace("-", "_")
+        return (alike,) if alike in found or not found else tuple(found)
+
+
+@cache
+def extra(course: Course) -> tuple[Package, ...]:
+    """Return the packages that a course adds.
+
+    Raises:
+        GraderError: a line does not name one version.
+    """
+    path = course.folder / EXTRA
+    return tuple(_pinned(path)) if path.is_file() else ()
+
+
+def offered(course: Course) -> list[Package]:
+    """Return the packages of Python that a submission can import, sorted: the kit's, and those that a course adds."""
+    kits = {canonicalize_name(name) for name in (*_project()["dependencies"], "pytest")}
+    pins: dict[str, list[str]] = {}
+    for name, version in re.findall(
+        r"(?m)^([\w.-]+)==([^\s;]+)", (KIT / "requirements.txt").read_text(encoding="utf-8")
+    ):
+        if canonicalize_name(name) in kits:
+            pins.setdefault(name, []).append(version)  # one for each of several versions of Python
+    found = {name: Package(name, " or ".join(versions)) for name, versions in pins.items()}
+    return sorted((found | {package.name: package for package in extra(course)}).values(), key=lambda each: each.name)
+
+
+def of_ros(course: Course) -> list[str]:
+    """Return the packages of ROS that a course's nodes and launch files may import."""
+    without = {
+        *(() if course.launch else ("launch", "launch_ros")),
+        *(() if any(node.actions for node in course.nodes.values()) else ("action_msgs",)),
+    }
+    names = re.findall(r"ros-jazzy-([\w-]+)", " ".join(_project()["optional-dependencies"]["ros"]))
+    return [name for name in (*(name.replace("-", "_") for name in names), *_MORE_OF_ROS) if name not in without]
+
+
+def names(course: Course) -> str:
+    """Return in words what a submission can import of Python's packages, as Python names it."""
+    return ", ".join(module for package in offered(course) for module in package.modules)
+
+
+def missing(course: Course) -> str:
+    """Return in words which packages that a course adds are not here as it says, and what they lack; "" if none."""
+    return "; ".join(words for package in extra(course) for words in _missing(package))
+
+
+def install_line(course: Course) -> str:
+    """Return the command that installs what a course adds."""
+    return f".venv/bin/python -m pip install --no-deps -r {course.folder / EXTRA}"
+
+
+def require(course: Course) -> None:
+    """Raise a GraderError if something that a course adds is not installed."""
+    if lacking := missing(course):
+        raise GraderError(f"{course.folder / EXTRA}: {lacking}.", f"Run: {install_line(course)}")
+
+
+def _pinned(path: Path) -> Iterator[Package]:
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        if text := _NO_REQUIREMENT.sub("", f" {line}").strip():
+            pin = _PIN.fullmatch(text)
+            if pin is None:
+                raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
+            if pin[3] is None or Marker(pin[3]).evaluate():
+                yield Package(pin[1], pin[2])
+
+
+def _missing(package: Package) -> Iterator[str]:
+    here = _version(package.name)
+    if here != package.version:
+        yield f"{package.name} {package.version} is not installed" + (f", but {here}" if here else "")
+        return
+    for needed in map(Requirement, metadata.requires(package.name) or ()):
+        there = _version(needed.name)
+        met = there and needed.specifier.contains(there, prereleases=True)
+        if not met and (needed.marker is None or needed.marker.evaluate({"extra": ""})):
+            yield f"{package.name} needs {needed.name}{needed.specifier}, which is not here; add a line for it"
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+@cache
+def _distributions() -> dict[str, list[str]]:
+    """Return the packages that each module is in."""
+    return {module: list(map(canonicalize_name, names)) for module, names in metadata.packages_distributions().items()}
+
+
+@cache
+def _project() -> dict[str, Any]:
+    found: dict[str, Any] = tomllib.loads((KIT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return found

@@ -1,0 +1,98 @@
+"""A grading as its student may read it: of requirements that are held back the points and what was seen, but not where.
+
+Numbers and names of a trial, a check, a world or an obstacle that are held back become "…". A node that prints what it
+sees shows nothing by it: neither its output nor an exception of it comes from such a trial.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+from grader.course.held_back import words
+from grader.evidence import Flag, Reason, Trial
+from grader.scoring.grading import Grading
+from grader.scoring.rubric import Requirement
+from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
+
+FOLDER = "for_student"
+"""The folder of a student's report, in that of the instructor's; it is there if anything is held back."""
+
+_NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?(?:\d+(?:[.,:]\d+)*(?:e[-+]?\d+)?|inf\b|nan\b)")
+_GAPS = re.compile(r"…(?:[\s,;()/x]*…)+")
+
+
+def holds_back(grading: Grading) -> bool:
+    """Return whether something of a grading is not for its student."""
+    return bool(grading.held_back) or any(score.requirement.held_back for score in grading.scorecard.requirements)
+
+
+def for_students(grading: Grading) -> Grading:
+    """Return a grading without what is held back."""
+    card, evidence = grading.scorecard, grading.evidence
+    hidden = {name for name in evidence.trials if name in grading.held_back}
+    trials = [evidence.trials[name] for name in hidden]
+    there = {name for trial in trials for name in (trial.world, *_obstacles(trial))}
+    named = words({*grading.held_back, *there} - {""})
+
+    def veiled(text: str) -> str:
+        return _GAPS.sub("…", _NUMBER.sub("…", named.sub("…", text)))
+
+    return replace(
+        grading,
+        scorecard=replace(
+            card,
+            criteria=tuple(
+                replace(c, requirements=tuple(_veiled(score, veiled) for score in c.requirements))
+                for c in card.criteria
+            ),
+        ),
+        evidence=replace(
+            evidence,
+            trials={name: replace(trial, seed=0) for name, trial in evidence.trials.items() if name not in hidden},
+            flags=[left for flag in evidence.flags if (left := _without(flag, hidden))],
+            kept={what: when for what, when in evidence.kept.items() if what.removeprefix("trial ") not in hidden},
+        ),
+        seed=0,
+        held_back=(),
+    )
+
+
+def _obstacles(trial: Trial) -> list[str]:
+    """Return the names in a trial's world, and of what was touched."""
+    things = [thing for kind in trial.scene.values() if isinstance(kind, list) for thing in kind]
+    named = [str(thing["name"]) for thing in things if isinstance(thing, dict) and "name" in thing]
+    return named + [touch.obstacle for touch in trial.touches]
+
+
+def _veiled(score: RequirementScore, veiled: Callable[[str], str]) -> RequirementScore:
+    if not score.requirement.held_back:
+        return score
+    requirement = score.requirement
+    checks = tuple(replace(check, id=f"{requirement.id}.{place}") for place, check in enumerate(requirement.checks, 1))
+    results = tuple(
+        _result(result, check.id, requirement, veiled) for check, result in zip(checks, score.results, strict=True)
+    )
+    return replace(score, requirement=replace(requirement, checks=checks), results=results)
+
+
+def _result(result: CheckResult, name: str, requirement: Requirement, veiled: Callable[[str], str]) -> CheckResult:
+    """Return the result of a check that is held back, with the requirement's text in place of the check's sentence."""
+    because = veiled(str(result.reason)) if result.outcome is Outcome.NOT_REACHED and result.reason else ""
+    seen = "an error of the grader" if result.outcome is Outcome.ERROR else veiled(result.seen)
+    return CheckResult(
+        name, result.outcome, result.fraction, requirement.text, seen, requirement.text, veiled(result.try_), because,
+        reason=_reason(result.reason, veiled) if result.reason else None,
+    )  # fmt: skip
+
+
+def _reason(reason: Reason, veiled: Callable[[str], str]) -> Reason:
+    """Return a reason without what a node could have written into it."""
+    return replace(reason, exit_code=None, seconds=0.0, place="", nodes=(), said=veiled(reason.said))
+
+
+def _without(flag: Flag, hidden: set[str]) -> Flag | None:
+    """Return a flag without the trials that are held back, None if it was raised in no other."""
+    places = [place for place in flag.where.split(", ") if place not in hidden]
+    return replace(flag, where=", ".join(places)) if places else None
