@@ -195,8 +195,9 @@ def passed_too_early(notebook: NotebookNode) -> list[str]:
 
 def _answered_otherwise(notebook: NotebookNode, expected: str) -> list[str]:
     found = []
+    right = re.compile(rf"\w+ +(?:{expected}\b|is judged at hand-in\b)")  # the second is all that is said of what is held back
     for cell in notebook_source.check_cells(notebook):
-        as_expected = {line.split()[0] for line in answers(cell) if re.match(rf"\w+ +{expected}\b", line)}
+        as_expected = {line.split()[0] for line in answers(cell) if right.match(line)}
         found += [name for name in notebook_source.checked(cell) if name not in as_expected]
     return found
 

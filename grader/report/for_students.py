@@ -19,8 +19,8 @@ from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
 FOLDER = "for_student"
 """The folder of a student's report, in that of the instructor's; it is there if anything is held back."""
 
-_NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?(?:\d+(?:[.,:]\d+)*(?:e[-+]?\d+)?|inf\b|nan\b)")
-_GAPS = re.compile(r"…(?:[\s,;()/x]*…)+")
+_NUMBER = re.compile(r"(?<![A-Za-z_\d])[-+]?\d+|[-+]?\b(?:inf|nan)\b")
+_GAPS = re.compile(r"…(?:[\s,;()/x.:e+-]*…)+")
 
 
 def holds_back(grading: Grading) -> bool:
