@@ -15,7 +15,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import notebook_source
+from grader.authoring import checkpoint_texts, notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
@@ -156,6 +156,8 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
             )
         if notebook_source.EXERCISE in notebook_source.tags(cell) and (path := notebook_source.written_file(cell)):
             cell.source = notebook_source.with_body(cell, solutions(name, path))
+        if notebook_source.CASE in notebook_source.tags(cell):
+            cell.source = checkpoint_texts.answer(cell.source)
     return notebook
 
 

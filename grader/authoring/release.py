@@ -106,7 +106,7 @@ def _of(course: Course) -> Iterator[tuple[str, Path]]:
     notebooks = course.notebooks
     found = [course.rubric, *notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
     found += [*notebooks.glob("pictures/[0-9][0-9]*.png"), course.folder / reader.COURSE]
-    for name in ("contract", "trials", "checks", "functions", "worlds", "words"):
+    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "clinic"):
         found += [path for path in (course.folder / name).rglob("*") if path.is_file()]
     found += [path for path in course.folder.glob("*") if path.suffix in (".yaml", ".j2", ".py")]
     top = course.folder.parent

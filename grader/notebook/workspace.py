@@ -28,6 +28,10 @@ def course() -> Course:
     return find_course()
 
 
+LINKED = ".linked"
+"""The file in a workspace whose install tree has links to the sources, so that changed Python needs no build."""
+
+
 @dataclass(frozen=True)
 class Workspace:
     """A colcon workspace: `root` holds src/, and after a build also build/, install/ and log/."""

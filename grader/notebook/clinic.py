@@ -1,0 +1,193 @@
+"""The clinic: `admit` lays out a broken package in a workspace of its own, `check` judges its diagnosis and its cure."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from grader import building
+from grader.course import reader
+from grader.errors import GraderError
+from grader.host import ros_env
+from grader.notebook import cell_hooks, checkpoints, interface_types, workspace
+from grader.notebook.bench import bench
+from grader.notebook.feedback import Answer, Checked, Note
+from grader.notebook.file_backups import FileBackups
+from grader.notebook.workspace import NOTEBOOK, VARIABLE, Workspace, course
+
+FOLDER, _NOTE = "clinic", "patient"
+_PATIENCE_S = 60.0  # wall time for a node to come up; on a free machine it takes one or two seconds
+_OWN = {"/rosout", "/parameter_events"}  # topics that every node has
+
+
+def admit(case: str, *, fresh: bool = False) -> None:
+    """Lay out a patient in ws/clinic and go there; one that was treated before comes back as it was left, or `fresh`.
+
+    Raises:
+        ValueError: there is no such case.
+    """
+    if case not in _signs():
+        raise ValueError(f"There is no case {case!r}; there are {', '.join(_signs())}.")
+    try:
+        ill = checkpoints.patient(case)
+    except GraderError as error:
+        print(f"admit({case!r}): {error}")
+        return
+    root = workspace.find().root
+    root = root if root.name == FOLDER else root / FOLDER
+    workspace.ignored_by_colcon(root / "treated")
+    table, note = Workspace(root).package, root / _NOTE
+    if table.exists():
+        (left := root / "treated" / note.read_text()).exists() and shutil.rmtree(left)
+        shutil.move(table, left)
+    back = root / "treated" / case
+    kept = back.exists() and not fresh
+    if kept:
+        table.parent.mkdir(exist_ok=True)
+        shutil.move(back, table)
+    else:
+        checkpoints.write_files(table, ill["files"])
+    note.write_text(case)
+    os.environ[VARIABLE] = str(root)
+    opened = workspace.open_workspace(os.environ.get(NOTEBOOK, ""))
+    _install(opened, ill["installed"])
+    workspace.prepare(opened, os.environ)
+    FileBackups(opened).note_laid_out(dict.fromkeys(ill["files"], ""))
+    cell_hooks.install(opened)
+    where = f"ws/{FOLDER}/{table.relative_to(root)}"
+    print(f"{case} is {'back as you left it' if kept else 'laid out'} in {where}. Cells now work in that folder.")
+
+
+def check(case: str, diagnosis: str = "") -> Checked:
+    """Judge the diagnosis ("FILE:LINE") of the patient on the table, and run it to see whether it is cured."""
+    opened = workspace.find()
+    if not (opened.root / _NOTE).is_file() or (opened.root / _NOTE).read_text() != case:
+        rows = (("seen", f"{case} is not on the table"), ("try", f'run the cell with admit("{case}")'))
+        return Checked((Answer(case, "", "0", "", False, notes=(Note("", rows),)),))
+    ill = checkpoints.patient(case)
+    told = _judge(diagnosis.strip(), ill["where"])
+    notes = [Note("diagnosis", told)] if told else []
+    if not diagnosis and not _changed(opened, ill):
+        notes.append(Note("cure", (("seen", "the package is as it came in"),)))
+    else:
+        patient = SimpleNamespace(
+            name=course().package, bench=bench, launched=_launched, commands_after_a_scan=_commands_after_a_scan,
+            run=partial(_run, opened),
+        )  # fmt: skip
+        for well, seen, expected, look in _signs()[case](patient):
+            if not well:
+                notes.append(Note("cure", (("seen", seen), ("expected", expected), ("try", look))))
+    return Checked((Answer(case, "diagnosis and cure", "0", "", not notes, notes=tuple(notes)),))
+
+
+def _signs() -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for module in reader.modules(course().folder / FOLDER):
+        found |= module.SIGNS
+    return found
+
+
+def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> tuple[tuple[str, str], ...]:
+    """Return what is wrong with a diagnosis in rows, nothing if it names a line of the fault."""
+    path, _, line = diagnosis.rpartition(":")
+    path = path.removeprefix(f"{Path.cwd()}/").removeprefix("./")
+    if not path or not line.isdecimal():
+        return ("seen", "no diagnosis" if not diagnosis else diagnosis), ("expected", "FILE:LINE, such as driver.py:12")
+    installed = "site-packages/" in path
+    places = [
+        p for p in where
+        if (path.endswith(p[0]) if installed else "site-packages/" not in p[0] and f"/{p[0]}".endswith(f"/{path}"))
+    ]  # fmt: skip
+    if any(first <= int(line) <= last for _, first, last in places):
+        return ()
+    seen = "the right file, and a line that does what it should" if places else "nothing there explains the complaint"
+    return ("seen", seen), ("try", "read what the tools say once more: which value, name or time is wrong first?")
+
+
+def _changed(opened: Workspace, ill: dict[str, Any]) -> bool:
+    """Return whether the patient, or what is installed of it, is not as it came in."""
+    site = opened.install / ros_env.SITE_IN_PREFIX
+    texts = {opened.package / path: text for path, text in ill["files"].items()}
+    texts |= {site / path: text for path, text in ill["installed"].items()}
+    return any(not path.is_file() or path.read_text(encoding="utf-8") != text for path, text in texts.items())
+
+
+def _install(opened: Workspace, old: dict[str, str]) -> None:
+    """Make an install tree of links, as `colcon build --symlink-install` does; of copies with `old` texts if any."""
+    for name in ("build", "install"):
+        shutil.rmtree(opened.root / name, ignore_errors=True)
+    shutil.copytree(building.build_contract(building.cache_folder(), course()).install, opened.install)
+    site, share = opened.install / ros_env.SITE_IN_PREFIX, opened.install / "share" / course().package
+    places = {course().package: site, "launch": share, "config": share, "scripts": opened.install / "lib"}
+    for path in sorted(opened.package.rglob("*")):
+        name = path.relative_to(opened.package)
+        if path.is_file() and name.parts[0] in places and path.suffix != ".pyc":
+            target = places[name.parts[0]] / (Path(course().package, name.name) if name.parts[0] == "scripts" else name)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.unlink(missing_ok=True)
+            target.symlink_to(path) if not old else shutil.copy(path, target)
+    for name, text in old.items():
+        (site / name).write_text(text, encoding="utf-8")
+        os.utime(site / name, (time.time() - 86400.0,) * 2)  # or Python's byte code would count for the new one, too
+    (opened.root / workspace.LINKED).touch()
+
+
+def _run(opened: Workspace, world: str = "open_field") -> Any:
+    from grader.notebook import session
+
+    return session.start(
+        opened, next(iter(course().nodes)), world, program="", seed=0, parameters={}, remappings={}, profile="course"
+    )
+
+
+def _commands_after_a_scan(age: float) -> list[float]:
+    """Return the speeds that the node commands at 0.3 m/s when its only scan was measured so many seconds ago."""
+    from sensor_msgs.msg import LaserScan
+
+    node = bench("robot_controller.RobotController")
+    node.ask("set_speed", speed=0.3)
+    node.set_clock(10.9)
+    return [v for v, _ in [*node.hear("scan", LaserScan(), age=age), *node.advance(0.2)]]
+
+
+@contextmanager
+def _launched(*words: str, nodes: int) -> Iterator[Any]:
+    """Run `ros2 WORDS` until the block ends; begin when so many nodes are on the graph, or the command has ended."""
+    import rclpy
+    from rclpy.context import Context
+
+    context = Context()
+    rclpy.init(context=context)
+    watcher = rclpy.create_node("watcher", context=context, enable_rosout=False, start_parameter_services=False)
+    command = subprocess.Popen(["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def found() -> list[str]:
+        pairs = watcher.get_node_names_and_namespaces()
+        return [f"{space.rstrip('/')}/{name}" for name, space in pairs if name not in ("watcher", "_ros2cli_daemon")]
+
+    def published(name: str, space: str) -> list[str]:
+        return sorted({t for t, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN)
+
+    def parameter(node: str, name: str) -> str:
+        get = ["ros2", "param", "get", "--hide-type", node, name]
+        return subprocess.run(get, capture_output=True, text=True, check=False).stdout.strip()
+
+    try:
+        end = time.monotonic() + _PATIENCE_S
+        while len(found()) < nodes and command.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+        yield SimpleNamespace(nodes=found, published=published, parameter=parameter)
+    finally:
+        command.send_signal(signal.SIGINT)
+        command.wait()
+        watcher.destroy_node()
+        rclpy.try_shutdown(context=context)

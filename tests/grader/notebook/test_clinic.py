@@ -1,0 +1,115 @@
+"""The clinic of notebook 11: each patient is ill, its diagnosis is accepted where the fault is, and its cure cures it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from grader.authoring import checkpoint_texts
+from grader.notebook import checkpoints, clinic, pieces
+from grader.notebook.workspace import NOTEBOOK, Workspace
+
+CASES = list(checkpoint_texts.cases())
+
+
+@pytest.fixture
+def ward(workspace: Workspace) -> Iterator[Workspace]:
+    """A workspace in which patients can be admitted."""
+    os.environ[NOTEBOOK] = "11"
+    yield workspace
+
+
+def diagnosis(case: str) -> str:
+    return checkpoint_texts.answer(f"diagnosis = ''  # {case}").split('"')[1]
+
+
+def cure(case: str) -> None:
+    """Do what the published cell does."""
+    cell = checkpoint_texts.answer(f"# {case}")
+    if cell.startswith("!"):
+        subprocess.run(cell[1:], shell=True, check=True, capture_output=True)
+    else:
+        first, _, body = cell.partition("\n")
+        pieces.into(first.split()[1], body + "\n")
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.parametrize("case", CASES)
+def test_a_patient_is_ill_until_it_is_cured(case: str, ward: Workspace):
+    clinic.admit(case)
+    before = clinic.check(case, diagnosis(case))
+    assert not before.passed
+    assert "seen" in repr(before)
+    assert "diagnosis" not in {note.heading for note in before.answers[0].notes}
+    cure(case)
+    after = clinic.check(case, diagnosis(case))
+    assert after.passed, repr(after)
+    assert repr(after) == f"{case} passed"
+    assert not clinic.check(case, "setup.py:1").passed
+
+
+def test_every_case_has_its_edits_and_its_signs():
+    assert list(clinic._signs()) == CASES
+
+
+def test_no_cure_stands_in_what_is_released_in_plain_sight():
+    """The patients' edits show the solution's text."""
+    shipped = (Path(clinic.__file__).parents[1] / "courses/robot_controller").glob("clinic/*")
+    text = "".join(path.read_text() for path in shipped if path.is_file())
+    for row in checkpoint_texts.cases().values():
+        for edits in (*row.get("source", {}).values(), *row.get("installed", {}).values()):
+            assert not any(edit["old"].strip() in text for edit in edits)
+
+
+@pytest.mark.parametrize(
+    ("said", "accepted"),
+    [
+        ("driver.py:9", True),
+        ("ros2_robot_controller/driver.py:10", True),
+        ("driver.py:11", False),
+        ("iver.py:9", False),
+        ("navigator.py:9", False),
+        ("driver.py", False),
+        ("", False),
+        ("install/x/lib/python3/site-packages/ros2_robot_controller/driver.py:9", False),
+    ],
+)
+def test_a_diagnosis_names_a_line_of_the_fault(said: str, accepted: bool):
+    assert (not clinic._judge(said, [("ros2_robot_controller/driver.py", 9, 10)])) == accepted
+
+
+def test_a_stale_install_is_diagnosed_in_the_installed_file_alone():
+    where = [("site-packages/ros2_robot_controller/driver.py", 29, 29)]
+    assert clinic._judge("driver.py:29", where)
+    assert not clinic._judge("../../install/p/lib/python3.11/site-packages/ros2_robot_controller/driver.py:29", where)
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_treated_patient_comes_back_as_it_was_left(ward: Workspace, capsys: pytest.CaptureFixture[str]):
+    clinic.admit("C6")
+    cure("C6")
+    clinic.admit("C7")
+    clinic.admit("C6")
+    assert "back as you left it" in capsys.readouterr().out
+    text = Path("ros2_robot_controller/driver.py").read_text()
+    assert text == checkpoint_texts.solution("10", "ros2_robot_controller/driver.py")
+    clinic.admit("C6", fresh=True)
+    assert Path("ros2_robot_controller/driver.py").read_text() != text
+
+
+def test_a_kit_without_solutions_says_that_it_has_no_patients(
+    ward: Workspace, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(checkpoints, "entry_points", lambda group: [])
+    checkpoints._texts.cache_clear()
+    try:
+        clinic.admit("C1")
+    finally:
+        checkpoints._texts.cache_clear()
+    assert "holds no solutions" in capsys.readouterr().out
