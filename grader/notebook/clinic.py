@@ -1,4 +1,4 @@
-"""The clinic: `admit` lays out a broken package in a workspace of its own, `check` judges its diagnosis and its cure."""
+"""The clinic: `admit` lays out a broken package in a workspace of its own, `check` judges diagnosis and cure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +18,7 @@ from grader import building
 from grader.course import reader
 from grader.errors import GraderError
 from grader.host import ros_env
-from grader.notebook import cell_hooks, checkpoints, interface_types, workspace
+from grader.notebook import cell_hooks, checkpoints, workspace
 from grader.notebook.bench import bench
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.file_backups import FileBackups
@@ -47,7 +47,8 @@ def admit(case: str, *, fresh: bool = False) -> None:
     workspace.ignored_by_colcon(root / "treated")
     table, note = Workspace(root).package, root / _NOTE
     if table.exists():
-        (left := root / "treated" / note.read_text()).exists() and shutil.rmtree(left)
+        left = root / "treated" / note.read_text()
+        shutil.rmtree(left, ignore_errors=True)
         shutil.move(table, left)
     back = root / "treated" / case
     kept = back.exists() and not fresh
@@ -80,7 +81,7 @@ def check(case: str, diagnosis: str = "") -> Checked:
         notes.append(Note("cure", (("seen", "the package is as it came in"),)))
     else:
         patient = SimpleNamespace(
-            name=course().package, bench=bench, launched=_launched, commands_after_a_scan=_commands_after_a_scan,
+            name=course().package, bench=_bench, launched=launched,
             run=partial(_run, opened),
         )  # fmt: skip
         for well, seen, expected, look in _signs()[case](patient):
@@ -101,7 +102,7 @@ def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> tuple[tuple[str
     path, _, line = diagnosis.rpartition(":")
     path = path.removeprefix(f"{Path.cwd()}/").removeprefix("./")
     if not path or not line.isdecimal():
-        return ("seen", "no diagnosis" if not diagnosis else diagnosis), ("expected", "FILE:LINE, such as driver.py:12")
+        return ("seen", diagnosis or "no diagnosis"), ("expected", "FILE:LINE, such as driver.py:12")
     installed = "site-packages/" in path
     places = [
         p for p in where
@@ -123,8 +124,8 @@ def _changed(opened: Workspace, ill: dict[str, Any]) -> bool:
 
 def _install(opened: Workspace, old: dict[str, str]) -> None:
     """Make an install tree of links, as `colcon build --symlink-install` does; of copies with `old` texts if any."""
-    for name in ("build", "install"):
-        shutil.rmtree(opened.root / name, ignore_errors=True)
+    for made in ("build", "install"):
+        shutil.rmtree(opened.root / made, ignore_errors=True)
     shutil.copytree(building.build_contract(building.cache_folder(), course()).install, opened.install)
     site, share = opened.install / ros_env.SITE_IN_PREFIX, opened.install / "share" / course().package
     places = {course().package: site, "launch": share, "config": share, "scripts": opened.install / "lib"}
@@ -134,10 +135,14 @@ def _install(opened: Workspace, old: dict[str, str]) -> None:
             target = places[name.parts[0]] / (Path(course().package, name.name) if name.parts[0] == "scripts" else name)
             target.parent.mkdir(parents=True, exist_ok=True)
             target.unlink(missing_ok=True)
-            target.symlink_to(path) if not old else shutil.copy(path, target)
-    for name, text in old.items():
-        (site / name).write_text(text, encoding="utf-8")
-        os.utime(site / name, (time.time() - 86400.0,) * 2)  # or Python's byte code would count for the new one, too
+            if old:
+                shutil.copy(path, target)
+            else:
+                target.symlink_to(path)
+    yesterday = time.time() - 86400.0  # written in one second, Python's byte code of the one would count for the other
+    for changed, text in old.items():
+        (site / changed).write_text(text, encoding="utf-8")
+        os.utime(site / changed, (yesterday, yesterday))
     (opened.root / workspace.LINKED).touch()
 
 
@@ -149,26 +154,31 @@ def _run(opened: Workspace, world: str = "open_field") -> Any:
     )
 
 
-def _commands_after_a_scan(age: float) -> list[float]:
-    """Return the speeds that the node commands at 0.3 m/s when its only scan was measured so many seconds ago."""
-    from sensor_msgs.msg import LaserScan
+def _bench(name: str) -> Any:
+    """Return a node of the patient on a bench; its log, which has the time of day, stays out of the answer."""
+    from rclpy.logging import LoggingSeverity, set_logger_level
 
-    node = bench("robot_controller.RobotController")
-    node.ask("set_speed", speed=0.3)
-    node.set_clock(10.9)
-    return [v for v, _ in [*node.hear("scan", LaserScan(), age=age), *node.advance(0.2)]]
+    set_logger_level(next(iter(course().nodes)), LoggingSeverity.ERROR)
+    return bench(name)
 
 
 @contextmanager
-def _launched(*words: str, nodes: int) -> Iterator[Any]:
+def launched(*words: str, nodes: int) -> Iterator[Any]:
     """Run `ros2 WORDS` until the block ends; begin when so many nodes are on the graph, or the command has ended."""
     import rclpy
     from rclpy.context import Context
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.parameter import parameter_value_to_python
+    from rclpy.parameter_client import AsyncParameterClient
+    from rclpy.utilities import try_shutdown
 
     context = Context()
     rclpy.init(context=context)
     watcher = rclpy.create_node("watcher", context=context, enable_rosout=False, start_parameter_services=False)
-    command = subprocess.Popen(["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    executor = SingleThreadedExecutor(context=context)
+    command = subprocess.Popen(
+        ["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
 
     def found() -> list[str]:
         pairs = watcher.get_node_names_and_namespaces()
@@ -178,8 +188,13 @@ def _launched(*words: str, nodes: int) -> Iterator[Any]:
         return sorted({t for t, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN)
 
     def parameter(node: str, name: str) -> str:
-        get = ["ros2", "param", "get", "--hide-type", node, name]
-        return subprocess.run(get, capture_output=True, text=True, check=False).stdout.strip()
+        client = AsyncParameterClient(watcher, node)
+        if node not in found() or not client.wait_for_services(timeout_sec=_PATIENCE_S):
+            return ""
+        future = client.get_parameters([name])
+        rclpy.spin_until_future_complete(watcher, future, executor, timeout_sec=_PATIENCE_S)
+        answer = future.result()  # type: ignore[no-untyped-call]  # rclpy's
+        return str(parameter_value_to_python(answer.values[0])) if answer else ""
 
     try:
         end = time.monotonic() + _PATIENCE_S
@@ -187,7 +202,8 @@ def _launched(*words: str, nodes: int) -> Iterator[Any]:
             time.sleep(0.05)
         yield SimpleNamespace(nodes=found, published=published, parameter=parameter)
     finally:
-        command.send_signal(signal.SIGINT)
+        with suppress(ProcessLookupError):
+            os.killpg(command.pid, signal.SIGINT)  # to all of its group, as Ctrl-C in a terminal
         command.wait()
-        watcher.destroy_node()
-        rclpy.try_shutdown(context=context)
+        watcher.destroy_node()  # type: ignore[no-untyped-call]  # rclpy's
+        try_shutdown(context=context)

@@ -13,7 +13,7 @@
 # %% [markdown]
 # # 11 A clinic
 #
-# ![Ten broken packages: the complaint, the tool that shows it, the line that causes it](pictures/11.png)
+# ![Ten complaints, each with the tool that shows its cause](pictures/11.png)
 #
 # You have handed in.
 # This notebook gives no points, and nothing in it touches your package.
@@ -44,7 +44,7 @@
 
 # %%
 from grader.notebook import begin, bench, mine, run_node, tries
-from grader.notebook.clinic import admit, check
+from grader.notebook.clinic import admit, check, launched
 
 begin("11")
 
@@ -125,16 +125,18 @@ check("C1", diagnosis)
 # > "`set_speed` says success, and the robot does not move.
 # > The lidar is fine: `ros2 topic hz /scan` shows ten scans a second."
 
-# %%
+# %% tags=["nbval-ignore-output"]
+# A line of the log has the time of day.
 admit("C2")
 run = run_node(world="wall_ahead")
 print(run.set_speed(0.4).message)
 print(f"driven after 3 s: {run.drive(3.0).v[-1]:.1f} m/s")
 
 # %% [markdown]
-# Somebody sends and somebody should hear.
+# There is a sender and there should be a receiver.
 # **Which question separates "nothing is sent" from "nothing arrives"?**
 # The node is still running (time stands until you call `drive`), so you can look at both ends of the topic.
+# And read what is printed above: ROS says more than people believe, in the log of the *other* side.
 
 # %% tags=["nbval-ignore-output"]
 # The ids of the two ends differ in each run.
@@ -167,25 +169,9 @@ check("C2", diagnosis)
 # > "In our lab no robot may be faster than 0.2 m/s, so that is what `config/robot_params.yaml` says.
 # > Started with the launch file, it drives at 0.5."
 #
-# The next cell holds a helper from notebook 08: it starts something in the background, and presses Ctrl-C at the end.
+# `launched` starts `ros2` with these words in the background, waits for its nodes, and presses Ctrl-C at the end.
 
 # %%
-import signal
-import subprocess
-from contextlib import contextmanager
-
-
-@contextmanager
-def started(*words):
-    """Run `ros2` with these words in the background, and press Ctrl-C at the end."""
-    process = subprocess.Popen(["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        yield
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait()
-
-
 admit("C3")
 
 # %% [markdown]
@@ -193,7 +179,7 @@ admit("C3")
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a list may still lack a name that has just come up.
-with started("launch", "ros2_robot_controller", "robot_controller_launch.py"):
+with launched("launch", "ros2_robot_controller", "robot_controller_launch.py", nodes=2):
     # !ros2 param get /robot_controller max_linear_speed
     # !ros2 node list --spin-time 5
 # !cat config/robot_params.yaml
@@ -229,7 +215,7 @@ admit("C4")
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a list may still lack a name that has just come up.
-with started("launch", "ros2_robot_controller", "robot_controller_launch.py"):
+with launched("launch", "ros2_robot_controller", "robot_controller_launch.py", nodes=2):
     # !ros2 topic info -v /sensor_fusion_data | grep -E "Node name|Endpoint type"
     # !ros2 node list --spin-time 5
 
@@ -263,7 +249,7 @@ check("C4", diagnosis)
 # > "With one robot all is well. With two, in the namespaces `left` and `right`, each shows the other's nearest obstacle from time to time."
 #
 # Now the cells are yours.
-# To look at a node in a namespace, start one: `started("run", "ros2_robot_controller", "sensor_processor", "--ros-args", "-r", "__ns:=/left")`.
+# To look at a node in a namespace, start one: `with launched("run", "ros2_robot_controller", "sensor_processor", "--ros-args", "-r", "__ns:=/left", nodes=1):`.
 # Then ask for what it publishes and subscribes: `ros2 node info /left/sensor_processor`, or `ros2 topic list`.
 
 # %%
@@ -354,7 +340,7 @@ admit("C7")
 with run_node() as run:
     ahead = run.go_to(1.0, 0.2, limit=20.0)
 with run_node() as run:
-    behind = run.go_to(-1.0, 0.3, limit=20.0)
+    behind = run.go_to(-1.0, 0.3, limit=12.0)
 print("ahead:", ahead.status, "- behind:", behind.status)
 
 # %% [markdown]
@@ -427,7 +413,7 @@ check("C8", diagnosis)
 admit("C9")
 with run_node() as run:
     run.go_to(3.0, 0.0, limit=2.0)  # still on its way when the next one comes
-    print("the second goal:", run.go_to(1.0, 0.5, limit=20.0).status)
+    print("the second goal:", run.go_to(1.0, 0.5, limit=10.0).status)
 
 # %% [markdown]
 # Nothing here depends on luck: the same lines run in the same order each time.

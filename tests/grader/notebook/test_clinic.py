@@ -1,10 +1,9 @@
-"""The clinic of notebook 11: each patient is ill, its diagnosis is accepted where the fault is, and its cure cures it."""
+"""The clinic: each patient is ill, its diagnosis is accepted where the fault is, and its cure cures it."""
 
 from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,10 +16,10 @@ CASES = list(checkpoint_texts.cases())
 
 
 @pytest.fixture
-def ward(workspace: Workspace) -> Iterator[Workspace]:
+def ward(workspace: Workspace) -> Workspace:
     """A workspace in which patients can be admitted."""
     os.environ[NOTEBOOK] = "11"
-    yield workspace
+    return workspace
 
 
 def diagnosis(case: str) -> str:
@@ -106,7 +105,7 @@ def test_a_treated_patient_comes_back_as_it_was_left(ward: Workspace, capsys: py
 def test_a_kit_without_solutions_says_that_it_has_no_patients(
     ward: Workspace, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    monkeypatch.setattr(checkpoints, "entry_points", lambda group: [])
+    monkeypatch.setattr(checkpoints, "entry_points", lambda **_: [])
     checkpoints._texts.cache_clear()
     try:
         clinic.admit("C1")
