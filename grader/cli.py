@@ -100,12 +100,13 @@ def _parser() -> argparse.ArgumentParser:
     _add_doctor(verbs)
     _add_cache(verbs)
     if (KIT / "grader" / "classroom").exists():  # not in the students' kit, as authoring
-        from grader.authoring import checkpoint_texts, export
+        from grader.authoring import checkpoint_texts, course_command, export
         from grader.classroom import command as classroom
 
         classroom.add(verbs, checkpoint_texts.course_texts)
         _add_release(verbs)
         export.add(verbs)
+        course_command.add(verbs)
     if (KIT / "grader" / "selftest").exists():
         from grader.selftest import flakiness
         from grader.selftest.attacks import command as attacks

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from decimal import Decimal
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 import yaml
 
 from grader.errors import GraderError
 
+T = TypeVar("T")
 _LISTED = 12  # names; more are not read
 
 # Where PyYAML has libyaml, it reads the rubric in a fifteenth of the time, and nearly every command reads the rubric.
@@ -86,6 +87,18 @@ class YamlReader:
             self.fail(node, "a list is expected here")
         return list(node.value)
 
+    def every(self, node: yaml.Node, make: Callable[[yaml.Node], T]) -> tuple[T, ...]:
+        """Return what `make` makes of each item of a list; the mistakes of all items are named at once."""
+        made, wrong = [], []
+        for item in self.items(node):
+            try:
+                made.append(make(item))
+            except GraderError as error:
+                wrong.append(str(error))
+        if wrong:
+            raise GraderError("\n".join(wrong))
+        return tuple(made)
+
     def text(self, node: yaml.Node) -> str:
         """Return a scalar as it is written."""
         if not isinstance(node, yaml.ScalarNode) or node.tag == "tag:yaml.org,2002:null":
@@ -108,14 +121,19 @@ class YamlReader:
     def require_known(self, name: str, node: yaml.Node, known: Collection[str], what: str) -> None:
         """Check that `name` is one of the `known` names."""
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1, 0.4)
-            hint = f" Did you mean {near[0]}?" if near else ""
-            rest = ", ..." if len(known) > _LISTED else "."
-            self.fail(node, f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}")
+            self.fail(node, unknown(name, known, what))
 
     def fail(self, node: yaml.Node, problem: str) -> NoReturn:
         """Refuse the file."""
         raise GraderError(f"{self._path}, line {line_of(node)}: {problem}")
+
+
+def unknown(name: str, known: Collection[str], what: str) -> str:
+    """Return in words that `name` is not one of the `known` names, and which of them is the nearest."""
+    near = difflib.get_close_matches(name, known, 1, 0.4)
+    hint = f" Did you mean {near[0]}?" if near else ""
+    rest = ", ..." if len(known) > _LISTED else "."
+    return f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}"
 
 
 def line_of(node: yaml.Node) -> int:

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 
 import rclpy
 from geometry_msgs.msg import Twist as TwistMessage
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameterTypes
 from rclpy.client import Client
@@ -102,6 +103,7 @@ class Bridge:
         alive: returns whether the node's process is running, so that the bridge does not wait for a dead node.
         namespace: the node's, "" for the root namespace.
         reliable: whether the sensors are published reliably or, as many drivers do, best effort.
+        stamped: whether the robot takes TwistStamped commands, as a TurtleBot 4 on Jazzy does.
     """
 
     def __init__(
@@ -114,6 +116,7 @@ class Bridge:
         alive: Callable[[], bool] = lambda: True,
         reliable: bool = True,
         namespace: str = "",
+        stamped: bool = False,
     ) -> None:
         self.simulator = simulator
         self.topics = topics
@@ -154,7 +157,9 @@ class Bridge:
         """The number of signs of life so far: messages of the node's and answers to calls."""
         self.served = 0
         """The number of answers to calls so far, which only a node gives whose executor is free."""
-        if topics.command:
+        if topics.command and stamped:
+            self.node.create_subscription(TwistStamped, topics.command, self._take_stamped, 10)
+        elif topics.command:
             self.node.create_subscription(TwistMessage, topics.command, self._take_command, 10)
 
     # -- life -----------------------------------------------------------------------------------------------------
@@ -461,6 +466,9 @@ class Bridge:
         self._idle = False
         set_stamp(self._clock_message.clock, self.simulator.time)
         self._clock.publish(self._clock_message)
+
+    def _take_stamped(self, message: TwistStamped) -> None:
+        self._take_command(message.twist)
 
     def _take_command(self, message: TwistMessage) -> None:
         self.heard += 1

@@ -1,7 +1,6 @@
 """What holds for all tests: who runs them, in which order, and what is said of the time they take."""
 
 import sys
-from pathlib import Path
 
 from helpers.sharing import (
     pytest_collection,
@@ -28,9 +27,6 @@ __all__ = [
     "pytest_xdist_auto_num_workers",
     "pytest_xdist_make_scheduler",
 ]
-
-# The tests of another course's package are run by the grader, where the package is built.
-collect_ignore = [str(path) for path in Path(__file__).parent.glob("courses/*/solution")]
 
 # Where jsonschema finds this package it compiles a grammar of URIs at its import, which takes each process a second.
 sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]

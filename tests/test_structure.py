@@ -23,6 +23,9 @@ ROOMS = (
 CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""
 
+TEMPLATE = "template_course"
+"""What lecturers copy; it is loaded as a course, not as a part of the kit."""
+
 ROS = ("rclpy", "rosgraph_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs")
 
 Imports = Mapping[str, set[str]]
@@ -31,7 +34,10 @@ Imports = Mapping[str, set[str]]
 def imports(root: Path, *packages: str) -> Imports:
     """Return for each module below `root` the modules of `packages` that it imports, anywhere in its text."""
     files = {
-        _name(path.relative_to(root)): path for package in packages for path in sorted((root / package).rglob("*.py"))
+        _name(path.relative_to(root)): path
+        for package in packages
+        for path in sorted((root / package).rglob("*.py"))
+        if TEMPLATE not in path.parts
     }
     return {name: set(_imported(name, path, files)) - {name} for name, path in files.items()}
 

@@ -28,7 +28,10 @@ from grader.scoring import rubric
 TOP = "ros2-course-kit"
 _COURSES = KIT / "grader" / "courses"
 _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
-_PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
+_PAGES = (
+    "handout.md", "live-view.md", "ros2-command.md", "ros2-session.md", "simulator.md", "launch.md",
+    "ros-from-wheels.md", "setup.md", "turtlebot4.md", "turtlebot4/turtlebot4_launch.py", "turtlebot4/adapter.py",
+)  # fmt: skip
 # The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/", "grader/courses/")
 # Sections about what the kit has not: the published edition, the sources, the tests, the developers' tools.
@@ -90,7 +93,7 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
 
 def _named() -> Iterator[str]:
     yield from (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE")
-    yield from (f"docs/{page}.md" for page in _PAGES)
+    yield from (f"docs/{page}" for page in _PAGES)
     for top in ("grader", "sim"):
         for path in (KIT / top).rglob("*"):
             name = path.relative_to(KIT).as_posix()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection
+import math
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -114,7 +115,7 @@ class Rubric:
 
 
 def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
-    """Return the rubric in `path`. `checks` are the ids that there are; None: any.
+    """Return the rubric in `path`. `checks` are the ids that there are; None: any. Points that are not typed are sums.
 
     Raises:
         GraderError: the file cannot be read, names something unknown, or its points do not add up.
@@ -145,7 +146,7 @@ class _Reader(YamlReader):
 
     def rubric(self, node: yaml.Node) -> Rubric:
         given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale",))
-        criteria = tuple(self._criterion(item) for item in self.items(given["criteria"]))
+        criteria = self.every(given["criteria"], self._criterion)
         scale = self._scale(given["scale"]) if "scale" in given else ()
         return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale)
 
@@ -163,33 +164,38 @@ class _Reader(YamlReader):
         return tuple(steps)
 
     def _criterion(self, node: yaml.Node) -> Criterion:
-        given = self.fields(node, node, ("id", "title", "points", "levels", "requirements"), "a criterion")
+        given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))
         name = self._id(given)
+        requirements = self.every(given["requirements"], lambda item: self._requirement(item, name))
         return Criterion(
             id=name,
             title=self.text(given["title"]),
-            points=self._points(given["points"]),
+            points=self._points(given["points"]) if "points" in given else _sum(requirements),
             levels={
                 level: self.text(words)
                 for level, words in self.fields(
                     given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion"
                 ).items()
             },
-            requirements=tuple(self._requirement(item, name) for item in self.items(given["requirements"])),
+            requirements=requirements,
         )
 
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
-        needed, optional = ("id", "points", "text", "section"), ("title", "advanced", "checks")
+        needed, optional = ("id", "text", "section"), ("points", "title", "advanced", "checks")
         given = self.fields(node, node, needed, "a requirement", optional)
         name = self._id(given)
+        checks = self.every(given["checks"], self._check) if "checks" in given else ()
+        if not checks and "points" not in given:
+            self.fail(node, f"{name} has no checks to sum its points from; write its `points`")
+        advanced = [check for check in checks if check.level == "advanced"]
         return Requirement(
             id=name,
             criterion=criterion,
-            points=self._points(given["points"]),
+            points=self._points(given["points"]) if "points" in given else _sum(checks),
             text=" ".join(self.text(given["text"]).split()),
             section=self.text(given["section"]),
-            checks=tuple(self._check(item) for item in self.items(given["checks"])) if "checks" in given else (),
-            advanced=self._points(given["advanced"]) if "advanced" in given else 0.0,
+            checks=checks,
+            advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self.text(given["title"]) if "title" in given else name,
         )
 
@@ -209,7 +215,7 @@ class _Reader(YamlReader):
         if name in self._lines:
             self.fail(given["id"], f"{name} is listed twice, first in line {self._lines[name]}")
         self._lines[name] = line_of(given["id"])
-        self.points_lines[name] = line_of(given["points"])
+        self.points_lines[name] = line_of(given.get("points", given["id"]))
         return name
 
     def _points(self, node: yaml.Node) -> float:
@@ -217,6 +223,10 @@ class _Reader(YamlReader):
         if points < 0:
             self.fail(node, f"{points:g} is not a number of points")
         return points
+
+
+def _sum(parts: Iterable[Check | Requirement]) -> float:
+    return round(math.fsum(part.points for part in parts), 9)
 
 
 def _problems(rubric: Rubric) -> list[tuple[str, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from grader.course.reader import modules
 from grader.errors import GraderError
 from grader.trials import stock
 from grader.trials.plan import TrialPlan
+from grader.yaml_reader import unknown
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 Script = Callable[["Stage"], None]
 
 _PLAN = "trial_plan"
+_OPTIONS = tuple(field.name for field in fields(TrialPlan) if field.name not in ("name", "sentence", "script", "kind"))
 
 
 def trial(*, serves: Iterable[str] = (), **options: Any) -> Callable[[Script], Script]:
@@ -28,6 +30,9 @@ def trial(*, serves: Iterable[str] = (), **options: Any) -> Callable[[Script], S
         serves: the requirements that the trial is evidence for; see TrialPlan.
         options: other fields of TrialPlan. Without `node` it is about the contract's first node.
     """
+    for name in options:
+        if name not in _OPTIONS:
+            raise TypeError(unknown(name, _OPTIONS, "an option of @trial"))
 
     def add(script: Script) -> Script:
         sentence = (script.__doc__ or "").strip().partition("\n")[0]

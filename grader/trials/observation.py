@@ -30,7 +30,7 @@ from grader.trials.interfaces import interface
 from grader.trials.plan import TrialPlan
 from grader.trials.request import DEAF_S, PATIENCE_S, not_started
 from grader.trials.service_proxy import ServiceProxy
-from sim.bridge import Bridge, Topics
+from sim.bridge import TICK_S, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
@@ -243,7 +243,7 @@ class Observation:
             self.action.destroy()  # destroying a node destroys all that belongs to it but its action clients
         self.bridge.close()
 
-    def _tick(self) -> None:
+    def _tick(self, dt: float = TICK_S) -> None:
         code = self.process.exit_code()
         if code is not None:
             raise TrialOver(Reason(Kind.DIED, exit_code=code, seconds=round(self.t, 2)))
@@ -251,7 +251,7 @@ class Observation:
             raise TrialOver(Reason(Kind.SLOW, seconds=self._work_limit_s))
         going = any(goal.running for goal in self.goals)
         before, heard = self._clock.seconds(), self._signs_of_life()
-        self.bridge.tick(further_rounds=_GOAL_ROUNDS if going else 0)
+        self.bridge.tick(dt, further_rounds=_GOAL_ROUNDS if going else 0)
         # Only within ticks: in a notebook, minutes may pass between two of them.
         silent = self.bridge.can_ask and self._signs_of_life() == heard
         self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0

@@ -88,10 +88,10 @@ class Stage(Observation):
         """Record the present time under `name`."""
         self.marks[name] = self.t
 
-    def run(self, seconds: float) -> None:
-        """Let `seconds` of simulated time pass."""
-        for _ in range(max(1, round(seconds / TICK_S))):
-            self._tick()
+    def run(self, seconds: float, tick_s: float = TICK_S) -> None:
+        """Let `seconds` of simulated time pass, in steps of `tick_s`; a timer runs at most once in a step."""
+        for _ in range(max(1, round(seconds / tick_s))):
+            self._tick(tick_s)
 
     def run_timed(self, name: str, seconds: float) -> None:
         """Let simulated time pass, and measure how long the node kept it waiting for each second, without computing.

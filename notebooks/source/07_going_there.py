@@ -1457,7 +1457,7 @@ check("I3", "I4", "Q4")
 # %% [markdown]
 # > **On a real TurtleBot 4**
 # >
-# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace, or remap the name.
+# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (To remap the name is no way out: Jazzy does not apply remappings to actions.)
 # > - Odometry drifts: 1 cm in 5 m here, several on a carpet. For goals on a map one needs localisation, which publishes `map` → `odom`.
 # > - Nav2's `NavigateToPose` is the big brother: the same four parts, with a planner, and recoveries when it is blocked.
 # > - Keep a finger on the cancel.

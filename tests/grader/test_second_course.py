@@ -1,6 +1,7 @@
 """A course of another package, with one node, one service and none of what else the kit's own course has.
 
-tests/courses/hall_guard holds it. It takes every trip: grade, class, notebook, release and self-test.
+grader/authoring/template_course holds it. It takes every trip: grade, class, notebook, release and self-test;
+test_check_course.py grades its known-bad edits.
 """
 
 from __future__ import annotations
@@ -20,28 +21,19 @@ from grader.authoring import checkpoint_texts, notebook_run, notebook_source
 from grader.checks import checks_run
 from grader.course import find, handout, kits_own, load
 from grader.course.reader import VARIABLE
-from grader.report import data
 from grader.scoring import rubric
 from grader.selftest import package_edits
 from grader.trials import catalog
 from grader.trials.source import wanted
 
-HALL = KIT / "tests" / "courses" / "hall_guard"
+HALL = KIT / "grader" / "authoring" / "template_course"
 COURSE = load(HALL)
 RUBRIC = rubric.load(COURSE.rubric, checks_run.known(COURSE))
-KNOWN_BAD = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((HALL / "known_bad").glob("*.yaml"))}
-BEHAVIOUR = ("B1", "B2", "B3", "P2", "P3", "P4", "P5")
 
 
 @pytest.fixture(scope="module")
 def settings() -> pipeline.Settings:
-    return pipeline.Settings(RUBRIC, building.cache_folder(), COURSE, requirements=BEHAVIOUR, keep=True)
-
-
-def points(package: Path, out: Path, settings: pipeline.Settings) -> dict[str, float]:
-    """Return the points of the requirements that were graded."""
-    graded = json.loads(data.as_json(pipeline.grade(package, out, settings)))
-    return {each["id"]: each["points"] for each in graded["requirements"] if each["outcome"] != "not_graded"}
+    return pipeline.Settings(RUBRIC, building.cache_folder(), COURSE)
 
 
 # -- what it has, and what it has not ----------------------------------------------------------------------------------
@@ -76,24 +68,6 @@ def test_its_course_is_found_from_a_folder_in_it(monkeypatch: pytest.MonkeyPatch
 
 
 # -- graded ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_its_solution_behaves(tmp_path: Path, settings: pipeline.Settings):
-    worth = {name: RUBRIC.requirement(name).points for name in BEHAVIOUR}
-    assert points(COURSE.solution, tmp_path / "out", settings) == worth
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-@pytest.mark.parametrize("name", KNOWN_BAD)
-def test_a_known_bad_edit_loses_its_points_and_no_others(name: str, tmp_path: Path, settings: pipeline.Settings):
-    edit = KNOWN_BAD[name]
-    package = package_edits.copy(COURSE.solution, tmp_path)
-    package_edits.replace(edit["file"], edit["old"], edit["new"])(package)
-    left = {r: RUBRIC.requirement(r).points - edit["loses"].get(r, 0.0) for r in BEHAVIOUR}
-    assert points(package, tmp_path / "out", settings) == left
 
 
 @pytest.mark.ros
@@ -149,12 +123,12 @@ def test_its_kit_has_its_notebook_and_nothing_of_the_other_course(monkeypatch: p
     with zipfile.ZipFile(tmp_path / "kit.zip") as kit:
         kit.extractall(tmp_path)
     top = tmp_path / "ros2-course-kit"
-    assert (top / "hall_guard" / "notebooks" / "01_guard.ipynb").is_file()
-    assert not any((top / "hall_guard" / name).exists() for name in ("solution", "known_bad", "notebooks/source"))
+    assert (top / HALL.name / "notebooks" / "01_guard.ipynb").is_file()
+    assert not any((top / HALL.name / name).exists() for name in ("solution", "known_bad", "notebooks/source"))
     assert not (top / "grader" / "courses").exists()
     said = subprocess.run(
         [sys.executable, "-c", "from grader.course import find; print(find().package, find().notebooks.is_dir())"],
-        cwd=top / "hall_guard" / "notebooks", env={"PYTHONPATH": str(top)}, capture_output=True, text=True, check=True,
+        cwd=top / HALL.name / "notebooks", env={"PYTHONPATH": str(top)}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert said.stdout.split() == ["hall_guard", "True"]
 

@@ -804,6 +804,14 @@ _EDITS = (
         (_PROCESSOR, "        return 1.0 / self._value('fusion_frequency')", "        return 2.0 / self._value('fusion_frequency')"),
         says=("sensor_fusion_data at 10",),
     ),
+    _edit(
+        "fuses_at_one_and_a_half_times_the_rate",
+        "F13",
+        "Fused data come at 30 Hz, which a clock of 20 Hz hides.",
+        (_PROCESSOR, "        return 1.0 / self._value('fusion_frequency')",
+         "        return 1.0 / 1.5 / self._value('fusion_frequency')"),
+        says=("sensor_fusion_data at 30",),
+    ),
     # -- F14 ------------------------------------------------------------------------------------------------------
     _edit(
         "minus_pi_stays",
@@ -1167,8 +1175,8 @@ _EDITS = (
         "does_not_say_how_to_test_it",
         "Q5",
         "The README leaves the tests out.",
-        (_README, "    python -m pytest test\n\n`test_results.xml` is the report of such a run "
-         "(`python -m pytest test --junitxml=test_results.xml`).\n", "Run the tests.\n"),
+        (_README, "    python3 -m pytest test\n\n`test_results.xml` is the report of such a run "
+         "(`python3 -m pytest test --junitxml=test_results.xml`).\n", "Run the tests.\n"),
         says=("how to test it",),
     ),
     _edit(

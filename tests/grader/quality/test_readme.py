@@ -122,7 +122,7 @@ def test_code_headings_and_tables_are_not_prose(tmp_path: Path):
     [
         TRUE,
         TRUE.replace("    colcon build", "```bash\ncolcon build").replace("    source install", "source install"),
-        TRUE.replace("python -m pytest test", "colcon test --packages-select ros2_robot_controller"),
+        TRUE.replace("python3 -m pytest test", "colcon test --packages-select ros2_robot_controller"),
         TRUE.replace("\n", "\r\n"),
         TRUE.replace("ros2 launch", "ros2 run"),
     ],

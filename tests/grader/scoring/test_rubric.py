@@ -100,6 +100,31 @@ def test_the_level_is_core_unless_said_otherwise(write):
     assert [r.level for r in rubric.requirements] == ["core 1 + advanced 2", "core"]
 
 
+def test_points_that_are_not_typed_are_sums(write):
+    """The same points were typed three times, and had to agree."""
+    data = small()
+    criterion = data["criteria"][0]
+    del criterion["points"], criterion["requirements"][0]["points"], criterion["requirements"][0]["advanced"]
+    rubric = load(write(data))
+    first = rubric.requirement("F1")
+    assert (first.points, first.advanced, rubric.criteria[0].points) == (3, 2, 5)
+    assert rubric.criteria == load(write(small())).criteria
+
+
+def test_a_requirement_without_checks_needs_its_points(write):
+    data = small()
+    del data["criteria"][0]["requirements"][1]["points"]
+    assert re.search(r"line \d+: F2 has no checks to sum its points from; write its `points`", refused(write(data)))
+
+
+def test_all_wrong_entries_are_named_at_once(write):
+    data = small()
+    data["criteria"][0]["requirements"][0]["checks"][0]["id"] = "test_a::test_ones"
+    data["criteria"][0]["requirements"][1]["section_"] = "x"
+    said = refused(write(data), ["test_a::test_one", "test_a::test_two"]).splitlines()
+    assert ["Did you mean test_a::test_one" in said[0], "Did you mean section?" in said[1]] == [True, True]
+
+
 def change(data, where, key, value):
     criterion = data["criteria"][0]
     requirement = criterion["requirements"][0]

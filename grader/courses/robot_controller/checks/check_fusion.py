@@ -12,6 +12,8 @@ _TICK_S = 0.05
 # as measured.
 _LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
 _BATTERY_S = 1.0  # between battery messages: an alarm may wait for the next one
+_SLOWEST_HZ, _FASTEST_HZ = 16.0, 24.0
+_TRY_RATE = "publish both from one timer with the period 1 / fusion_frequency"
 _WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
 
 
@@ -80,12 +82,21 @@ def test_battery_alarms_are_logged_once(judge: Judge) -> None:
 def test_publishes_at_the_fusion_frequency(judge: Judge) -> None:
     """`sensor_fusion_data` and `obstacle_distance` come at `fusion_frequency` ± 20 % once a scan has been seen."""
     trial, _ = _fused(judge)
-    start, end = trial.marks["scans"] + 0.4, trial.marks["end"]
     for topic in ("sensor_fusion_data", "obstacle_distance"):
-        count = sum(m.topic == topic and start < m.t <= end for m in trial.messages)
-        hertz = count / (end - start)
-        seen = f"{topic} at {hertz:.1f} Hz of simulated time{near_topic(trial.graph, topic) if not count else ''}"
-        judge.expect(16.0 <= hertz <= 24.0, seen, "publish both from one timer with the period 1 / fusion_frequency")
+        hertz = _rate(trial, topic, trial.marks["scans"] + 0.4)
+        seen = f"{topic} at {hertz:.1f} Hz of simulated time{near_topic(trial.graph, topic) if not hertz else ''}"
+        judge.expect(_SLOWEST_HZ <= hertz <= _FASTEST_HZ, seen, _TRY_RATE)
+    fine = judge.trial("fine_clock")
+    if fine.measured["held"] > 1:
+        return  # I7's: by a timer on wall time any rate shows above
+    for topic in ("sensor_fusion_data", "obstacle_distance"):
+        hertz = _rate(fine, topic, fine.marks["fine"])
+        judge.expect(hertz <= _FASTEST_HZ, f"{topic} at {hertz:.1f} Hz of simulated time", _TRY_RATE)
+
+
+def _rate(trial: Trial, topic: str, start: float) -> float:
+    end = trial.marks["end"]
+    return sum(m.topic == topic and start < m.t <= end for m in trial.messages) / (end - start)
 
 
 def test_publishes_nothing_before_the_first_scan(judge: Judge) -> None:

@@ -51,6 +51,19 @@ def fusion(stage: Stage) -> None:
     stage.run(0.5)
 
 
+@trial(serves=["F13"], node="sensor_processor")
+def fine_clock(stage: Stage) -> None:
+    """Let the clock go in small steps, in which also a timer that is too fast shows its rate."""
+    stage.mute(ImuReading)
+    stage.listen("sensor_fusion_data")
+    stage.listen("obstacle_distance")
+    stage.run(0.5)
+    stage.measured["held"] = stage.freeze_clock(0.5)
+    stage.mark("fine")
+    stage.run(1.0, tick_s=0.01)
+    stage.mark("end")
+
+
 @trial(serves=["F12"], node="sensor_processor")
 def nothing_to_fuse(stage: Stage) -> None:
     """Show an obstacle, then scans without a valid reading: all out of range, and empty."""

@@ -1,4 +1,8 @@
-"""What the guard does when it is sent on patrol, and at the end of the hall."""
+"""What the guard does when it is sent on patrol, and at the end of the hall.
+
+A trial runs one node in a simulated world, does something to it, and records what happens. It judges nothing: that is
+what checks do with the recording. All that a script can do with `stage` is in docs/own-course-reference.md of the kit.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +14,12 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 
+# serves: the requirements whose checks read this trial. world: a file in worlds/, or one of the simulator's.
 @trial(serves=["B1", "B2"], world="hall")
 def on_and_off(stage: Stage) -> None:
     """Wait, send the guard on patrol, and call it back."""
-    stage.run(1.0)
-    stage.mark("waited")
+    stage.run(1.0)  # seconds of simulated time
+    stage.mark("waited")  # a check finds the time as trial.marks["waited"]
     stage.call("patrol", data=True)
     stage.run(2.0)
     stage.mark("called back")

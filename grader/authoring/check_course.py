@@ -1,0 +1,268 @@
+"""Find what is wrong in the files of a course. Nothing is graded; course_trials.py does that."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import shutil
+import traceback
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+
+import jinja2
+
+from grader import yaml_reader
+from grader.checks import checks_run
+from grader.classroom import sections
+from grader.course import Course, handout, load
+from grader.course.reader import CONTRACT, modules
+from grader.errors import GraderError
+from grader.notebook.checkpoints import Checkpoint
+from grader.scoring import rubric
+from grader.scoring.rubric import Rubric
+from grader.trials import catalog
+from grader.trials.plan import TrialPlan
+from grader.yaml_reader import YamlReader, unknown
+from sim.world import WorldError, load_world, world_names
+
+_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache")
+
+
+@dataclass(frozen=True)
+class KnownBad:
+    """An edit of the solution that has to lose points. `old`, which `file` has once, becomes `new`."""
+
+    path: Path
+    file: str
+    old: str
+    new: str
+    loses: dict[str, float]
+
+    def made(self, solution: Path, folder: Path) -> Path:
+        """Return a copy of the solution in `folder` with this edit."""
+        package = folder / solution.name
+        shutil.copytree(solution, package, ignore=_NOT_COPIED)
+        file = package / self.file
+        file.write_text(file.read_text(encoding="utf-8").replace(self.old, self.new), encoding="utf-8")
+        return package
+
+
+def mistakes(folder: Path) -> list[str]:
+    """Return the mistakes in the files of the course in `folder`, each with its file and line."""
+    try:
+        course = load(folder)
+    except GraderError as error:
+        return shortened(folder.resolve(), [str(error)])
+    return shortened(course.folder, _Reading(course).mistakes())
+
+
+def read_rubric(course: Course) -> Rubric:
+    """Return the course's rubric, whose checks exist."""
+    return rubric.load(course.rubric, checks_run.known(course))
+
+
+def known_bad(course: Course, whole: Rubric | None) -> Iterator[KnownBad]:
+    """Yield the known-bad edits of a course.
+
+    Raises:
+        GraderError: one of them names what does not exist, does not fit the solution, or loses more than there is.
+    """
+    files = [path.relative_to(course.solution).as_posix() for path in course.solution.rglob("*") if path.is_file()]
+    for path in sorted((course.folder / "known_bad").glob("*.yaml")):
+        yield _known_bad(path, course, whole, files)
+
+
+def _known_bad(path: Path, course: Course, whole: Rubric | None, files: list[str]) -> KnownBad:
+    reader, root = YamlReader(path), yaml_reader.read(path)
+    if root is None:
+        raise GraderError(f"{path} is empty; a known-bad edit needs file, old, new, loses")
+    given = reader.fields(root, root, ("file", "old", "new", "loses"), "a known-bad edit")
+    file, old, new = (reader.text(given[name]) for name in ("file", "old", "new"))
+    reader.require_known(file, given["file"], files, "a file of the solution")
+    text = (course.solution / file).read_text(encoding="utf-8")
+    if (count := text.count(old)) != 1:
+        wrong = f"`old` occurs {count} times in {file} of the solution, not once"
+        reader.fail(given["old"], wrong + ("" if count else _nearest_line(old, text)))
+    loses = {}
+    for name, key, value in reader.mapping(given["loses"]):
+        if whole is not None:
+            reader.require_known(name, key, [r.id for r in whole.requirements], "a requirement of the rubric")
+        most = whole.requirement(name).points if whole is not None else None
+        loses[name] = float(reader.points(value, most, name))
+    if not any(loses.values()):
+        reader.fail(given["loses"], "an edit that loses nothing shows nothing; write `loses: {ID: points}`")
+    return KnownBad(path, file, old, new, loses)
+
+
+def _nearest_line(old: str, text: str) -> str:
+    wanted = next((line.strip() for line in old.splitlines() if line.strip()), "")
+    lines = [line.strip() for line in text.splitlines()]
+    near = difflib.get_close_matches(wanted, lines, 1, 0.5)
+    return f"; its nearest line, {lines.index(near[0]) + 1}, is: {near[0]}" if near else ""
+
+
+class _Reading:
+    """Reads one course. Each method yields the mistakes of one kind of file."""
+
+    def __init__(self, course: Course) -> None:
+        self.course = course
+
+    def mistakes(self) -> Iterator[str]:
+        """Yield all mistakes. What was made of a file with a mistake is not asked for more."""
+        if not (self.course.solution / "package.xml").is_file():
+            place = _line(self.course.folder / "course.yaml", "solution")
+            yield f"{place}: there is no package in {self.course.solution}; the other files are read when there is"
+            return
+        parts = (self._layout, self._rubric, self._checks, self._trials, self._worlds, self._known_bad)
+        for part in (*parts, self._functions, self._notebooks, self._handout):
+            try:
+                yield from part()
+            except GraderError as error:
+                yield str(error)
+            except Exception as error:  # of a module or a template of the course
+                yield f"{_place(error, self.course.folder)}: {type(error).__name__}: {error}"
+
+    @cached_property
+    def whole(self) -> Rubric | None:
+        """Return the rubric, None if it cannot be read."""
+        try:
+            return read_rubric(self.course)
+        except (GraderError, SyntaxError):
+            return None
+
+    @property
+    def ids(self) -> list[str]:
+        """Return the ids of the requirements."""
+        return [requirement.id for requirement in self.whole.requirements] if self.whole else []
+
+    def _layout(self) -> Iterator[str]:
+        for path in self.course.layout:
+            if not (self.course.solution / path).exists():
+                yield f"{_line(self.course.folder / CONTRACT, path)}: the solution has no {path}"
+
+    def _rubric(self) -> Iterator[str]:
+        try:
+            whole = read_rubric(self.course)
+        except SyntaxError:  # named by _checks
+            return
+        if self.course.notebooks == Path():
+            return
+        places = {requirement.section: requirement.id for requirement in whole.requirements}
+        for place in places.keys() - sections.read(places, self.course.notebooks).keys():
+            wrong = f"no notebook in {self.course.notebooks} has the section of {places[place]}, {place}"
+            yield f"{_line(self.course.rubric, place)}: {wrong}"
+
+    def _checks(self) -> Iterator[str]:
+        """Yield the checks that no requirement has, and the names of trials in them that do not exist."""
+        for path in sorted(self.course.checks.glob("check_*.py")):
+            try:
+                tree = ast.parse(path.read_text(encoding="utf-8"), path)
+            except SyntaxError as error:
+                yield f"{path}, line {error.lineno}: {error.msg}"
+                continue
+            for check in tree.body:
+                if isinstance(check, ast.FunctionDef) and check.name.startswith("test_"):
+                    yield from self._check(path, check)
+
+    def _check(self, path: Path, check: ast.FunctionDef) -> Iterator[str]:
+        id_, place = f"{path.stem}::{check.name}", f"{path}, line {check.lineno}"
+        if self.whole is None:
+            return
+        judged = [r.id for r in self.whole.requirements if id_ in {check.id for check in r.checks}]
+        if not judged:
+            yield f'{place}: no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
+        needs = checks_run.needs(self.course, path.stem)
+        for call in ast.walk(check):
+            match call:
+                case ast.Call(
+                    func=ast.Attribute(ast.Name("judge"), "trial" | "started" | "graph"),
+                    args=[ast.Constant(str(name)), *_],
+                ):
+                    where, plan = f"{path}, line {call.lineno}", self._plans.get(name)
+                    if plan is None:
+                        yield f"{where}: {unknown(name, self._plans, 'a trial')}"
+                    elif not plan.kind or plan.kind not in needs:
+                        for lacking in [r for r in judged if r not in plan.serves]:
+                            yield f"{where}: {id_} is of {lacking}, which the trial {name} does not serve; add it there"
+
+    @cached_property
+    def _plans(self) -> dict[str, TrialPlan]:
+        return catalog.trials(self.course)
+
+    def _trials(self) -> Iterator[str]:
+        own = {path.stem for path in (self.course.folder / "worlds").glob("*.yaml")}
+        for plan in self._plans.values():
+            code = plan.script.__code__
+            place = f"{code.co_filename}, line {code.co_firstlineno}: the trial {plan.name}"
+            if not plan.serves and not plan.kind:
+                yield f"{place} serves no requirement; name those whose checks read it: @trial(serves=[...])"
+            for name in plan.serves:
+                if self.ids and name not in self.ids:
+                    yield f"{place}: {unknown(name, self.ids, 'a requirement of the rubric')}"
+            if plan.world not in {*own, *world_names()}:
+                yield f"{place}: {unknown(plan.world, [*own, *world_names()], 'a world')}"
+
+    def _worlds(self) -> Iterator[str]:
+        for path in sorted((self.course.folder / "worlds").glob("*.yaml")):
+            try:
+                load_world(path)
+            except WorldError as error:
+                yield str(error)
+
+    def _known_bad(self) -> Iterator[str]:
+        list(known_bad(self.course, self.whole))
+        yield from ()
+
+    def _functions(self) -> Iterator[str]:
+        wanted = self.course.functions is not None
+        if wanted and not any(hasattr(module, "questions") for module in modules(self.course.folder / "functions")):
+            yield f"{self.course.folder / 'functions'}: no module defines questions(rng), which returns the cases"
+
+    def _notebooks(self) -> Iterator[str]:
+        path = self.course.folder / "notebooks.yaml"
+        root = yaml_reader.read(path) if path.is_file() else None
+        if root is None:
+            return
+        reader = YamlReader(path)
+        parts = reader.fields(root, root, (), "", ("notebooks", "needs", "later", "stand_ins", "edits"))
+        for part in ("needs", "stand_ins"):
+            for name, key, _ in reader.mapping(parts[part]) if part in parts and self.ids else ():
+                reader.require_known(name, key, self.ids, "a requirement of the rubric")
+        written = sorted(path.stem for path in self.course.notebooks.glob("[0-9][0-9]_*.ipynb"))
+        for name, key, value in reader.mapping(parts["notebooks"]) if "notebooks" in parts else ():
+            reader.require_known(name, key, written, f"a notebook in {self.course.notebooks}")
+            kinds = reader.fields(value, key, (), "", tuple(field.name for field in fields(Checkpoint)))
+            for file in [file for kind in kinds.values() for file in reader.items(kind)]:
+                if not (self.course.solution / reader.text(file)).is_file():
+                    yield f"{path}, line {yaml_reader.line_of(file)}: the solution has no {reader.text(file)}"
+
+    def _handout(self) -> Iterator[str]:
+        if self.whole is None:
+            return
+        try:
+            handout.render(self.whole, self.course)
+        except jinja2.TemplateNotFound as error:
+            yield f"{self.course.folder} has no {error}, the frame of the handout"
+        except jinja2.TemplateSyntaxError as error:
+            yield f"{error.filename}, line {error.lineno}: {error.message}"
+
+
+def _place(error: Exception, folder: Path) -> str:
+    """Return the last line of the course that an error came through."""
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}, line {error.lineno}"
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename).is_relative_to(folder)]
+    return f"{frames[-1].filename}, line {frames[-1].lineno}" if frames else str(folder)
+
+
+def _line(path: Path, words: str) -> str:
+    """Return the first place in a file where these words are."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return f"{path}, line {next((number for number, line in enumerate(lines, 1) if words in line), 1)}"
+
+
+def shortened(folder: Path, words: Iterable[str]) -> list[str]:
+    """Return each line once, with paths relative to the course's folder."""
+    return [line.replace(f"{folder}/", "") for line in dict.fromkeys("\n".join(words).splitlines())]

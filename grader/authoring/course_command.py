@@ -1,0 +1,98 @@
+"""The verbs with which a lecturer makes a course: their arguments, their output, their exit status."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+from grader.course import find
+from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED
+from grader.progress import Progress
+
+
+def add(verbs: Any) -> None:
+    """Add the verbs to the command line."""
+    parser = verbs.add_parser(
+        "check-course",
+        help="find what is wrong with a course before anything is graded by it",
+        description="Read all files of a course and name each mistake with its file and line. Then grade its solution "
+        "with two seeds, and each known-bad edit, which has to lose what it says.",
+        epilog="Example:  grader check-course mycourse\nExit status: 0 nothing is wrong, 1 something is.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("folder", nargs="?", type=Path, help="the course (default: as for grade)")
+    parser.add_argument("--static", action="store_true", help="only read the files; takes a second")
+    parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    parser.set_defaults(run=_check_course, interrupted="the course was not tried to the end.")
+    parser = verbs.add_parser(
+        "new-course",
+        help="lay out a course of your own",
+        description="Lay out a small course that works, with comments that say what each part is for.",
+        epilog="Example:  grader new-course mycourse --package door_opener",
+    )
+    parser.add_argument("folder", type=Path, help="a folder that does not exist yet, or is empty")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--package", default="", metavar="NAME", help="the name of the package that students write")
+    which.add_argument("--from", dest="kit", choices=["kit"], help="copy the kit's own course, to change it")
+    parser.set_defaults(run=_new_course)
+    parser = verbs.add_parser(
+        "new",
+        help="add a requirement to a course, to start from",
+        description="Write a trial, a check and a known-bad edit, and enter the requirement into the rubric.",
+        epilog="Example:  grader new requirement X1 --course mycourse",
+    )
+    parser.add_argument("what", choices=["requirement"])
+    parser.add_argument("id", help="its id, which no other requirement has")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
+    parser.set_defaults(run=_new)
+
+
+def _check_course(options: argparse.Namespace) -> int:
+    from grader.authoring import check_course
+
+    folder: Path = options.folder or find().folder
+    found = check_course.mistakes(folder)
+    notes: tuple[str, ...] = ()
+    if not found and not options.static:
+        from grader import building
+        from grader.authoring import course_trials
+
+        progress = Progress()
+        tried = course_trials.run(find(folder), options.cache or building.cache_folder(), progress.say)
+        progress.done()
+        found, notes = list(tried.problems), tried.notes
+    for line in found:
+        print(line)
+    for line in notes:
+        print(f"note: {line}")
+    count = f"{len(found)} mistake{'s' if len(found) > 1 else ''}" if found else "nothing is wrong"
+    print(f"{folder}: {count}{' with its files' if options.static else ''}")
+    return EXIT_NOT_GRADED if found else EXIT_GRADED
+
+
+def _new_course(options: argparse.Namespace) -> int:
+    from grader.authoring import new_course
+
+    folder: Path = options.folder
+    course = new_course.copy_kits_own(folder) if options.kit else new_course.lay_out(folder, options.package)
+    print(
+        f"{folder} is a course in which students write the package {course.package}. Next:\n"
+        f"    grader check-course --static {folder}    # reads its files\n"
+        f"    grader check-course {folder}             # grades its solution, and edits of it\n"
+        f"    grader new requirement X1 --course {folder}\n"
+        f"    grader handout --course {folder}\n"
+        "docs/own-course.md of the kit leads from here to a graded class."
+    )
+    return EXIT_GRADED
+
+
+def _new(options: argparse.Namespace) -> int:
+    from grader.authoring import new_requirement
+
+    course = find(options.course)
+    for path in new_requirement.add(course, options.id):
+        print(os.path.relpath(path))
+    print(f"Fill in what says TODO, then type: grader check-course {os.path.relpath(course.folder)}")
+    return EXIT_GRADED

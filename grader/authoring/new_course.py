@@ -1,0 +1,89 @@
+"""Lay out a new course: a copy of the small one beside this file, or of the kit's own."""
+
+from __future__ import annotations
+
+import importlib.util
+import keyword
+import re
+import shutil
+from pathlib import Path
+
+from grader import KIT
+from grader.course import Course, kits_own, load
+from grader.errors import UsageError
+
+_TEMPLATE = Path(__file__).parent / "template_course"
+_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "published", "ws", "build", "install", "log")
+_NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
+_MOST = 40  # letters of a package's name: longer ones make lines that ament_flake8 refuses
+_IMPORTS = re.compile(r"(?:^(?:import|from) .*\n)+", re.MULTILINE)
+
+
+def lay_out(folder: Path, package: str = "") -> Course:
+    """Copy the small course to `folder`, with another name for its package unless that is "", and return it.
+
+    Raises:
+        UsageError: there is something in the folder, or the name is not one for a package.
+    """
+    _require_empty(folder)
+    old = load(_TEMPLATE).package
+    if package and package != old:
+        _require_name(package)
+    shutil.copytree(_TEMPLATE, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
+    if package and package != old:
+        _rename(folder, old, package)
+    return load(folder)
+
+
+def copy_kits_own(folder: Path) -> Course:
+    """Copy the kit's own course to `folder`, with its rubric, solution and notebooks, and return it.
+
+    Raises:
+        UsageError: there is something in the folder.
+    """
+    _require_empty(folder)
+    course = kits_own()
+    shutil.copytree(course.folder, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
+    shutil.copy(course.rubric, folder)
+    solution = folder / course.solution.parent.name / course.solution.name
+    shutil.copytree(course.solution, solution, ignore=_NOT_COPIED)
+    shutil.copytree(course.notebooks, folder / course.notebooks.name, ignore=_NOT_COPIED)
+    places = {"rubric": folder / course.rubric.name, "solution": solution, "notebooks": folder / course.notebooks.name}
+    text = (folder / "course.yaml").read_text(encoding="utf-8")
+    for key, path in places.items():
+        text = re.sub(rf"(?m)^{key}: .*", f"{key}: {path.relative_to(folder).as_posix()}", text)
+    (folder / "course.yaml").write_text(text, encoding="utf-8")
+    frame = folder / "handout.md.j2"
+    name = course.folder.relative_to(KIT).as_posix()
+    frame.write_text(frame.read_text(encoding="utf-8").replace(f"{name}/", ""), encoding="utf-8")
+    return load(folder)
+
+
+def _require_empty(folder: Path) -> None:
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} is not an empty folder; nothing was written.", "Choose a new one.")
+
+
+def _require_name(package: str) -> None:
+    why = ""
+    if not _NAME.fullmatch(package) or keyword.iskeyword(package) or len(package) > _MOST:
+        why = f"is no name for a package: small letters, digits and single underscores, {_MOST} at most"
+    elif importlib.util.find_spec(package):
+        why = "is the name of a Python module that is installed here, which the package would hide"
+    if why:
+        raise UsageError(f"{package} {why}.", "Choose another --package.")
+
+
+def _rename(folder: Path, old: str, new: str) -> None:
+    """Replace a package's name in all files, and in the names of files and folders."""
+    for path in sorted(folder.rglob("*"), reverse=True):  # what is in a folder comes before it
+        if path.is_file() and old in (text := path.read_text(encoding="utf-8")):
+            text = text.replace(old, new)
+            path.write_text(_IMPORTS.sub(_sorted, text) if path.suffix == ".py" else text, encoding="utf-8")
+        if old in path.name:
+            path.rename(path.with_name(path.name.replace(old, new)))
+
+
+def _sorted(imports: re.Match[str]) -> str:
+    """Return lines of imports in the order that ament_flake8 asks for: by the names of their modules."""
+    return "".join(sorted(imports[0].splitlines(keepends=True), key=lambda line: line.split()[1].lower()))

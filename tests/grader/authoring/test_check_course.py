@@ -1,0 +1,146 @@
+"""`grader check-course`: each mistake in a course is named with its file, its line and the nearest name."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from helpers.course import COURSE
+
+from grader import KIT, building, cli
+from grader.authoring import check_course, course_trials
+from grader.course import load
+
+GOOD = KIT / "grader" / "authoring" / "template_course"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(GOOD, tmp_path / "course"))
+
+
+def edit(folder: Path, file: str, old: str, new: str) -> None:
+    text = (folder / file).read_text()
+    assert text.count(old) == 1
+    (folder / file).write_text(text.replace(old, new))
+
+
+@pytest.mark.parametrize("course", [GOOD, COURSE.folder], ids=lambda path: path.name)
+def test_the_courses_that_the_kit_has_are_in_order(course: Path):
+    assert check_course.mistakes(course) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        # unknown keys
+        ("course.yaml", "title:", "titel:", "course.yaml, line N: titel is not allowed here. Did you mean title?"),
+        ("contract/contract.yaml", "answers_every:", "answer_every:", "line N: answer_every is not allowed here. Did you mean answers_every?"),
+        ("rubric.yaml", "title: Stands at first", "titel: Stands at first", "rubric.yaml, line N: titel is not allowed here. Did you mean title?"),
+        ("notebooks.yaml", "exercises:", "excercises:", "notebooks.yaml, line N: excercises is not allowed here. Did you mean exercises?"),
+        ("worlds/hall.yaml", "walls:", "wals:", "worlds/hall.yaml: wals: unknown key. Fix: write 'walls'"),
+        ("trials/patrol.py", '["B3"], world=', '["B3"], wrld=', "trials/patrol.py, line N: TypeError: wrld is not an option of @trial. Did you mean world?"),
+        # ids and points
+        ("rubric.yaml", "id: B2", "id: B1", "rubric.yaml, line N: B1 is listed twice, first in line"),
+        ("rubric.yaml", "title: Stops at the end", "points: 20", "rubric.yaml does not add up: line N: B3 has 20 points, its checks 15"),
+        ("rubric.yaml", "_wall::test_stops_before_the_wall", "_wall::test_stops_at_the_wall", "rubric.yaml, line N: check_wall::test_stops_at_the_wall is not a check of the kit. Did you mean check_wall::test_stops_before_the_wall?"),
+        ("rubric.yaml", "#The end of the hall", "#The end of a hall", "rubric.yaml, line N: no notebook in notebooks has the section of B3, 01_guard#The end of a hall"),
+        # checks
+        ("checks/check_patrol.py", "def test_drives_on_patrol", "def test_never_asked_for():\n    pass\n\n\ndef test_drives_on_patrol", "checks/check_patrol.py, line N: no requirement has the check check_patrol::test_never_asked_for; add"),
+        ("checks/check_wall.py", '"to_the_end"', '"to_the_ende"', "checks/check_wall.py, line N: to_the_ende is not a trial. Did you mean to_the_end?"),
+        ("checks/check_wall.py", '"to_the_end"', '"on_and_off"', "checks/check_wall.py, line N: check_wall::test_stops_before_the_wall is of B3, which the trial on_and_off does not serve"),
+        ("checks/check_wall.py", "def test_stops", "def test-stops", "checks/check_wall.py, line N: expected '('"),
+        # trials and worlds
+        ("trials/patrol.py", '["B3"]', '["B3", "B33"]', "trials/patrol.py, line N: the trial to_the_end: B33 is not a requirement of the rubric. Did you mean B3?"),
+        ("trials/patrol.py", '@trial(serves=["B3"], world="hall")', '@trial(world="hall")', "trials/patrol.py, line N: the trial to_the_end serves no requirement; name those whose checks read it"),
+        ("trials/patrol.py", '["B3"], world="hall"', '["B3"], world="hal"', "trials/patrol.py, line N: the trial to_the_end: hal is not a world. Did you mean hall?"),
+        ("trials/patrol.py", '["B3"], world="hall"', '["B3"], node="gard"', "the contract has no node gard"),
+        ("trials/patrol.py", "from grader.trials.catalog", "from grader.trials.catalogue", "trials/patrol.py, line N: ModuleNotFoundError: No module named 'grader.trials.catalogue'"),
+        ("worlds/hall.yaml", "[3.0, -2.0], end: [3.0, 2.0]", "[3.0, -2.0], end: [3.0, -2.0]", "worlds/hall.yaml: walls[0].end: the wall starts and ends at [3.0, -2.0]"),
+        # known-bad edits
+        ("known_bad/ignores_its_speed.yaml", "self._publish(self.", "self._publish(2 * self.", "known_bad/ignores_its_speed.yaml, line N: `old` occurs 0 times in hall_guard/guard.py of the solution, not once; its nearest line, 85, is: self._publish("),
+        ("known_bad/hits_the_wall.yaml", "{B3: 15}", "{B3: 16}", "known_bad/hits_the_wall.yaml, line N: B3 has 15 points; 16 is outside 0 to 15"),
+        ("known_bad/hits_the_wall.yaml", "{B3: 15}", "{P8: 15}", "known_bad/hits_the_wall.yaml, line N: P8 is not a requirement of the rubric. Did you mean P"),
+        ("known_bad/hits_the_wall.yaml", "hall_guard/guard.py", "hall_guard/gard.py", "known_bad/hits_the_wall.yaml, line N: hall_guard/gard.py is not a file of the solution. Did you mean hall_guard/guard.py?"),
+        # what is missing
+        ("course.yaml", "solution/hall_guard", "solution/guard_hall", "course.yaml, line N: there is no package in solution/guard_hall"),
+        ("contract/contract.yaml", "  - README.md", "  - launch/hall_launch.py", "contract/contract.yaml, line N: the solution has no launch/hall_launch.py"),
+        ("handout.md.j2", "{% for requirement in", "{% foor requirement in", "handout.md.j2, line N: Encountered unknown tag 'foor'"),
+        ("handout.md.j2", "{{ rubric.title }}", "{{ rubrik.title }}", "handout.md.j2, line N: UndefinedError: 'rubrik' is undefined"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_named_with_its_place(folder: Path, file: str, old: str, new: str, said: str):
+    line = (folder / file).read_text().partition(old)[0].count("\n") + 1
+    edit(folder, file, old, new)
+    found = check_course.mistakes(folder)
+    assert any(said.replace("line N", f"line {line}") in each for each in found), found
+    assert len(found) <= 2  # a trial that cannot be read is one that a check asks for in vain
+
+
+def test_mistakes_in_several_files_are_named_at_once(folder: Path, capsys: pytest.CaptureFixture[str]):
+    edit(folder, "worlds/hall.yaml", "walls:", "wals:")
+    edit(folder, "known_bad/hits_the_wall.yaml", "{B3: 15}", "{B4: 15}")
+    edit(folder, "trials/patrol.py", '["B3"]', '["B33"]')
+    (folder / "handout.md.j2").unlink()
+    assert cli.main(["check-course", "--static", str(folder)]) == 1
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == 6  # the check of B3 now reads a trial that does not serve B3
+    assert said[-1] == f"{folder}: 5 mistakes with its files"
+
+
+def test_a_folder_without_a_course_says_what_a_course_needs(tmp_path: Path):
+    assert "A course needs course.yaml" in check_course.mistakes(tmp_path)[0]
+
+
+# -- graded ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow  # the whole grading of a solution, with another seed, and five known-bad edits
+def test_the_template_gets_the_points_that_it_should(capsys: pytest.CaptureFixture[str]):
+    assert cli.main(["check-course", str(GOOD)]) == 0
+    assert capsys.readouterr().out == f"{GOOD}: nothing is wrong\n"
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_an_edit_that_loses_something_else_and_a_check_that_none_fails_are_named(folder: Path):
+    rubric = (folder / "rubric.yaml").read_text()
+    (folder / "rubric.yaml").write_text(rubric[: rubric.index("  - id: package")])
+    (folder / "known_bad" / "accepts_any_parameter.yaml").unlink()
+    (folder / "known_bad" / "cannot_be_called_back.yaml").unlink()
+    edit(folder, "known_bad/hits_the_wall.yaml", "{B3: 15}", "{B3: 14}")
+    found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None)
+    assert len(found.problems) == 1
+    wrong = (
+        "known_bad/hits_the_wall.yaml: B3 should lose 14 and loses 15: check_wall::test_stops_before_the_wall: failed"
+    )
+    assert found.problems[0].startswith(wrong)
+    lacking = "check_patrol::test_stands_when_it_is_called_back"
+    assert found.notes == (f"no known-bad edit fails {lacking}, so nothing shows that it can fail",)
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_trial_whose_outcome_depends_on_the_seed_is_named(folder: Path):
+    rubric = (folder / "rubric.yaml").read_text()
+    (folder / "rubric.yaml").write_text(rubric[: rubric.index("      - id: B2")])
+    edit(
+        folder,
+        "trials/patrol.py",
+        "    stage.run(1.0)  # seconds",
+        '    stage.between("x", 0, 1)\n    stage.run(1.0)  # seconds',
+    )
+    edit(
+        folder,
+        "checks/check_patrol.py",
+        "complete=False)\n",
+        'complete=False)\n    judge.expect(trial.choices["x"] > 0.5, "x is small", "")\n',
+    )
+    found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None)
+    assert found.problems[0] == (
+        "the trial on_and_off depends on the seed: check_patrol::test_stands_until_it_is_sent passes with one of (0, 1) "
+        "alone: failed: x is small"
+    )

@@ -1,0 +1,132 @@
+"""`grader new-course` and `grader new requirement`: what they lay out works, and nothing of others is lost."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+from helpers.course import COURSE
+
+from grader import KIT, building, cli, pipeline
+from grader.authoring import check_course, new_course, new_requirement
+from grader.course import load
+
+TEMPLATE = KIT / "grader" / "authoring" / "template_course"
+
+
+def files(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def tracked(folder: Path) -> set[str]:
+    command = ["git", "-C", str(folder), "ls-files", "-z", "."]
+    return set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\0")) - {""}
+
+
+def test_a_new_course_is_a_copy_of_the_small_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert cli.main(["new-course", str(tmp_path / "mine")]) == 0
+    assert f"grader check-course {tmp_path / 'mine'}" in capsys.readouterr().out
+    assert files(tmp_path / "mine") == tracked(TEMPLATE)
+    assert check_course.mistakes(tmp_path / "mine") == []
+
+
+def test_another_name_of_the_package_is_everywhere(tmp_path: Path):
+    course = new_course.lay_out(tmp_path / "mine", "zebra_walk")
+    assert course.package == "zebra_walk"
+    assert files(course.folder) == {name.replace("hall_guard", "zebra_walk") for name in tracked(TEMPLATE)}
+    assert not [path for path in course.folder.rglob("*") if path.is_file() and "hall_guard" in path.read_text()]
+    assert check_course.mistakes(course.folder) == []
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_under_another_name_the_solution_keeps_its_points_for_its_text_and_its_build(tmp_path: Path):
+    """Imports were in the order of the old name, which ament_flake8 refuses."""
+    course = new_course.lay_out(tmp_path / "mine", "zebra_walk")
+    asked = ("P1", "P6")
+    settings = pipeline.Settings(check_course.read_rubric(course), building.cache_folder(), course, requirements=asked)
+    scores = pipeline.grade(course.solution, tmp_path / "out", settings).scorecard.requirements
+    assert {score.requirement.id: score.lost for score in scores if score.requirement.id in asked} == {
+        "P1": (),
+        "P6": (),
+    }
+
+
+def test_a_copy_of_the_kits_own_course_works_by_itself(tmp_path: Path):
+    assert cli.main(["new-course", str(tmp_path / "mine"), "--from", "kit"]) == 0
+    course = load(tmp_path / "mine")
+    assert {course.rubric.parent, course.solution.parent.parent, course.notebooks.parent} == {course.folder}
+    assert files(course.solution) == tracked(COURSE.solution)
+    sources = {path.name for path in (COURSE.notebooks / "source").glob("*.py")}
+    assert {path.name for path in (course.notebooks / "source").glob("*.py")} == sources
+    assert check_course.mistakes(course.folder) == []
+    kit = COURSE.folder.relative_to(KIT).as_posix()
+    assert not [path for path in course.folder.rglob("*.j2") if kit in path.read_text()]
+
+
+def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    (tmp_path / "notes.txt").write_text("mine")
+    for more in ([], ["--from", "kit"]):
+        assert cli.main(["new-course", str(tmp_path), *more]) == 2
+        assert "is not an empty folder; nothing was written." in capsys.readouterr().err
+    assert files(tmp_path) == {"notes.txt"}
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("Guard", "small letters"), ("a__b", "small letters"), ("class", "small letters"), ("rclpy", "Python module")],
+)
+def test_a_package_cannot_have_such_a_name(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, why: str):
+    assert cli.main(["new-course", str(tmp_path / "mine"), "--package", name]) == 2
+    assert why in capsys.readouterr().err
+    assert not (tmp_path / "mine").exists()
+
+
+def test_a_new_requirement_is_in_order_and_keeps_every_line_of_the_rubric(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    course = new_course.lay_out(tmp_path / "mine")
+    before = course.rubric.read_text().splitlines()
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["new", "requirement", "B4", "--course", "mine"]) == 0
+    assert capsys.readouterr().out.splitlines()[:4] == [
+        "mine/trials/b4.py", "mine/checks/check_b4.py", "mine/known_bad/b4.yaml", "mine/rubric.yaml"
+    ]  # fmt: skip
+    after = course.rubric.read_text().splitlines()
+    place = after.index("      - id: B4")
+    assert after[:place] + after[place + 6 :] == before
+    assert after[place + 6 : place + 8] == [
+        "",
+        "  # All these checks are stock: they read the contract, and need no line of yours.",
+    ]
+    assert check_course.mistakes(course.folder) == []
+    assert [r.id for r in check_course.read_rubric(course).criteria[0].requirements] == ["B1", "B2", "B3", "B4"]
+
+
+def test_typed_points_of_a_criterion_grow_with_a_new_requirement(tmp_path: Path):
+    course = new_course.copy_kits_own(tmp_path / "mine")
+    new_requirement.add(course, "F15")
+    assert check_course.mistakes(course.folder) == []
+    assert check_course.read_rubric(course).criteria[0].points == 41
+    assert course.rubric.read_text().count("#") == COURSE.rubric.read_text().count("#") + 1  # of its section
+
+
+def test_a_rubric_that_ends_with_its_only_criterion_is_extended(tmp_path: Path):
+    course = new_course.lay_out(tmp_path / "mine")
+    text = course.rubric.read_text()
+    course.rubric.write_text(text[: text.index("  # All these checks are stock")].rstrip())
+    (course.folder / "known_bad" / "accepts_any_parameter.yaml").unlink()  # it loses points of the other criterion
+    new_requirement.add(course, "X1")
+    assert check_course.mistakes(course.folder) == []
+    assert yaml.safe_load(course.rubric.read_text())["criteria"][0]["requirements"][-1]["id"] == "X1"
+
+
+@pytest.mark.parametrize("name", ["B3", "on_and_off", "1X", "X 1"])
+def test_an_id_that_is_taken_or_is_none_changes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str):
+    course = new_course.lay_out(tmp_path / "mine")
+    before = files(course.folder), course.rubric.read_text()
+    assert cli.main(["new", "requirement", name, "--course", str(course.folder)]) == 2
+    assert name in capsys.readouterr().err
+    assert (files(course.folder), course.rubric.read_text()) == before
