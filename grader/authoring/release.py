@@ -104,7 +104,7 @@ def _named() -> Iterator[str]:
 def _of(course: Course) -> Iterator[tuple[str, Path]]:
     """Yield the files of a course with their paths in the kit: as in the checkout, or below the name of its folder.
 
-    The solution, the notebooks' sources and the known-bad edits stay with the instructor.
+    The solution, the notebooks' sources, the known-bad edits and those of the patients stay with the instructor.
     """
     notebooks = course.notebooks
     found = [course.rubric, *notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]

@@ -103,15 +103,18 @@ def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> tuple[tuple[str
     path = path.removeprefix(f"{Path.cwd()}/").removeprefix("./")
     if not path or not line.isdecimal():
         return ("seen", diagnosis or "no diagnosis"), ("expected", "FILE:LINE, such as driver.py:12")
-    installed = "site-packages/" in path
-    places = [
-        p for p in where
-        if (path.endswith(p[0]) if installed else "site-packages/" not in p[0] and f"/{p[0]}".endswith(f"/{path}"))
-    ]  # fmt: skip
+    places = [place for place in where if _same_file(path, place[0])]
     if any(first <= int(line) <= last for _, first, last in places):
         return ()
     seen = "the right file, and a line that does what it should" if places else "nothing there explains the complaint"
     return ("seen", seen), ("try", "read what the tools say once more: which value, name or time is wrong first?")
+
+
+def _same_file(said: str, path: str) -> bool:
+    """Return whether a path, or the end of one, is that of a file. A traceback has that of the link to it."""
+    if "site-packages/" in path and "site-packages/" not in said:
+        return False
+    return f"/{said}".endswith(f"/{path}") or f"/{path}".endswith(f"/{said}")
 
 
 def _changed(opened: Workspace, ill: dict[str, Any]) -> bool:

@@ -75,7 +75,7 @@ def test_no_cure_stands_in_what_is_released_in_plain_sight():
         ("navigator.py:9", False),
         ("driver.py", False),
         ("", False),
-        ("install/x/lib/python3/site-packages/ros2_robot_controller/driver.py:9", False),
+        ("install/x/lib/python3/site-packages/ros2_robot_controller/driver.py:9", True),  # as in a traceback
     ],
 )
 def test_a_diagnosis_names_a_line_of_the_fault(said: str, accepted: bool):
