@@ -19,7 +19,7 @@
 # This notebook gives no points, and nothing in it touches your package.
 #
 # On the job you seldom begin with an empty file.
-# You are called to a robot that somebody else has programmed, and that does *nearly* what it should.
+# You are called to a robot that other people have programmed, and that does *nearly* what it should.
 # Here are ten such packages.
 # Each was sound once; then one small thing was changed.
 #
@@ -49,6 +49,8 @@ from grader.notebook.clinic import admit, check, launched
 begin("11")
 
 # %% [markdown]
+# (If that says that files are missing, never mind: each patient brings its own.)
+#
 # ## How a case goes
 #
 # 1. `admit("C1")` lays the patient out. If you have treated it before, it comes back as you left it; `admit("C1", fresh=True)` begins anew.
@@ -61,7 +63,7 @@ begin("11")
 # (Case C1 is an exception, and says so.)
 #
 # **Three rules of the trade.**
-# *First see it yourself*: a complaint is what somebody has noticed, not what is wrong.
+# *First see it yourself*: a complaint says what was noticed, not what is wrong.
 # *Ask one question at a time*, one whose answer rules out half of what is left.
 # *Change one thing*, and look again.
 
@@ -299,7 +301,7 @@ axes.grid(alpha=0.3)
 
 # %% [markdown]
 # A debugger lets you stop inside the node and ask for values.
-# `pdb` takes its commands from you, or from `-c` options: this starts the node's program, stops at the function `FUNCTION` of `driver.py`, and prints.
+# `pdb` takes its commands from you, or from `-c` options: this starts the node's program, stops at a line of `driver.py`, prints an expression, and quits.
 #
 #     !timeout 20 python3 -m pdb -c "b ros2_robot_controller/driver.py:LINE" -c "c" -c "p EXPRESSION" -c "q" scripts/robot_controller
 #
