@@ -177,7 +177,7 @@ def launched(*words: str, nodes: int) -> Iterator[Any]:
 
     context = Context()
     rclpy.init(context=context)
-    watcher = rclpy.create_node("watcher", context=context, enable_rosout=False, start_parameter_services=False)
+    watcher = rclpy.create_node("_watcher", context=context, enable_rosout=False, start_parameter_services=False)
     executor = SingleThreadedExecutor(context=context)
     command = subprocess.Popen(
         ["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
@@ -185,7 +185,7 @@ def launched(*words: str, nodes: int) -> Iterator[Any]:
 
     def found() -> list[str]:
         pairs = watcher.get_node_names_and_namespaces()
-        return [f"{space.rstrip('/')}/{name}" for name, space in pairs if name not in ("watcher", "_ros2cli_daemon")]
+        return [f"{space.rstrip('/')}/{name}" for name, space in pairs if not name.startswith("_")]
 
     def published(name: str, space: str) -> list[str]:
         return sorted({t for t, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN)

@@ -11,7 +11,7 @@ from grader import building
 from grader.errors import SubmissionError
 from grader.host import ros_env
 from grader.notebook import prerequisites
-from grader.notebook.workspace import LINKED, NOTEBOOK, Workspace, course, discovery_range
+from grader.notebook.workspace import NOTEBOOK, Workspace, course, discovery_range
 
 
 def install(workspace: Workspace, node: str) -> Path:
@@ -25,7 +25,7 @@ def install(workspace: Workspace, node: str) -> Path:
     gap = prerequisites.first_missing(workspace.package, (*course().builds, *modules), os.environ.get(NOTEBOOK, ""))
     if gap is not None:
         raise SubmissionError(f"{gap.seen}; {gap.try_}")
-    if (workspace.root / LINKED).is_file():
+    if workspace.is_linked:
         return workspace.install
     built = building.build([workspace.package], building.cache_folder(), course())
     if not built.facts.ok:

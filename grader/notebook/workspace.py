@@ -29,7 +29,6 @@ def course() -> Course:
 
 
 LINKED = ".linked"
-"""The file in a workspace whose install tree has links to the sources, so that changed Python needs no build."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +46,11 @@ class Workspace:
     def install(self) -> Path:
         """Return the package's install tree, where a plain `colcon build` puts it."""
         return self.root / "install" / course().package
+
+    @property
+    def is_linked(self) -> bool:
+        """Return whether its install tree has links to the sources, so that changed Python needs no build."""
+        return (self.root / LINKED).is_file()
 
     @property
     def domain_id(self) -> int:

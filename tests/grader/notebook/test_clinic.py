@@ -112,3 +112,33 @@ def test_a_kit_without_solutions_says_that_it_has_no_patients(
     finally:
         checkpoints._texts.cache_clear()
     assert "holds no solutions" in capsys.readouterr().out
+
+
+def edit(path: str, old: str, new: str) -> None:
+    file = Path("ros2_robot_controller", path)
+    text = file.read_text()
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new))
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_cure_of_the_sign_is_refused_with_what_was_seen(ward: Workspace):
+    """With older scans allowed it no longer jerks, and drives blind."""
+    clinic.admit("C6")
+    edit("driver.py", "STALE_S = 0.5", "STALE_S = 5.0")
+    answer = repr(clinic.check("C6", diagnosis("C6")))
+    assert "after a scan of 0.8 s ago" in answer
+    assert "slows down" not in answer
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_another_cure_than_the_solutions_is_accepted(ward: Workspace):
+    clinic.admit("C9")
+    edit(
+        "navigator.py",
+        "        self._goal = None\n        self._speed = 0.0",
+        "        if self._goal is goal:\n            self._goal = None\n            self._speed = 0.0",
+    )
+    assert repr(clinic.check("C9", diagnosis("C9"))) == "C9 passed"
