@@ -73,7 +73,7 @@ def forbidden(error: OSError) -> str:
     path = Path(error.filename or ROOT)
     if path.is_relative_to(VENV / "bin"):
         return (
-            f"The Python of .venv, {path.readlink()}, is out of your reach: it belongs to the user who set this kit "
+            f"The Python of .venv, {path.resolve()}, is out of your reach: it belongs to the user who set this kit "
             f"up. Copy the kit without .venv into a folder of your own and run `make setup` there."
         )
     return f"You may not write to {path}. Copy the kit into a folder of your own and run `make setup` there."

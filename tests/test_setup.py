@@ -130,6 +130,22 @@ def test_a_kit_that_belongs_to_another_user_is_refused_in_a_sentence(place: str,
     assert "Traceback" not in refused.stderr
 
 
+def test_the_python_that_another_user_cannot_reach_is_named_by_its_path(tmp_path: Path):
+    """`.venv/bin/python` is a link to `python3.12` beside it: set-up named that link, and no place."""
+    base, kit = tmp_path / "private", tmp_path / "kit"
+    (kit / ".venv" / "bin").mkdir(parents=True)
+    base.mkdir(mode=0o700)
+    (base / "python3").write_text("#!/bin/sh\n")
+    (kit / ".venv" / "bin" / "python3.12").symlink_to(base / "python3")
+    (kit / ".venv" / "bin" / "python").symlink_to("python3.12")
+    said = setup_with(
+        f"setup.VENV = setup.Path({str(kit / '.venv')!r})\n"
+        "python = setup.VENV / 'bin' / 'python'\n"
+        "print(setup.forbidden(PermissionError(13, 'Permission denied', str(python))))"
+    ).stdout
+    assert f"The Python of .venv, {base / 'python3'}, is out of your reach" in said
+
+
 def test_setup_keeps_jupyterlab_from_asking_about_news(tmp_path: Path):
     setup_with(f"setup.VENV = setup.Path({str(tmp_path)!r}); setup.quieten_jupyter()")
     settings = json.loads((tmp_path / "share/jupyter/lab/settings/overrides.json").read_text())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
+import re
 import shutil
 import traceback
 from collections.abc import Iterable, Iterator
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import jinja2
 
-from grader import yaml_reader
+from grader import KIT, yaml_reader
 from grader.checks import checks_run
 from grader.classroom import sections
 from grader.course import Course, handout, load
@@ -63,21 +64,21 @@ def read_rubric(course: Course) -> Rubric:
     return rubric.load(course.rubric, checks_run.known(course))
 
 
-def known_bad(course: Course, whole: Rubric | None) -> Iterator[KnownBad]:
-    """Yield the known-bad edits of a course.
+def edits(course: Course) -> list[Path]:
+    """Return the files of a course's known-bad edits."""
+    return sorted((course.folder / "known_bad").glob("*.yaml"))
+
+
+def known_bad(path: Path, course: Course, whole: Rubric | None) -> KnownBad:
+    """Return the known-bad edit in a file. Without the rubric its requirements are not checked.
 
     Raises:
-        GraderError: one of them names what does not exist, does not fit the solution, or loses more than there is.
+        GraderError: it names what does not exist, does not fit the solution, or loses more than there is.
     """
-    files = [path.relative_to(course.solution).as_posix() for path in course.solution.rglob("*") if path.is_file()]
-    for path in sorted((course.folder / "known_bad").glob("*.yaml")):
-        yield _known_bad(path, course, whole, files)
-
-
-def _known_bad(path: Path, course: Course, whole: Rubric | None, files: list[str]) -> KnownBad:
     reader, root = YamlReader(path), yaml_reader.read(path)
     if root is None:
         raise GraderError(f"{path} is empty; a known-bad edit needs file, old, new, loses")
+    files = [file.relative_to(course.solution).as_posix() for file in course.solution.rglob("*") if file.is_file()]
     given = reader.fields(root, root, ("file", "old", "new", "loses"), "a known-bad edit")
     file, old, new = (reader.text(given[name]) for name in ("file", "old", "new"))
     reader.require_known(file, given["file"], files, "a file of the solution")
@@ -115,7 +116,7 @@ class _Reading:
             place = _line(self.course.folder / "course.yaml", "solution")
             yield f"{place}: there is no package in {self.course.solution}; the other files are read when there is"
             return
-        parts = (self._layout, self._rubric, self._checks, self._trials, self._worlds, self._known_bad)
+        parts = (self._layout, self._rubric, self._checks, self._methods, self._trials, self._worlds, self._known_bad)
         for part in (*parts, self._functions, self._notebooks, self._handout):
             try:
                 yield from part()
@@ -150,42 +151,59 @@ class _Reading:
         if self.course.notebooks == Path():
             return
         places = {requirement.section: requirement.id for requirement in whole.requirements}
-        for place in places.keys() - sections.read(places, self.course.notebooks).keys():
-            wrong = f"no notebook in {self.course.notebooks} has the section of {places[place]}, {place}"
-            yield f"{_line(self.course.rubric, place)}: {wrong}"
+        there = sections.read(places, self.course.notebooks)
+        for place, name in places.items():
+            if place not in there:
+                wrong = f"no notebook in {self.course.notebooks} has the section of {name}, {place}"
+                yield f"{_line(self.course.rubric, place)}: {wrong}"
 
     def _checks(self) -> Iterator[str]:
-        """Yield the checks that no requirement has, and the names of trials in them that do not exist."""
+        """Yield the checks that no requirement has, and the names in them that do not exist."""
+        modules(self.course.checks)
         for path in sorted(self.course.checks.glob("check_*.py")):
-            try:
-                tree = ast.parse(path.read_text(encoding="utf-8"), path)
-            except SyntaxError as error:
-                yield f"{path}, line {error.lineno}: {error.msg}"
-                continue
-            for check in tree.body:
-                if isinstance(check, ast.FunctionDef) and check.name.startswith("test_"):
-                    yield from self._check(path, check)
+            for check in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(check, ast.FunctionDef) and check.name.startswith("test_") and self.whole:
+                    yield from self._check(path, check, self.whole)
 
-    def _check(self, path: Path, check: ast.FunctionDef) -> Iterator[str]:
-        id_, place = f"{path.stem}::{check.name}", f"{path}, line {check.lineno}"
-        if self.whole is None:
-            return
-        judged = [r.id for r in self.whole.requirements if id_ in {check.id for check in r.checks}]
+    def _check(self, path: Path, check: ast.FunctionDef, whole: Rubric) -> Iterator[str]:
+        id_, needs = f"{path.stem}::{check.name}", checks_run.needs(self.course, path.stem)
+        judged = [r.id for r in whole.requirements if id_ in {check.id for check in r.checks}]
         if not judged:
-            yield f'{place}: no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
-        needs = checks_run.needs(self.course, path.stem)
+            wrong = f'no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
+            yield f"{path}, line {check.lineno}: {wrong}"
+        if not ast.get_docstring(check):
+            yield f"{path}, line {check.lineno}: {id_} has no docstring, the sentence that students read"
         for call in ast.walk(check):
             match call:
+                case ast.Call(ast.Attribute(ast.Name("judge"), "call"), [_, ast.Constant(str(name)), *_]):
+                    yield from self._service(name, path, call.lineno)
                 case ast.Call(
-                    func=ast.Attribute(ast.Name("judge"), "trial" | "started" | "graph"),
-                    args=[ast.Constant(str(name)), *_],
+                    ast.Attribute(ast.Name("judge"), "trial" | "started" | "graph"), [ast.Constant(str(name)), *_]
                 ):
-                    where, plan = f"{path}, line {call.lineno}", self._plans.get(name)
+                    plan, where = self._plans.get(name), f"{path}, line {call.lineno}"
                     if plan is None:
                         yield f"{where}: {unknown(name, self._plans, 'a trial')}"
                     elif not plan.kind or plan.kind not in needs:
                         for lacking in [r for r in judged if r not in plan.serves]:
                             yield f"{where}: {id_} is of {lacking}, which the trial {name} does not serve; add it there"
+
+    def _service(self, name: str, path: Path, line: int) -> Iterator[str]:
+        known = [service for node in self.course.nodes.values() for service in node.services]
+        if name not in known:
+            yield f"{path}, line {line}: {unknown(name, known, 'a service of the contract')}"
+
+    def _methods(self) -> Iterator[str]:
+        """Yield what trials and checks ask of `stage` and `judge`, and these do not have."""
+        for place, whose, files in (
+            ("trials", "stage", ("trials/stage.py", "trials/observation.py")), ("checks", "judge", ("checks/judge.py",))
+        ):  # fmt: skip
+            texts = "".join((KIT / "grader" / file).read_text(encoding="utf-8") for file in files)
+            known = sorted(set(re.findall(r"(?:    def |self\.)([a-z]\w*)", texts)))
+            for path in sorted((self.course.folder / place).glob("*.py")):
+                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                    match node:
+                        case ast.Attribute(ast.Name(name), method) if name == whose and method not in known:
+                            yield f"{path}, line {node.lineno}: {unknown(method, known, f'something that {whose} has')}"
 
     @cached_property
     def _plans(self) -> dict[str, TrialPlan]:
@@ -203,6 +221,11 @@ class _Reading:
                     yield f"{place}: {unknown(name, self.ids, 'a requirement of the rubric')}"
             if plan.world not in {*own, *world_names()}:
                 yield f"{place}: {unknown(plan.world, [*own, *world_names()], 'a world')}"
+        for path in sorted((self.course.folder / "trials").glob("*.py")):
+            for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                match call:
+                    case ast.Call(ast.Attribute(ast.Name("stage"), "call"), [ast.Constant(str(name)), *_]):
+                        yield from self._service(name, path, call.lineno)
 
     def _worlds(self) -> Iterator[str]:
         for path in sorted((self.course.folder / "worlds").glob("*.yaml")):
@@ -212,8 +235,11 @@ class _Reading:
                 yield str(error)
 
     def _known_bad(self) -> Iterator[str]:
-        list(known_bad(self.course, self.whole))
-        yield from ()
+        for path in edits(self.course):
+            try:
+                known_bad(path, self.course, self.whole)
+            except GraderError as error:
+                yield str(error)
 
     def _functions(self) -> Iterator[str]:
         wanted = self.course.functions is not None

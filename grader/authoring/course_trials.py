@@ -36,8 +36,8 @@ def run(course: Course, cache: Path, progress: Callable[[str], None]) -> Tried:
     trying = _Trying(settings, progress)
     problems = list(trying.solution())
     if problems:
-        return Tried((*problems, "The known-bad edits were not tried: the solution has to get all points first."))
-    edits = list(check_course.known_bad(course, settings.rubric))
+        return Tried(tuple(problems), ("the known-bad edits were not tried: the solution has to get all points first",))
+    edits = [check_course.known_bad(path, course, settings.rubric) for path in check_course.edits(course)]
     problems = [line for edit in edits for line in trying.edit(edit)]
     own = {path.stem for path in course.checks.glob("check_*.py")}
     never = [check.id for check in settings.rubric.checks if check.module in own and check.id not in trying.failed]

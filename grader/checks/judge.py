@@ -87,7 +87,7 @@ class Judge:
         self._why = ""
 
     def require_build(self, about: str = "") -> None:
-        """Return if the package was built. `about` is what the check asks: see Fault.stops.
+        """Return if the package was built: `judge.require_build()`. `about` is what the check asks: see Fault.stops.
 
         Raises:
             NotReached: it was not. What its text shows of `about` is said all the same.
@@ -99,13 +99,14 @@ class Judge:
             raise NotReached(reason, words=f"{reason}{besides(self.faults(about))}")
 
     def judged_by(self, module: str) -> tuple[str, ...]:
-        """Return the id of the requirement that the checks of a module judge; () if the course has none of them."""
+        """Return the id of the requirement that a module judges, () for none: `judge.judged_by("check_build")`."""
         requirement = self.course.requirement_of(module)
         return (requirement,) if requirement else ()
 
     def faults(self, *stops: str) -> list[Fault]:
         """Return what the package's text shows of these kinds, the first cause first; [] if it was not read.
 
+        `judge.faults("install", "start")`
         What the build has installed is not lacking, whatever the text seems to say.
         """
         quality = self.evidence.quality
@@ -116,19 +117,25 @@ class Judge:
         ]
 
     def is_installed(self, thing: str) -> bool:
-        """Return whether the build has installed an executable, or a file such as launch/x.py in the share folder."""
+        """Return whether the build has installed an executable, or a file in the share folder.
+
+        `judge.is_installed("guard")`, `judge.is_installed("config/guard.yaml")`
+        """
         build = self.evidence.build
         if "/" not in thing:
             return thing in build.executables or thing in build.misplaced
         return PurePosixPath(thing).name in {PurePosixPath(path).name for path in build.shared_files}
 
     def unwritten(self, things: Iterable[str]) -> list[str]:
-        """Return which of these are files that the package does not have; [] if its text was not read."""
+        """Return which of these are files that the package does not have; [] if its text was not read.
+
+        `judge.unwritten(["config/guard.yaml"])`
+        """
         quality = self.evidence.quality
         return [path for path in things if "/" in path and quality is not None and path not in quality.paths]
 
     def started(self, name: str) -> Trial:
-        """Return a trial whose node may have refused to start.
+        """Return a trial whose node may have refused to start: `judge.started("senseless_start_guard")`.
 
         Raises:
             NotReached: the package was not built.
@@ -144,7 +151,7 @@ class Judge:
         return trial
 
     def trial(self, name: str, *, complete: bool = True) -> Trial:
-        """Return a trial whose node came up, and lasted to its end unless `complete` is False.
+        """Return a trial whose node came up, and lasted to its end if `complete`: `judge.trial("to_the_end")`.
 
         Raises:
             NotReached: the node did not come up, or ended too early.
@@ -158,7 +165,10 @@ class Judge:
         return trial
 
     def not_reached(self, reason: Reason, trial: Trial) -> NotReached:
-        """Return that a check is kept from being judged by how a trial ended, or by a call without an answer in it."""
+        """Return that a check is kept from being judged by how a trial ended, or by a call without an answer in it.
+
+        `raise judge.not_reached(trial.ended, trial)`
+        """
         by_itself = trial.process is not None and trial.process.by == "itself"
         output = trial.process.output_tail if trial.process is not None and by_itself else ""
         # rclpy's own words for a service's callback that has returned something else than a response.
@@ -177,24 +187,24 @@ class Judge:
 
     @property
     def habits(self) -> list[Finding]:
-        """Return the habits that the package's text shows, [] if it was not read."""
+        """Return the habits that the package's text shows, [] if it was not read: `for habit in judge.habits`."""
         return self.evidence.quality.habits if self.evidence.quality is not None else []
 
     @property
     def holding_on(self) -> str:
-        """Return as the end of a sentence which lines keep a callback from returning, "" if none does."""
+        """Return the end of a sentence with lines that keep a callback from returning: `f"late{judge.holding_on}"`."""
         return holding_on(self.habits)
 
     @property
     def deaf_to(self) -> Reason | None:
-        """Return the sensors of which the node received nothing in the trials so far, None if there are none."""
+        """Return the sensors of which the node received nothing in the trials so far, or None: `if judge.deaf_to`."""
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
         topics = ", ".join(dict.fromkeys(topic for trial in ran for topic in trial.deaf_to))
         return Reason(Kind.UNHEARD, said=topics, requirements=self.judged_by("check_graph")) if topics else None
 
     @property
     def no_floats(self) -> str:
-        """Return in words that a command in the trials so far was no float, "" if all were."""
+        """Return in words that a command in the trials so far was not a float, "" if all were: `judge.no_floats`."""
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
         for trial in ran:
             if any(0.0 < abs(n) < _SMALLEST for command in trial.commands for n in (command.v, command.omega)):
@@ -219,7 +229,7 @@ class Judge:
         return NotReached(replace(reason, place=place), words=words + besides(faults))
 
     def graph(self, name: str) -> Graph:
-        """Return the graph of a trial whose node came up."""
+        """Return the graph of a trial whose node came up: `judge.graph("idle_guard").services`."""
         trial = self.trial(name, complete=False)
         if trial.graph is None:
             raise Unjudged(f"the trial {name} has no graph")
@@ -227,12 +237,15 @@ class Judge:
 
     @property
     def in_namespace(self) -> Trial | None:
-        """Return the trial whose launch file, the course's own, puts the nodes into NAMESPACE; None if none was run."""
+        """Return the trial whose launch file, the course's own, puts the nodes into NAMESPACE; None if none was run.
+
+        `trial = judge.in_namespace`
+        """
         launched = (trial for trial in self.evidence.trials.values() if trial.launch)
         return next((t for t in launched if f"launch/{t.launch}" not in self.course.launch_files), None)
 
     def call(self, trial: Trial, service: str, index: int) -> Call:
-        """Return the trial's call number `index` of `service`, which was answered.
+        """Return the trial's call number `index` of `service`, which was answered: `judge.call(trial, "patrol", 0)`.
 
         Raises:
             NotReached: it was not answered; the reason names similar services if there are any.
@@ -261,7 +274,7 @@ class Judge:
         return NotReached(problem, words=f"{problem}{last_output(trial)}{instead}")
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:
-        """Return the trial's goal number `index`, which the node accepted.
+        """Return the trial's goal number `index`, which the node accepted: `judge.goal(trial)`.
 
         Raises:
             NotReached: there is no such action.
@@ -280,19 +293,19 @@ class Judge:
 
     @property
     def installer(self) -> str:
-        """Return the file that says what the build installs: setup.py in a package without CMakeLists.txt."""
+        """Return the file that says what is installed, setup.py or CMakeLists.txt: `f"see {judge.installer}"`."""
         quality = self.evidence.quality
         found = quality is not None and quality.manifest.found and not quality.manifest.has_cmake
         return "setup.py" if found else "CMakeLists.txt"
 
     def quality(self) -> Quality:
-        """Return the facts about the package's text."""
+        """Return the facts about the package's text: `judge.quality().paths`."""
         if self.evidence.quality is None:
             raise Unjudged("the package's text was not read")
         return self.evidence.quality
 
     def student_tests(self) -> StudentTests:
-        """Return the facts about the package's own tests, which need a build."""
+        """Return the facts about the package's own tests, which need a build: `judge.student_tests().doubts`."""
         self.require_build()
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
@@ -301,11 +314,14 @@ class Judge:
 
     @property
     def unread_nodes(self) -> set[str]:
-        """Return the nodes whose program cannot be read: whatever modules there are, they need not be what runs."""
+        """Return the nodes whose program cannot be read: whatever modules there are, they need not be what runs.
+
+        `if judge.unread_nodes`
+        """
         return self.course.nodes.keys() & {path.rpartition("/")[2] for path in self.evidence.build.not_handed_in}
 
     def expect_readable(self) -> None:
-        """Fail the check if what the nodes run cannot be read: the text that is there says little then.
+        """Fail the check if what the nodes run cannot be read: `judge.expect_readable()`.
 
         Each node has the same share, where just the programs of some cannot be read.
         """
@@ -322,33 +338,39 @@ class Judge:
 
     @property
     def each_node(self) -> str:
-        """Return in words what a node weighs where only some are there."""
+        """Return in words what a node weighs where only some are there: `judge.weigh(0.5, judge.each_node)`."""
         return share_of_each(len(self.course.nodes))
 
     def expect_trusted(self, tests: StudentTests) -> None:
-        """Fail the check if a test run whose result was known beforehand reported another result."""
+        """Fail the check if a test run whose result was known beforehand reported another result.
+
+        `judge.expect_trusted(judge.student_tests())`
+        """
         seen = f"the reports of these tests cannot be trusted: {some(tests.doubts, 3, '; ')}"
         self.expect(
             not tests.doubts, seen, "leave pytest's reports and coverage's data alone; a failing test is useful"
         )
 
     def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
-        """Fail the check unless `holds`."""
+        """Fail the check unless `holds`; say what was seen, and what to try.
+
+        `judge.expect(speed <= 0.3, f"drove at {speed:.2f} m/s", "read `max_speed`")`
+        """
         if not holds:
             raise Failed(seen, try_, reason)
 
     def share(self, fraction: float, seen: str, try_: str) -> None:
-        """Give a share of the check's points, 0 to 1, with feedback."""
+        """Give a share of the points, 0 to 1, with feedback: `judge.share(0.5, "one of two came", "publish both")`."""
         self.fraction = min(1.0, max(0.0, fraction)) * self._weight
         self.seen, self.try_ = "\n".join(words for words in (seen, self._why) if words), try_
 
     def remark(self, seen: str, try_: str = "") -> None:
-        """Say what was noticed and costs nothing."""
+        """Say what was noticed and costs nothing: `judge.remark("1 of 30 scans was skipped")`."""
         self.seen = "\n".join(words for words in (self.seen, seen) if words)
         self.try_ = self.try_ or try_
 
     def weigh(self, weight: float, why: str) -> None:
-        """Let all that the check gives count for `weight` of its points, 0 to 1, and say why."""
+        """Let all that the check gives count for `weight` of its points, 0 to 1: `judge.weigh(0.5, "of two nodes")`."""
         self._weight, self._why = weight, why
         self.share(1.0, "", "")
 

@@ -29,7 +29,10 @@ class Command:
 
 @dataclass(frozen=True)
 class Sample:
-    """The robot's true state and its odometry after one tick. Poses in the odom frame, m and rad."""
+    """The robot's true state and its odometry after one tick: poses in the odom frame (m, rad), speeds (m/s, rad/s).
+
+    `clearance` is from the robot's hull to what is nearest, in m.
+    """
 
     t: float
     x: float
@@ -55,7 +58,7 @@ class ScanSummary:
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact of the hull with an obstacle, at `speed` m/s."""
+    """A contact of the hull with an obstacle at `t` s, at `speed` m/s."""
 
     t: float
     obstacle: str
@@ -64,7 +67,10 @@ class Touch:
 
 @dataclass(frozen=True)
 class Call:
-    """One service call. `response` is None if no answer came; `problem` is why."""
+    """One service call, asked at `t` and answered at `answered_t`. Without an answer `response` is None.
+
+    `problem` is why none came.
+    """
 
     t: float
     service: str
@@ -154,7 +160,11 @@ class ParameterAnswer:
 
 @dataclass(frozen=True)
 class Trial:
-    """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is None for a complete script."""
+    """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is None for a complete script.
+
+    Times (`marks`, and the `t` of what is listed) are simulated seconds since the trial began. There is one of the
+    `samples` for each tick of 0.05 s.
+    """
 
     name: str
     node: str

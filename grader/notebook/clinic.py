@@ -159,7 +159,8 @@ def _run(opened: Workspace, world: str = "open_field") -> Any:
 
 def _bench(name: str) -> Any:
     """Return a node of the patient on a bench; its log, which has the time of day, stays out of the answer."""
-    from rclpy.logging import LoggingSeverity, set_logger_level
+    from rclpy.impl.logging_severity import LoggingSeverity
+    from rclpy.logging import set_logger_level
 
     set_logger_level(next(iter(course().nodes)), LoggingSeverity.ERROR)
     return bench(name)

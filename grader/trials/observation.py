@@ -190,7 +190,7 @@ class Observation:
 
     @property
     def t(self) -> float:
-        """Return the simulated time since the trial began, in seconds."""
+        """Return the simulated time since the trial began, in seconds: `began = stage.t`."""
         return self.bridge.time
 
     def open(self) -> None:

@@ -73,30 +73,37 @@ class Stage(Observation):
     # -- seeded choices -------------------------------------------------------------------------------------------
 
     def choose(self, name: str, options: Sequence[float]) -> float:
-        """Return one of `options`, picked by the seed, and record it under `name`."""
+        """Return one of `options`, picked by the seed, and record it under `name`: `stage.choose("speed", [0.1, 0.2])`.
+
+        A check finds it as `trial.choices["speed"]`.
+        """
         self.choices[name] = self.random.choice(list(options))
         return self.choices[name]
 
     def between(self, name: str, low: float, high: float) -> float:
-        """Return a number from [low, high], picked by the seed, and record it under `name`."""
+        """Return a number picked by the seed, and record it: `stage.between("distance", 0.35, 0.45)`; see `choose`."""
         self.choices[name] = round(self.random.uniform(low, high), 3)
         return self.choices[name]
 
     # -- time -----------------------------------------------------------------------------------------------------
 
     def mark(self, name: str) -> None:
-        """Record the present time under `name`."""
+        """Record the present time, in s, under `name`: `stage.mark("asked")` for `trial.marks["asked"]`."""
         self.marks[name] = self.t
 
     def run(self, seconds: float, tick_s: float = TICK_S) -> None:
-        """Let `seconds` of simulated time pass, in steps of `tick_s`; a timer runs at most once in a step."""
+        """Let `seconds` of simulated time pass, in steps of `tick_s` seconds: `stage.run(2.0)`.
+
+        A timer of the node runs at most once in a step.
+        """
         for _ in range(max(1, round(seconds / tick_s))):
             self._tick(tick_s)
 
     def run_timed(self, name: str, seconds: float) -> None:
-        """Let simulated time pass, and measure how long the node kept it waiting for each second, without computing.
+        """Let simulated time pass and measure how long the node kept it waiting: `stage.run_timed("kept", 2.0)`.
 
-        In wall seconds that exclude the time that it ran or waited for a CPU: what a node sleeps away in its callbacks.
+        In wall seconds for each second, `trial.measured["kept"]`. They exclude the time that the node ran or waited for
+        a CPU, so they are what it sleeps away in its callbacks.
         """
         clock = CpuClock(self.process, [os.getpid()])
         before = clock.read() - clock.ran
@@ -104,13 +111,16 @@ class Stage(Observation):
         self.measured[name] = round((clock.read() - clock.ran - before) / seconds, 3)
 
     def run_slowly(self, seconds: float) -> None:
-        """Let simulated time pass, and for each tick four times as much wall time."""
+        """Let simulated time pass, and for each tick four times as much wall time: `stage.run_slowly(0.5)`."""
         for _ in range(round(seconds / TICK_S)):
             self._tick()
             self.bridge.spin_until(lambda: False, 4 * TICK_S)
 
     def run_until(self, condition: Callable[[], bool], limit: float) -> bool:
-        """Let time pass until `condition` holds, at most `limit` simulated seconds. Return whether it holds."""
+        """Let time pass until `condition` holds, at most `limit` simulated seconds. Return whether it holds.
+
+        `stage.run_until(lambda: bool(stage.commands), 2.0)`
+        """
         end = self.t + limit - 1e-9
         while not condition():
             if self.t >= end:
@@ -119,7 +129,10 @@ class Stage(Observation):
         return True
 
     def freeze_clock(self, wall_seconds: float) -> int:
-        """Let the clock stand still and return how often the node publishes on its answer topic meanwhile."""
+        """Let the clock stand still and return how often the node publishes on its answer topic meanwhile.
+
+        `stage.measured["held"] = stage.freeze_clock(1.0)`
+        """
         before = self.bridge.answers
         self.bridge.spin_until(lambda: False, wall_seconds)
         return self.bridge.answers - before
@@ -127,7 +140,11 @@ class Stage(Observation):
     # -- services, goals, parameters ------------------------------------------------------------------------------
 
     def call(self, service: str, **fields: object) -> evidence.Call:
-        """Call a service of the contract and wait for the answer. A missing answer is recorded, it is not an error."""
+        """Call a service of the contract and wait for the answer: `stage.call("patrol", data=True)`.
+
+        The fields are those of the request. An answer that has not come after 2 s of simulated time is recorded as
+        missing; that is not an error.
+        """
         client = self._clients[service]
         asked = self.t
         if not self._found(service, client.service_is_ready):
@@ -146,6 +163,7 @@ class Stage(Observation):
     def proxy_services(self, services: Iterable[str]) -> None:
         """Offer services in the node's place and forward the calls to it, so that calls made by others are recorded.
 
+        `stage.proxy_services(["patrol"])` in a trial with `remappings={"patrol": "patrol_itself"}`.
         Lets time pass until the node's own services have been found, or as long as an answer may take.
         """
         targets = {service: (self._service_types[service], self.plan.remappings[service]) for service in services}
@@ -157,7 +175,10 @@ class Stage(Observation):
         self.run_until(self._service_proxy.is_ready, _ANSWER_WITHIN_S)
 
     def navigate(self, x: float, y: float, tolerance: float = 0.1) -> SentGoal:
-        """Send a goal and wait until it is accepted or rejected. Position in the odom frame, in metres."""
+        """Send a goal and wait until it is accepted or rejected: `goal = stage.navigate(1.0, 0.5)`.
+
+        Position in the odom frame and tolerance, in metres. `goal.running`, `goal.ended` and `goal.cancel()` go on.
+        """
         found = self._found(self.action_name, self.action.server_is_ready)
         goal = SentGoal(self, x, y, tolerance)
         self.goals.append(goal)
@@ -173,11 +194,14 @@ class Stage(Observation):
         return goal
 
     def get_parameter(self, name: str, node: str = "") -> evidence.ParameterAnswer:
-        """Record the value of a parameter of the node, or of another node."""
+        """Record the value of a parameter of the node, or of another: `stage.get_parameter("patrol_speed")`."""
         return self._note_parameter(name, None, None, "", node or self.plan.node)
 
     def set_parameter(self, name: str, value: object) -> evidence.ParameterAnswer:
-        """Set a parameter of the running node; record whether it was accepted and its value afterwards."""
+        """Set a parameter of the running node: `stage.set_parameter("patrol_speed", 0.5)`.
+
+        Whether it was accepted and its value afterwards are in `trial.parameters`.
+        """
         future = self._parameters_of(self.plan.node).set_parameters([Parameter(name, value=value)])
         self._await(future.done)
         accepted, reason = None, f"no answer within {_ANSWER_WITHIN_S:g} s"
@@ -190,9 +214,10 @@ class Stage(Observation):
     # -- what is recorded -----------------------------------------------------------------------------------------
 
     def listen(self, topic: str) -> None:
-        """Record every message of a topic of the contract, or of the log, that is published after the return of this.
+        """Record in `trial.messages` what is published on a topic from now on: `stage.listen("rosout")`.
 
-        A trial at twelve times real time can be over before a subscription is matched.
+        A topic that the contract has the node publish, or the log. It returns when the subscription is matched,
+        because a trial at twelve times real time can be over before that.
         """
         if topic == LOG_TOPIC:
             message_type, qos = Log, LOG_QOS
@@ -212,7 +237,7 @@ class Stage(Observation):
         self.bridge.await_match()
 
     def watch_goals(self) -> None:
-        """Record from the action's status topic how all goals go, whoever sent them."""
+        """Record from the action's status topic how all goals go, whoever sent them: `stage.watch_goals()`."""
         topic = f"{self.action_name}/_action/status"
 
         def take(message: Any) -> None:
@@ -229,12 +254,18 @@ class Stage(Observation):
         self.bridge.await_match()
 
     def refresh_graph(self) -> None:
-        """Record the graph once more, after giving nodes that start late a second, not counting waits for a CPU."""
+        """Record the graph once more, after a second for nodes that start late: `stage.refresh_graph()`.
+
+        The second is wall time without waits for a CPU.
+        """
         self._wait_until(lambda: False, 1.0)
         self.graph = graph.snapshot(self.bridge.node, self.plan.node)
 
     def record_graph(self, *topics: str) -> None:
-        """Record the graph once more, when it shows these topics of the node and the contract's services and action."""
+        """Record the graph once more, when it shows these topics of the node and the contract's services and action.
+
+        `stage.record_graph("scan", "cmd_vel")`
+        """
         for service, client in self._clients.items():
             self._found(service, client.service_is_ready)
         if self.action is not None:
@@ -244,55 +275,70 @@ class Stage(Observation):
             self.graph = graph.snapshot(self.bridge.node, self.plan.node)
 
     def record_graph_of(self, node: str, *topics: str) -> None:
-        """Record what the graph shows of another node, when it shows these topics of it."""
+        """Record what the graph shows of another node, when it shows these topics of it.
+
+        `stage.record_graph_of("camera", "image")`
+        """
         self._await_topics(node, topics)
         self.other_graph = graph.snapshot(self.bridge.node, node)
 
     # -- the robot's sensors and its world ------------------------------------------------------------------------
 
     def mute(self, *kinds: type) -> None:
-        """Silence these sensors: ScanReading, OdometryReading, ImuReading, BatteryReading."""
+        """Silence sensors, by their classes in `sim.sensors`: `stage.mute(ScanReading, ImuReading)`."""
         self.bridge.muted |= set(kinds)
 
     def unmute(self, *kinds: type) -> None:
-        """Let these sensors publish again."""
+        """Let sensors publish again: `stage.unmute(ScanReading)`."""
         self.bridge.muted -= set(kinds)
 
     def distort(self, change: ChangeRanges | None) -> None:
-        """Publish scans with their ranges changed from now on; None for the true ranges."""
+        """Publish scans with their ranges (a numpy array, m) changed from now on; None for the true ranges.
+
+        `stage.distort(lambda ranges: ranges + 0.1)`
+        """
         self._filter_scans(replace(self._scan_filter, change=change))
 
     def set_range_limits(self, range_min: float, range_max: float) -> None:
-        """Publish scans that state other limits from now on, in metres; the ranges stay as they are."""
+        """Publish scans that state other limits, in m, with the same ranges: `stage.set_range_limits(0.2, 5.0)`."""
         self._filter_scans(replace(self._scan_filter, limits=(range_min, range_max)))
 
     def add_obstacle(self, distance: float, bearing: float = 0.0, radius: float = 0.15) -> str:
-        """Add a round obstacle at `bearing` (rad), its surface `distance` metres from the lidar. Return its name."""
+        """Add a round obstacle at `bearing` (rad), its surface `distance` metres from the lidar. Return its name.
+
+        `post = stage.add_obstacle(0.5, bearing=math.pi)` puts one behind the robot.
+        """
         pose = self.simulator.pose
         angle, reach = pose.yaw + bearing, distance + radius
         center = (pose.x + reach * math.cos(angle), pose.y + reach * math.sin(angle))
         return self.simulator.add_obstacle(Circle(center=center, radius=radius))
 
     def remove_obstacle(self, name: str) -> None:
-        """Remove an obstacle."""
+        """Remove an obstacle: `stage.remove_obstacle(post)`."""
         self.simulator.remove_obstacle(name)
 
     # -- processes ------------------------------------------------------------------------------------------------
 
     def list_launch_arguments(self) -> None:
-        """Run the trial's launch file with --show-args; the output is recorded as that of the process "arguments"."""
+        """Run the trial's launch file with --show-args: `stage.list_launch_arguments()`.
+
+        The output is that of `trial.others["arguments"]`.
+        """
         process = self.others["arguments"] = self.start([*sandbox.LAUNCH, self.launch_file, "--show-args"])
         self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
     def run_script(self, script: str) -> Program:
-        """Start a Python script of the package, given by its path in the source folder."""
+        """Start a Python script by its path in the package's source folder: `stage.run_script("scripts/demo.py")`.
+
+        The trial needs `shows_source=True`. How it ended is in `trial.others["demo.py"]`.
+        """
         process = self.others[PurePosixPath(script).name] = self.start(
             ["python3", str(source_folder(self.course) / script)]
         )
         return process
 
     def interrupt(self, limit: float = 5.0) -> None:
-        """Press Ctrl-C: send the node SIGINT and wait for it to end, at most `limit` seconds.
+        """Press Ctrl-C, and wait for the node to end, at most `limit` seconds: `stage.interrupt()`.
 
         The seconds are wall time, excluding time spent waiting for a CPU: a busy machine gives more.
         """

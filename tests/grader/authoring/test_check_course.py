@@ -48,15 +48,21 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("rubric.yaml", "#The end of the hall", "#The end of a hall", "rubric.yaml, line N: no notebook in notebooks has the section of B3, 01_guard#The end of a hall"),
         # checks
         ("checks/check_patrol.py", "def test_drives_on_patrol", "def test_never_asked_for():\n    pass\n\n\ndef test_drives_on_patrol", "checks/check_patrol.py, line N: no requirement has the check check_patrol::test_never_asked_for; add"),
+        ("checks/check_wall.py", '    """The guard stands still', '    _ = """The guard stands still', "checks/check_wall.py, line M: check_wall::test_stops_before_the_wall has no docstring, the sentence that students read"),
         ("checks/check_wall.py", '"to_the_end"', '"to_the_ende"', "checks/check_wall.py, line N: to_the_ende is not a trial. Did you mean to_the_end?"),
         ("checks/check_wall.py", '"to_the_end"', '"on_and_off"', "checks/check_wall.py, line N: check_wall::test_stops_before_the_wall is of B3, which the trial on_and_off does not serve"),
-        ("checks/check_wall.py", "def test_stops", "def test-stops", "checks/check_wall.py, line N: expected '('"),
+        ("checks/check_wall.py", "def test_stops", "def test-stops", "checks/check_wall.py, line N: SyntaxError: expected '('"),
+        ("checks/check_wall.py", "import Judge, NotReached", "import Juge, NotReached", "checks/check_wall.py, line N: ImportError: cannot import name 'Juge' from 'grader.checks.judge'"),
+        ("checks/check_wall.py", '(trial, "patrol", 0)', '(trial, "patrl", 0)', "checks/check_wall.py, line N: patrl is not a service of the contract. Did you mean patrol?"),
         # trials and worlds
         ("trials/patrol.py", '["B3"]', '["B3", "B33"]', "trials/patrol.py, line N: the trial to_the_end: B33 is not a requirement of the rubric. Did you mean B3?"),
         ("trials/patrol.py", '@trial(serves=["B3"], world="hall")', '@trial(world="hall")', "trials/patrol.py, line N: the trial to_the_end serves no requirement; name those whose checks read it"),
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], world="hal"', "trials/patrol.py, line N: the trial to_the_end: hal is not a world. Did you mean hall?"),
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], node="gard"', "the contract has no node gard"),
         ("trials/patrol.py", "from grader.trials.catalog", "from grader.trials.catalogue", "trials/patrol.py, line N: ModuleNotFoundError: No module named 'grader.trials.catalogue'"),
+        ("trials/patrol.py", "    stage.run(14.0)", "    stage.runn(14.0)", "trials/patrol.py, line N: runn is not something that stage has. Did you mean run?"),
+        ("checks/check_wall.py", "judge.expect(0.45", "judge.expct(0.45", "checks/check_wall.py, line N: expct is not something that judge has. Did you mean expect?"),
+        ("trials/patrol.py", '"patrol", data=False', '"petrol", data=False', "trials/patrol.py, line N: petrol is not a service of the contract. Did you mean patrol?"),
         ("worlds/hall.yaml", "[3.0, -2.0], end: [3.0, 2.0]", "[3.0, -2.0], end: [3.0, -2.0]", "worlds/hall.yaml: walls[0].end: the wall starts and ends at [3.0, -2.0]"),
         # known-bad edits
         ("known_bad/ignores_its_speed.yaml", "self._publish(self.", "self._publish(2 * self.", "known_bad/ignores_its_speed.yaml, line N: `old` occurs 0 times in hall_guard/guard.py of the solution, not once; its nearest line, 85, is: self._publish("),
@@ -74,19 +80,21 @@ def test_a_mistake_is_named_with_its_place(folder: Path, file: str, old: str, ne
     line = (folder / file).read_text().partition(old)[0].count("\n") + 1
     edit(folder, file, old, new)
     found = check_course.mistakes(folder)
-    assert any(said.replace("line N", f"line {line}") in each for each in found), found
+    said = said.replace("line N", f"line {line}").replace("line M", f"line {line - 1}")
+    assert any(said in each for each in found), found
     assert len(found) <= 2  # a trial that cannot be read is one that a check asks for in vain
 
 
 def test_mistakes_in_several_files_are_named_at_once(folder: Path, capsys: pytest.CaptureFixture[str]):
     edit(folder, "worlds/hall.yaml", "walls:", "wals:")
     edit(folder, "known_bad/hits_the_wall.yaml", "{B3: 15}", "{B4: 15}")
+    edit(folder, "known_bad/begins_on_patrol.yaml", "loses", "looses")
     edit(folder, "trials/patrol.py", '["B3"]', '["B33"]')
     (folder / "handout.md.j2").unlink()
     assert cli.main(["check-course", "--static", str(folder)]) == 1
     said = capsys.readouterr().out.splitlines()
-    assert len(said) == 6  # the check of B3 now reads a trial that does not serve B3
-    assert said[-1] == f"{folder}: 5 mistakes with its files"
+    assert len(said) == 7  # the check of B3 now reads a trial that does not serve B3
+    assert said[-1] == f"{folder}: 6 mistakes with its files"
 
 
 def test_a_folder_without_a_course_says_what_a_course_needs(tmp_path: Path):

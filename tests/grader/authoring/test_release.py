@@ -71,6 +71,18 @@ def test_the_kits_page_on_the_notebooks_tells_of_one_edition(kit: Path):
     assert "## Open them" in page
 
 
+def test_the_kits_readme_names_the_machines_on_which_setup_stops(kit: Path):
+    """A student on a Mac, on an old Linux or in another user's folder met these sentences only after the download."""
+    page = (kit / "README.md").read_text()
+    for words in ("glibc 2.28", "WSL 2", "macOS and arm64", "folder of your own", "copy the kit without `.venv`"):
+        assert words in page
+
+
+def test_the_launch_file_for_a_robot_is_in_the_kit_with_its_adapter(kit: Path):
+    assert (kit / "docs/turtlebot4/turtlebot4_launch.py").is_file()
+    assert (kit / "docs/turtlebot4/adapter.py").is_file()
+
+
 def test_the_kit_holds_no_solved_exercise(kit: Path):
     """The handout prints the interfaces; no readable file holds any other solution."""
     texts = {name: (kit / name).read_text(errors="replace") for name in names(kit)}

@@ -12,7 +12,7 @@ def test_stops_before_the_wall(judge: Judge) -> None:
     trial = judge.trial("to_the_end")
     judge.call(trial, "patrol", 0)
     # What does not drive cannot stop: that has its own points, and costs none here.
-    if max(abs(command.v) for command in trial.commands) < 0.05:
+    if max((abs(command.v) for command in trial.commands), default=0.0) < 0.05:
         raise NotReached("the guard did not drive")
     if trial.touches:
         touch = trial.touches[0]

@@ -1,0 +1,90 @@
+"""Write docs/own-course-reference.md from the docstrings of what a course's trials and checks work with.
+
+python -m grader.authoring.reference
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+
+from grader import KIT
+
+PAGE = KIT / "docs" / "own-course-reference.md"
+_HEAD = """\
+# What trials and checks work with
+
+Written by `python -m grader.authoring.reference` from the docstrings; do not edit by hand.
+How to make a course is in [own-course.md](own-course.md).
+Times are simulated seconds since the trial began, lengths metres, angles radians, counter-clockwise positive.
+"""
+_OF_TRIALS = (
+    "Trial", "Command", "Sample", "ScanSummary", "Touch", "Call", "Goal", "Message", "ParameterAnswer", "ProcessEnd",
+    "Graph", "Endpoint",
+)  # fmt: skip
+_NO_OPTIONS = re.compile(r"(?m)^- `(?:sentence|script|kind)`: .*\n")
+
+
+def page() -> str:
+    """Return the text of the page."""
+    time = public("trials/observation.py", "Observation")["t"]
+    return "".join((
+        f"{_HEAD}\n## The options of `@trial`\n{_NO_OPTIONS.sub('', words(_class('trials/plan.py', 'TrialPlan')))}",
+        f"\n## `stage`, in a trial\n{_method(time)}",
+        *map(_method, public("trials/stage.py", "Stage").values()),
+        "\n## What a trial has recorded\n",
+        *(f"\n### {name}\n{words(_class('evidence/trial.py', name))}\n{_fields(name)}" for name in _OF_TRIALS),
+        f"\n## `judge`, in a check\n{words(_class('checks/judge.py', 'Judge'))}",
+        *map(_method, public("checks/judge.py", "Judge").values()),
+        "\n## What a check may raise\n",
+        *(f"\n### {name}\n{words(_class('checks/judge.py', name))}" for name in ("Failed", "NotReached", "Unjudged")),
+    ))  # fmt: skip
+
+
+def public(file: str, class_: str) -> dict[str, ast.FunctionDef]:
+    """Return the public methods and properties of a class in a file of `grader/`, by their names."""
+    body = _class(file, class_).body
+    return {part.name: part for part in body if isinstance(part, ast.FunctionDef) and part.name[0] != "_"}
+
+
+def _class(file: str, name: str) -> ast.ClassDef:
+    tree = ast.parse((KIT / "grader" / file).read_text(encoding="utf-8"))
+    return next(part for part in tree.body if isinstance(part, ast.ClassDef) and part.name == name)
+
+
+def _fields(name: str) -> str:
+    """Return a list of the fields of a fact about a trial: their types, and what the docstrings below them say."""
+    body, lines = _class("evidence/trial.py", name).body, []
+    for part, below in zip(body, [*body[1:], ast.Pass()], strict=True):
+        match part, below:
+            case ast.AnnAssign(), ast.Expr(ast.Constant(str(words))):
+                lines.append(f"- `{ast.unparse(part.target)}: {ast.unparse(part.annotation)}` {words}\n")
+            case ast.AnnAssign(), _:
+                lines.append(f"- `{ast.unparse(part.target)}: {ast.unparse(part.annotation)}`\n")
+    return "".join(lines)
+
+
+def _method(method: ast.FunctionDef) -> str:
+    return f"\n### {_signature(method)}\n{words(method)}"
+
+
+def _signature(method: ast.FunctionDef) -> str:
+    """Return "run(seconds: float)"; of a property, its name."""
+    if method.decorator_list:
+        return f"`{method.name}`"
+    words = ast.unparse(method.args).removeprefix("self").removeprefix(", ")
+    return f"`{method.name}({words})`"
+
+
+def words(part: ast.ClassDef | ast.FunctionDef) -> str:
+    """Return a docstring as Markdown: a list of attributes or errors as a list."""
+    text = inspect.cleandoc(ast.get_docstring(part) or "")
+    text = re.sub(r"(?m)^(Args|Attributes|Raises):\n", r"\1:\n\n", text)
+    text = re.sub(r"(?m)^    (\w+): ", r"- `\1`: ", text)
+    return f"\n{re.sub(r'(?m)^ {8}', '  ', text)}\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    print(PAGE)

@@ -1,0 +1,119 @@
+"""docs/own-course.md: what it says to type works, from an empty folder to a graded class. And the reference."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from grader import KIT, building, cli
+from grader.authoring import check_course, course_trials, reference
+from grader.checks import checks_run
+from grader.course import load
+from grader.trials import catalog
+
+PAGE = (KIT / "docs" / "own-course.md").read_text()
+STEP = re.compile(r"(?ms)^    (?P<command>\w[^\n]*)$|`(?P<file>mycourse/[\w/.]+)`[^\n]*:\n\n```\w+\n(?P<text>.*?)```")
+GRADES = ("grader check-course mycourse", "grader batch", "grader gradebook")
+
+
+def forget() -> None:
+    """Forget what this process knows of courses: each command is one of its own."""
+    for kept in (load, catalog.trials, checks_run.needs):
+        kept.cache_clear()
+    for name in [name for name in sys.modules if name.startswith("course_")]:
+        del sys.modules[name]
+
+
+def do(step: re.Match[str]) -> None:
+    """Type a command, or write a file; an entry of the rubric takes the place of the one with the same id."""
+    if step["file"] and step["file"].endswith("rubric.yaml"):
+        rubric = Path(step["file"])
+        begin = step["text"].splitlines(keepends=True)[0]
+        before, _, after = rubric.read_text().partition(begin)
+        rubric.write_text(before + step["text"] + after[after.index("\n\n") + 1 :])
+    elif step["file"]:
+        Path(step["file"]).write_text(step["text"])
+    elif step["command"].startswith("grader "):
+        forget()
+        assert cli.main(shlex.split(step["command"])[1:]) == 0, step["command"]
+    else:
+        subprocess.run(step["command"], shell=True, check=True)
+
+
+def steps() -> Iterator[re.Match[str]]:
+    return STEP.finditer(PAGE)
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS2_COURSE", "")  # `release` sets it
+    monkeypatch.delenv("ROS2_COURSE")
+    monkeypatch.chdir(tmp_path)
+
+
+def test_every_command_but_the_gradings_works_as_typed(tmp_path: Path):
+    for step in steps():
+        if not (step["command"] or "").startswith(GRADES):
+            do(step)
+    forget()
+    course = load(tmp_path / "mycourse")
+    assert check_course.read_rubric(course).requirement("B4").points == 5
+    assert sum(criterion.points for criterion in check_course.read_rubric(course).criteria) == 105
+    assert {path.name for path in tmp_path.iterdir()} == {"mycourse", "handout.md", "kit.zip", "handed_in"}
+    assert "B4" in (tmp_path / "mycourse" / "rubric.yaml").read_text()
+    assert not [path for path in course.folder.rglob("*b4.*") if "TODO" in path.read_text()]
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_the_corridor_of_the_page_is_judged_as_it_says(tmp_path: Path):
+    """The solution gets B4's points with two seeds, and the edit loses them."""
+    for step in steps():
+        if step["file"] or (step["command"] or "").startswith(("grader new-course", "grader new requirement")):
+            do(step)
+    forget()
+    course = load(tmp_path / "mycourse")
+    rubric = course.rubric.read_text()  # of it only what is about behaviour
+    course.rubric.write_text(rubric[: rubric.index("  # All these checks are stock")])
+    for edit in (tmp_path / "mycourse" / "known_bad").glob("*.yaml"):
+        if edit.stem != "b4":
+            edit.unlink()
+    found = course_trials.run(course, building.cache_folder(), lambda _words: None)
+    assert found.problems == ()
+    assert not [note for note in found.notes if "check_b4" in note]
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow  # twice the gradings of check-course, and a class of three
+def test_every_command_of_the_page_works_as_typed(tmp_path: Path):
+    for step in steps():
+        do(step)
+    rows = list(csv.DictReader((tmp_path / "class" / "gradebook.csv").read_text().splitlines()))
+    assert [row["submission"] for row in rows] == ["team01", "team02", "team03"]
+    points = [float(row["total"]) for row in rows]
+    assert points[0] == 105
+    assert points[0] > points[1] > points[2] > 50
+
+
+# -- the reference -----------------------------------------------------------------------------------------------------
+
+
+def test_the_reference_is_up_to_date():
+    assert reference.PAGE.read_text() == reference.page(), "run `python -m grader.authoring.reference`"
+
+
+@pytest.mark.parametrize(("file", "class_"), [("trials/stage.py", "Stage"), ("checks/judge.py", "Judge")])
+def test_every_method_has_an_example(file: str, class_: str):
+    name = class_.lower()
+    methods = reference.public(file, class_)
+    assert len(methods) > 20
+    lacking = [m for m, found in methods.items() if not re.search(rf"`[^`]*{name}\.{m}\b", reference.words(found))]
+    assert lacking == []
