@@ -7,7 +7,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -188,8 +188,19 @@ def launched(*words: str, nodes: int) -> Iterator[Any]:
         pairs = watcher.get_node_names_and_namespaces()
         return [f"{space.rstrip('/')}/{name}" for name, space in pairs if not name.startswith("_")]
 
-    def published(name: str, space: str) -> list[str]:
-        return sorted({t for t, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN)
+    def wait(until: Callable[[], bool]) -> None:
+        end = time.monotonic() + _PATIENCE_S
+        while not until() and command.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+
+    def published(name: str, space: str, *, count: int) -> list[str]:
+        def topics() -> set[str]:
+            if f"{space.rstrip('/')}/{name}" not in found():
+                return set()
+            return {topic for topic, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN
+
+        wait(lambda: len(topics()) >= count)  # a node is on the graph before it has made its publishers
+        return sorted(topics())
 
     def parameter(node: str, name: str) -> str:
         client = AsyncParameterClient(watcher, node)
@@ -201,13 +212,14 @@ def launched(*words: str, nodes: int) -> Iterator[Any]:
         return str(parameter_value_to_python(answer.values[0])) if answer else ""
 
     try:
-        end = time.monotonic() + _PATIENCE_S
-        while len(found()) < nodes and command.poll() is None and time.monotonic() < end:
-            time.sleep(0.05)
+        wait(lambda: len(found()) >= nodes)
         yield SimpleNamespace(nodes=found, published=published, parameter=parameter)
     finally:
         with suppress(ProcessLookupError):
             os.killpg(command.pid, signal.SIGINT)  # to all of its group, as Ctrl-C in a terminal
-        command.wait()
+        with suppress(subprocess.TimeoutExpired):
+            command.wait(_PATIENCE_S)
+        with suppress(ProcessLookupError):
+            os.killpg(command.pid, signal.SIGKILL)
         watcher.destroy_node()  # type: ignore[no-untyped-call]  # rclpy's
         try_shutdown(context=context)

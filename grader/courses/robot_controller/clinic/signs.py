@@ -49,7 +49,7 @@ def c4(patient: Any) -> Signs:
 def c5(patient: Any) -> Signs:
     """A namespace moves all its topics."""
     with patient.launched("run", patient.name, "sensor_processor", "--ros-args", "-r", "__ns:=/left", nodes=1) as graph:
-        topics = graph.published("sensor_processor", "/left")
+        topics = graph.published("sensor_processor", "/left", count=2)
     wanted = ["/left/obstacle_distance", "/left/sensor_fusion_data"]
     look = "which of the node's names did the namespace not move?"
     yield topics == wanted, f"in /left it publishes {', '.join(topics) or 'nothing'}", ", ".join(wanted), look
