@@ -301,11 +301,19 @@ axes.grid(alpha=0.3)
 
 # %% [markdown]
 # A debugger lets you stop inside the node and ask for values.
-# `pdb` takes its commands from you, or from `-c` options: this starts the node's program, stops at a line of `driver.py`, prints an expression, and quits.
+# Put the node on a bench, set its clock, and give it a scan, line by line:
 #
-#     !timeout 20 python3 -m pdb -c "b ros2_robot_controller/driver.py:LINE" -c "c" -c "p EXPRESSION" -c "q" scripts/robot_controller
+# ```python
+# import pdb
+# from sensor_msgs.msg import LaserScan
 #
-# In a cell of Python it is often quicker to put the node on a bench: `node = bench("driver.Driver")`, `node.set_clock(10.7)`, and then call its methods one by one.
+# node, scan = bench("driver.Driver"), LaserScan()
+# node.set_clock(10.7)
+# scan.header.stamp.sec, scan.header.stamp.nanosec = 10, 600_000_000
+# pdb.runcall(node._on_scan, scan)
+# ```
+#
+# At its prompt `n` runs a line, `s` steps into a call, `p NAME` prints a value, and `q` ends.
 
 # %%
 # Your own look.
