@@ -4,22 +4,36 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader.authoring import checkpoint_texts
-from grader.notebook import checkpoints, clinic, pieces
-from grader.notebook.workspace import NOTEBOOK, Workspace
+from grader.notebook import checkpoints, clinic, interface_types, pieces
+from grader.notebook.cell_hooks import forget_changed_modules
+from grader.notebook.workspace import NOTEBOOK, Workspace, find
 
 CASES = list(checkpoint_texts.cases())
 
 
 @pytest.fixture
-def ward(workspace: Workspace) -> Workspace:
-    """A workspace in which patients can be admitted."""
+def ward(workspace: Workspace) -> Iterator[Workspace]:
+    """A workspace in which patients can be admitted, and imported as in a kernel."""
     os.environ[NOTEBOOK] = "11"
-    return workspace
+    table = Workspace(workspace.root / clinic.FOLDER)
+    interface_types.load(table)
+    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
+    path = sys.modules[PACKAGE].__path__
+    before = list(path)
+    path[:] = [str(table.package / PACKAGE), *before]
+    yield workspace
+    path[:] = before
+    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
+        if "." in name and name.split(".")[1] not in ("msg", "srv", "action"):
+            sys.modules.pop(name)
 
 
 def diagnosis(case: str) -> str:
@@ -27,13 +41,15 @@ def diagnosis(case: str) -> str:
 
 
 def cure(case: str) -> None:
-    """Do what the published cell does."""
+    """Do what the published cell does, with the hooks around it."""
+    forget_changed_modules(find().package)
     cell = checkpoint_texts.answer(f"# {case}")
     if cell.startswith("!"):
         subprocess.run(cell[1:], shell=True, check=True, capture_output=True)
     else:
         first, _, body = cell.partition("\n")
         pieces.into(first.split()[1], body + "\n")
+    forget_changed_modules(find().package)
 
 
 @pytest.mark.ros
@@ -102,6 +118,8 @@ def test_a_treated_patient_comes_back_as_it_was_left(ward: Workspace, capsys: py
     assert Path("ros2_robot_controller/driver.py").read_text() != text
 
 
+@pytest.mark.ros
+@pytest.mark.sandbox
 def test_a_kit_without_solutions_says_that_it_has_no_patients(
     ward: Workspace, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
