@@ -7,12 +7,16 @@ version out of the solution. The files that the course gives live in the noteboo
 from __future__ import annotations
 
 import json
+import re
 import zlib
 from functools import cache
+from typing import Any
+
+import yaml
 
 from grader.authoring import notebook_source
 from grader.errors import GraderError
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, pieces
 from grader.notebook.workspace import course
 from grader.scoring import rubric
 
@@ -20,12 +24,14 @@ Edit = tuple[str, str]
 """A text that the solution holds once, and its replacement."""
 
 
-def texts(notebook: str) -> dict[str, str]:
-    """Return the text of every file that a notebook ("05") adds or replaces, solved.
+def texts(notebook: str) -> dict[str, Any]:
+    """Return the text of every file that a notebook ("05") adds or replaces, solved; for a case ("C3") its patient.
 
     Raises:
         GraderError: jupytext is missing, or an edit no longer fits the solution.
     """
+    if notebook in cases():
+        return patient(notebook)
     files = checkpoints.checkpoint(notebook)
     given = given_texts(notebook) if files.given else {}
     solved = {path: solution(notebook, path) for path in (*files.exercises, *files.made, *files.optional)}
@@ -87,4 +93,55 @@ def course_texts() -> dict[str, str]:
 def pack() -> bytes:
     """Return the texts of all notebooks as checkpoints.PACKED holds them."""
     found = {checkpoints.number(notebook): texts(notebook) for notebook in checkpoints.table()}
-    return zlib.compress(json.dumps(found).encode(), level=9)
+    return zlib.compress(json.dumps(found | {case: patient(case) for case in cases()}).encode(), level=9)
+
+
+# -- the clinic --------------------------------------------------------------------------------------------------------
+
+
+def cases() -> dict[str, Any]:
+    """Return the cases of the clinic ("C3"), each with the edits that make the solution ill."""
+    path = course().folder / "patients" / "edits.yaml"
+    return dict(yaml.safe_load(path.read_text(encoding="utf-8"))) if path.is_file() else {}
+
+
+def patient(case: str) -> dict[str, Any]:
+    """Return the texts that a case has in place of the solution's, in the source and installed, and the faulty lines.
+
+    Raises:
+        GraderError: an edit no longer fits the solution.
+    """
+    ill: dict[str, Any] = {"source": {}, "installed": {}}
+    where = []
+    for kind, folder in (("source", ""), ("installed", "site-packages/")):
+        for path, rows in cases()[case].get(kind, {}).items():
+            well = (course().solution / path).read_text(encoding="utf-8")
+            ill[kind][path] = text = edited(well, tuple((row["old"], row["new"]) for row in rows), path)
+            for new in (row["new"] for row in rows if not row.get("innocent")):
+                first = text[: text.index(new)].count("\n") + 1
+                where.append((folder + path, first, first + new.rstrip("\n").count("\n")))
+    # Its interfaces are in the install tree, so `colcon build` takes seconds.
+    return {"files": {"CMakeLists.txt": solution("01", "CMakeLists.txt")} | ill["source"],
+            "installed": ill["installed"], "where": where}  # fmt: skip
+
+
+def answer(cell: str) -> str:
+    """Return a cell of the clinic, which names its case, with the diagnosis or the cure."""
+    case = re.findall(r"\bC\d+\b", cell)[0]
+    ill = patient(case)
+    if cell.startswith("diagnosis"):
+        path, first, _ = ill["where"][0]
+        return f'diagnosis = "{path}:{first}"  # {case}'
+    if "cure" in cases()[case]:
+        return str(cases()[case]["cure"])
+    (path,) = set(ill["files"]) - {"CMakeLists.txt"}
+    well = solution("10", path)
+    before = {found.name: ill["files"][path].splitlines()[found.start : found.end]
+              for found in pieces.definitions(ill["files"][path])}  # fmt: skip
+    lines, owner = [f"%%{pieces.MAGIC} {path}"], ""
+    for found in pieces.definitions(well):
+        text, of = well.splitlines()[found.start : found.end], found.name.rpartition(".")[0]
+        if text != before.get(found.name):
+            lines += ([f"class {of}:"] if of != owner else [""] if len(lines) > 1 else []) + text
+            owner = of
+    return "\n".join(lines)

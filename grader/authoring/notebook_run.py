@@ -15,12 +15,13 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import notebook_source
+from grader.authoring import checkpoint_texts, notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
+_HELD_BACK = "is judged at hand-in"  # all that a check says of a requirement that is held back
 
 Solutions = Callable[[str, str], str]
 """A function from a notebook and a path in the package to the solution's text of that file."""
@@ -42,13 +43,14 @@ class NotebookRun:
 
 
 def answers(cell: NotebookNode) -> list[str]:
-    """Return the lines "F4 passed ..." and "F4 not yet ..." in the stored outputs of a check cell."""
+    """Return the lines "F4 passed ...", "F4 not yet ..." and of what is held back in the outputs of a check cell."""
     wanted = notebook_source.checked(cell) if notebook_source.CHECK in notebook_source.tags(cell) else []
     if not wanted:
         return []
     text = "\n".join(plain_text(output) for output in cell.get("outputs", []))
     known = "|".join(map(re.escape, wanted))
-    return [match[0].strip() for match in re.finditer(rf"^ *(?:{known}) +(?:passed|not yet)\b.*$", text, re.MULTILINE)]
+    line = re.compile(rf"^ *(?:{known}) +(?:passed\b|not yet\b|{_HELD_BACK}).*$", re.MULTILINE)
+    return [match[0].strip() for match in line.finditer(text)]
 
 
 def check_outputs(notebook: NotebookNode) -> list[str]:
@@ -156,6 +158,8 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
             )
         if notebook_source.EXERCISE in notebook_source.tags(cell) and (path := notebook_source.written_file(cell)):
             cell.source = notebook_source.with_body(cell, solutions(name, path))
+        if notebook_source.CASE in notebook_source.tags(cell):
+            cell.source = checkpoint_texts.answer(cell.source)
     return notebook
 
 
@@ -195,7 +199,7 @@ def passed_too_early(notebook: NotebookNode) -> list[str]:
 
 def _answered_otherwise(notebook: NotebookNode, expected: str) -> list[str]:
     found = []
-    right = re.compile(rf"\w+ +(?:{expected}\b|is judged at hand-in\b)")  # the second is all that is said of what is held back
+    right = re.compile(rf"\w+ +(?:{expected}\b|{_HELD_BACK})")
     for cell in notebook_source.check_cells(notebook):
         as_expected = {line.split()[0] for line in answers(cell) if right.match(line)}
         found += [name for name in notebook_source.checked(cell) if name not in as_expected]

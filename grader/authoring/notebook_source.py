@@ -24,6 +24,7 @@ from grader.scoring.rubric import Rubric
 NOTEBOOKS = KIT / "notebooks"
 SOURCE = NOTEBOOKS / "source"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
+CASE = "case"  # the diagnosis or the cure of a patient of the clinic, which the cell names
 FOLDED_LINES = 120  # a given file that is longer is to be opened by those who want to read it
 DESIGN = "design"  # a piece of which learners decide how it works: without a third hint, with two designs afterwards
 

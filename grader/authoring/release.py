@@ -109,12 +109,13 @@ def _named() -> Iterator[str]:
 def _of(course: Course) -> Iterator[tuple[str, Path]]:
     """Yield the files of a course with their paths in the kit: as in the checkout, or below the name of its folder.
 
-    The solution, the notebooks' sources, the known-bad edits and held_back/ stay with the instructor.
+    The solution, the notebooks' sources, the edits (known-bad ones, and those of the patients) and held_back/ stay with
+    the instructor.
     """
     notebooks = course.notebooks
     found = [course.rubric, *notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
     found += [*notebooks.glob("pictures/[0-9][0-9]*.png"), course.folder / reader.COURSE]
-    for name in ("contract", "trials", "checks", "functions", "worlds", "words"):
+    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "clinic"):
         found += [path for path in (course.folder / name).rglob("*") if path.is_file()]
     found += [p for p in course.folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
     top = _top(course)

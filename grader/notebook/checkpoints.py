@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 from grader.course import Course
 from grader.errors import GraderError
@@ -122,12 +123,7 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     package = workspace.package
     package.mkdir(parents=True, exist_ok=True)
     backup = _back_up(workspace)
-    for path, text in files.items():
-        target = package / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
-        if text.startswith("#!"):
-            target.chmod(0o755)
+    write_files(package, files)
     FileBackups(workspace).note_laid_out({path: _last_written_before(path, key) for path in files})
     if own := _student_work_before(key):
         sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
@@ -135,6 +131,26 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         (package / course_marker.MARKER).write_text(marker + "\n")
     words = f"Your package now holds what the notebooks before {key} leave: {len(files)} files, laid out by the course."
     return f"{words} Its earlier content is in {workspace.shown(backup)}." if backup else words
+
+
+def write_files(package: Path, files: Mapping[str, str]) -> None:
+    """Write the files of a package; scripts can be run."""
+    for path, text in files.items():
+        target = package / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+        if text.startswith("#!"):
+            target.chmod(0o755)
+
+
+def patient(case: str) -> dict[str, Any]:
+    """Return a case of the clinic: `files` of the ill package, texts `installed` in their place, `where` the fault is.
+
+    Raises:
+        GraderError: this kit holds no solutions, and so no patients.
+    """
+    ill: dict[str, Any] = _texts()(case)
+    return ill | {"files": files_after(max(_by_number())) | ill["files"]}
 
 
 def _last_written_before(path: str, key: str) -> str:
@@ -154,17 +170,17 @@ def _student_work_before(key: str) -> set[str]:
 
 
 @cache
-def _texts() -> Callable[[str], dict[str, str]]:
-    """Return the function from a notebook ("05") to the texts of its files."""
+def _texts() -> Callable[[str], dict[str, Any]]:
+    """Return the function from a notebook ("05") to the texts of its files, and from a case ("C3") to its patient."""
     if PACKED.is_file():
         try:
-            packed: dict[str, dict[str, str]] = json.loads(zlib.decompress(PACKED.read_bytes()))
+            packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
         except (OSError, ValueError, zlib.error) as error:
             raise GraderError(f"{PACKED.name} cannot be read: {error}. Unpack the kit anew.") from error
         return packed.__getitem__
     for entry in entry_points(group=TEXTS):
         try:
-            made: Callable[[str], dict[str, str]] = entry.load()
+            made: Callable[[str], dict[str, Any]] = entry.load()
         except ModuleNotFoundError:  # a students' kit in the environment of a checkout
             continue
         return made

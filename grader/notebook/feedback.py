@@ -42,7 +42,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of one requirement: `points` of `worth`.
+    """The result of one requirement: `points` of `worth`, which is "" for what has no points.
 
     Attributes:
         ours: an error of the kit kept it from being judged.
@@ -71,7 +71,7 @@ class Answer:
         verdict = "passed so far" if self.so_far else "passed" if self.passed else "not yet"
         if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
             return f"{self.id} {verdict} (its points come with a later notebook: {self.worth})"
-        return f"{self.id} {verdict} ({self.points} of {self.worth})"
+        return f"{self.id} {verdict} ({self.points} of {self.worth})" if self.worth else f"{self.id} {verdict}"
 
 
 @dataclass(frozen=True, repr=False)

@@ -25,6 +25,8 @@ def install(workspace: Workspace, node: str) -> Path:
     gap = prerequisites.first_missing(workspace.package, (*course().builds, *modules), os.environ.get(NOTEBOOK, ""))
     if gap is not None:
         raise SubmissionError(f"{gap.seen}; {gap.try_}")
+    if workspace.is_linked:
+        return workspace.install
     built = building.build([workspace.package], building.cache_folder(), course())
     if not built.facts.ok:
         raise SubmissionError(f"the package does not build: {prerequisites.first_error(built.facts)}")

@@ -291,7 +291,8 @@ class Run:
         self._finish.atexit = False
         try:
             self._stage.open()
-            if deaf_to := self._stage.deaf_to():
+            # In the clinic learners are to find that out themselves.
+            if not self._workspace.is_linked and (deaf_to := self._stage.deaf_to()):
                 print(deaf_to)
         except TrialOver as over:
             self._give_up(self._why(over.reason))

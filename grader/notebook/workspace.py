@@ -28,6 +28,9 @@ def course() -> Course:
     return find_course()
 
 
+LINKED = ".linked"
+
+
 @dataclass(frozen=True)
 class Workspace:
     """A colcon workspace: `root` holds src/, and after a build also build/, install/ and log/."""
@@ -43,6 +46,11 @@ class Workspace:
     def install(self) -> Path:
         """Return the package's install tree, where a plain `colcon build` puts it."""
         return self.root / "install" / course().package
+
+    @property
+    def is_linked(self) -> bool:
+        """Return whether its install tree has links to the sources, so that changed Python needs no build."""
+        return (self.root / LINKED).is_file()
 
     @property
     def domain_id(self) -> int:

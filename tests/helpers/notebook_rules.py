@@ -182,7 +182,7 @@ def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
 def tags_fit_the_cells(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         tags = set(notebook_source.tags(cell))
-        if unknown := tags - WRITTEN - {notebook_source.CHECK, notebook_source.DESIGN, IGNORED}:
+        if unknown := tags - WRITTEN - {notebook_source.CHECK, notebook_source.DESIGN, notebook_source.CASE, IGNORED}:
             yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
         if WRITTEN & tags - {notebook_source.PIECE} and notebook_source.written_file(cell) is None:
             yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"

@@ -78,6 +78,20 @@ def test_a_nodes_log_is_stored_without_the_time():
     assert notebook.cells[0].outputs[0].text == "[WARN] [<time>] [sensor_processor]: Battery low: 19 %"
 
 
+@pytest.mark.parametrize(
+    ("said", "missing"),
+    [
+        ("X1 passed (2 of 2)", []),
+        ("X1 is judged at hand-in, not here (10 points)", []),
+        ("X1 not yet (0 of 2)", ["X1"]),
+    ],
+)
+def test_what_is_held_back_has_not_failed(said: str, missing: list[str]):
+    cell = nbformat.v4.new_code_cell('check("X1")', metadata={"tags": [notebook_source.CHECK]})
+    cell.outputs = [nbformat.v4.new_output("stream", text=said)]
+    assert notebook_run.not_passed(nbformat.v4.new_notebook(cells=[cell])) == missing
+
+
 def test_a_status_line_is_stored_as_its_end():
     """As on a screen, where colcon draws it anew ten times a second."""
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("!colcon build")])

@@ -1,0 +1,515 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 11 A clinic
+#
+# ![Ten complaints, each with the tool that shows its cause](pictures/11.png)
+#
+# You have handed in.
+# This notebook gives no points, and nothing in it touches your package.
+#
+# On the job you seldom begin with an empty file.
+# You are called to a robot that other people have programmed, and that does *nearly* what it should.
+# Here are ten such packages.
+# Each was sound once; then one small thing was changed.
+#
+# **You will be able to**
+#
+# - go from a complaint to a file and a line, with tools instead of guesses;
+# - say which tool answers which question: `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
+# - show that a cure cures, and that it breaks nothing else.
+#
+# **Time:** 90 to 180 minutes, 5 to 20 for each case; they can be treated on different days, in any order.
+#
+# The patient on the table is a whole package:
+#
+#     ws/clinic/
+#     ├── src/ros2_robot_controller/       the patient: cells work in this folder
+#     │   ├── config/  launch/  scripts/
+#     │   └── ros2_robot_controller/
+#     │       ├── driver.py  speed_server.py  navigator.py  robot_controller.py  sensor_processor.py
+#     │       └── utils/
+#     ├── install/                         what its nodes are started from
+#     └── treated/                         those you have left
+
+# %%
+from grader.notebook import begin, bench, mine, run_node, tries
+from grader.notebook.clinic import admit, check, launched
+
+begin("11")
+
+# %% [markdown]
+# (If that says that files are missing, never mind: each patient brings its own.)
+#
+# ## How a case goes
+#
+# 1. `admit("C1")` lays the patient out. If you have treated it before, it comes back as you left it; `admit("C1", fresh=True)` begins anew.
+# 2. You look. In the first four cases the cells are given, later they are yours to write.
+# 3. You write a **diagnosis**: the file and the line of the fault as the patient came in, such as `"driver.py:12"`. A few lines around it may count, too.
+# 4. You **cure** it: in a cell that begins with `%%into FILE` and holds the corrected function, or with the editor (a double click in the file browser, below `ws/clinic/src`).
+# 5. `check("C1", diagnosis)` *runs* the patient and looks at what it does. It compares no text: any cure counts that cures.
+#
+# The patients' install tree has links to the sources, as after `colcon build --symlink-install`, so a changed Python file counts at the next start.
+# (Case C1 is an exception, and says so.)
+#
+# **Three rules of the trade.**
+# *First see it yourself*: a complaint says what was noticed, not what is wrong.
+# *Ask one question at a time*, one whose answer rules out half of what is left.
+# *Change one thing*, and look again.
+
+# %% [markdown]
+# ## C1: nothing changes
+#
+# > "The limit was 0.2 m/s. I have raised it to 0.5 in `driver.py`, and saved the file.
+# > The robot still refuses 0.4."
+#
+# This patient was built with a plain `colcon build`.
+#
+# **First see it yourself.**
+
+# %%
+admit("C1")
+with run_node() as run:
+    print(run.set_speed(0.4).message)
+# !grep -n "'max_linear_speed'" ros2_robot_controller/driver.py
+
+# %% [markdown]
+# Both are true: the file says 0.5, the node says 0.2.
+# **What could explain that?** Write down two ideas before you go on.
+#
+# One question rules out half of them: *is this file the one that runs?*
+# Python knows from where it has imported a module.
+
+# %% tags=["nbval-ignore-output"]
+# The path names the version of Python, which differs between machines.
+# !cd / && python3 -c "import ros2_robot_controller.driver as d; print(d.__file__)"
+# !ros2 pkg prefix ros2_robot_controller
+
+# %% [markdown]
+# Now compare the two files: `!diff FILE FILE`, or `!grep -n` as above, with the file that was imported.
+# The diagnosis of this case is the line that is *in force*, so its path has `install` and `site-packages` in it.
+
+# %%
+# Your own look.
+
+# %% tags=["case"]
+diagnosis = ""  # C1: "FILE:LINE"
+
+# %% tags=["case", "nbval-ignore-output"]
+# C1: your cure, here or in a terminal. The output says how long something took, so it is not compared.
+
+# %% tags=["check"]
+check("C1", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# The node ran the installed copy, and the copy was older than the change.
+#
+# **Faster:** ask for `__file__` first whenever a change seems to do nothing. It takes ten seconds, and settles the question.
+#
+# **The habit:** `colcon build --symlink-install` while you develop; and a line in the log at the start, with the version or the settings in force.
+# </details>
+
+# %% [markdown]
+# ## C2: it accepts every speed and stands still
+#
+# > "`set_speed` says success, and the robot does not move.
+# > The lidar is fine: `ros2 topic hz /scan` shows ten scans a second."
+
+# %% tags=["nbval-ignore-output"]
+# A line of the log has the time of day.
+admit("C2")
+run = run_node(world="wall_ahead")
+print(run.set_speed(0.4).message)
+print(f"driven after 3 s: {run.drive(3.0).v[-1]:.1f} m/s")
+
+# %% [markdown]
+# There is a sender and there should be a receiver.
+# **Which question separates "nothing is sent" from "nothing arrives"?**
+# The node is still running (time stands until you call `drive`), so you can look at both ends of the topic.
+# And read what is printed above: ROS says more than people believe, in the log of the *other* side.
+
+# %% tags=["nbval-ignore-output"]
+# The ids of the two ends differ in each run.
+# !ros2 topic info -v /scan | grep -E "Node name|Endpoint type|Reliability|Durability"
+run.close()
+
+# %% tags=["case"]
+diagnosis = ""  # C2: "FILE:LINE"
+
+# %% tags=["case"]
+# C2: your cure, in a cell that begins with %%into FILE, or in the editor.
+
+# %% tags=["check"]
+check("C2", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# `10` as the last argument means the default profile, which is *reliable*. The lidar offers *best effort*, and a reliable subscriber takes nothing from it.
+# `ros2 topic hz` makes a subscriber of its own that adapts to what is offered, so it sees what the node does not.
+#
+# **Faster:** `ros2 topic info -v` as the first command whenever "it is sent and does not arrive". The two profiles stand one below the other.
+#
+# **The habit:** `qos_profile_sensor_data` for every sensor, and a warning in the log when a topic that a node needs has been silent for a second.
+# </details>
+
+# %% [markdown]
+# ## C3: the file says 0.2
+#
+# > "In our lab no robot may be faster than 0.2 m/s, so that is what `config/robot_params.yaml` says.
+# > Started with the launch file, it drives at 0.5."
+#
+# `launched` starts `ros2` with these words in the background, waits for its nodes, and presses Ctrl-C at the end.
+
+# %%
+admit("C3")
+
+# %% [markdown]
+# **What will the two commands say**, if the complaint is right?
+
+# %% tags=["nbval-ignore-output"]
+# On a busy machine a list may still lack a name that has just come up.
+with launched("launch", "ros2_robot_controller", "robot_controller_launch.py", nodes=2):
+    # !ros2 param get /robot_controller max_linear_speed
+    # !ros2 node list --spin-time 5
+# !cat config/robot_params.yaml
+
+# %% tags=["case"]
+diagnosis = ""  # C3: "FILE:LINE"
+
+# %% tags=["case"]
+# C3: your cure: %%writefile and the whole file, or the editor.
+
+# %% tags=["check"]
+check("C3", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# The key matched no node, and that is not an error: one file may hold the settings of many nodes.
+# The node came up with its defaults.
+#
+# **Faster:** lay `ros2 param dump /robot_controller` beside the file. If *every* value is the default, the file was not read; if one is, that line is wrong.
+#
+# **The habit:** after each change of a file, ask the running node. In a test, start the node with the file, and assert one value that is not the default.
+# </details>
+
+# %% [markdown]
+# ## C4: a node that is not there
+#
+# > "The launch file starts two nodes without an error.
+# > `ros2 param get /sensor_processor fusion_frequency` says that there is no such node, yet its messages arrive."
+
+# %%
+admit("C4")
+
+# %% tags=["nbval-ignore-output"]
+# On a busy machine a list may still lack a name that has just come up.
+with launched("launch", "ros2_robot_controller", "robot_controller_launch.py", nodes=2):
+    # !ros2 topic info -v /sensor_fusion_data | grep -E "Node name|Endpoint type"
+    # !ros2 node list --spin-time 5
+
+# %% [markdown]
+# The messages have a sender, and its name is in the list.
+# **Which three places can give a node its name?** One of them wins over the others.
+
+# %% tags=["case"]
+diagnosis = ""  # C4: "FILE:LINE"
+
+# %% tags=["case"]
+# C4: your cure.
+
+# %% tags=["check"]
+check("C4", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# A copied block of a launch file, with one line forgotten. `name=` in a launch file renames a node, whatever its code says.
+# Two nodes of one name are allowed: topics work, so nothing looks wrong. Services, parameters and the log mix the two up, and which of them answers is chance.
+#
+# **Faster:** count. `ros2 node list` shows every name once for each node that has it.
+#
+# **The habit:** leave `name=` out where the node's own name will do, and let a test start the launch file and compare the list of nodes.
+# </details>
+
+# %% [markdown]
+# ## C5: the second robot hears the first
+#
+# > "With one robot all is well. With two, in the namespaces `left` and `right`, each shows the other's nearest obstacle from time to time."
+#
+# Now the cells are yours.
+# To look at a node in a namespace, start one: `with launched("run", "ros2_robot_controller", "sensor_processor", "--ros-args", "-r", "__ns:=/left", nodes=1):`.
+# Then ask for what it publishes and subscribes: `ros2 node info /left/sensor_processor`, or `ros2 topic list`.
+
+# %%
+admit("C5")
+
+# %%
+# Your own look.
+
+# %% tags=["case"]
+diagnosis = ""  # C5: "FILE:LINE"
+
+# %% tags=["case"]
+# C5: your cure.
+
+# %% tags=["check"]
+check("C5", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# One topic has an absolute name, with a `/` before it. No namespace moves it, so both robots publish on the same topic.
+#
+# **Faster:** `ros2 topic list` with one node in a namespace: whatever does not begin with that namespace is the fault, or is meant for all.
+#
+# **The habit:** relative names in nodes; absolute ones only in launch files, where the whole system is known.
+# </details>
+
+# %% [markdown]
+# ## C6: it jerks
+#
+# > "It drives for half a second, stands for half a second, drives again, like a clock.
+# > The way is free."
+#
+# A picture first; then the question is what happens *twice a second*, and what the node knows at that moment.
+
+# %%
+import matplotlib.pyplot as plt
+
+admit("C6")
+with run_node() as run:
+    run.set_speed(0.3)
+    recording = run.drive(5.0)
+figure, axes = plt.subplots(figsize=(8, 2.4), layout="constrained")
+axes.plot(recording.t, recording.v)
+axes.set(xlabel="simulated time (s)", ylabel="v (m/s)", title="C6: asked for 0.3 m/s on a free way")
+axes.grid(alpha=0.3)
+
+# %% [markdown]
+# A debugger lets you stop inside the node and ask for values.
+# Put the node on a bench, set its clock, and give it a scan, line by line:
+#
+# ```python
+# import pdb
+# from sensor_msgs.msg import LaserScan
+#
+# node, scan = bench("driver.Driver"), LaserScan()
+# node.set_clock(10.7)
+# scan.header.stamp.sec, scan.header.stamp.nanosec = 10, 600_000_000
+# pdb.runcall(node._on_scan, scan)
+# ```
+#
+# At its prompt `n` runs a line, `s` steps into a call, `p NAME` prints a value, and `q` ends.
+
+# %%
+# Your own look.
+
+# %% tags=["case"]
+diagnosis = ""  # C6: "FILE:LINE"
+
+# %% tags=["case"]
+# C6: your cure.
+
+# %% tags=["check"]
+check("C6", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# A stamp has two fields, `sec` and `nanosec`, and only one of them was read.
+# Every scan seemed to be from the last full second, so in the second half of each second all scans were "too old".
+# Raising `STALE_S` makes the jerks vanish as well, and lets the robot drive blind: a cure of the sign, not of the cause. The check tries that, too.
+#
+# **Faster:** a period in a fault names its cause. What has a period of exactly one second in this node? Only the seconds of a stamp.
+#
+# **The habit:** never take a stamp apart; `Time.from_msg(stamp)` keeps both halves. A test with a clock at 10.9 s notices it, one at 10.0 s does not.
+# </details>
+
+# %% [markdown]
+# ## C7: it turns and turns
+#
+# > "Sent to a place ahead of it, it arrives to the centimetre.
+# > Sent to one behind it, it turns on the spot until I cancel."
+
+# %%
+admit("C7")
+with run_node() as run:
+    ahead = run.go_to(1.0, 0.2, limit=20.0)
+with run_node() as run:
+    behind = run.go_to(-1.0, 0.3, limit=12.0)
+print("ahead:", ahead.status, "- behind:", behind.status)
+
+# %% [markdown]
+# It works for small angles and not for large ones.
+# `tries` and `mine("utils.steering")` let you ask each function on the way from a pose to a command, for every angle: `conversions.quaternion_from_yaw(yaw)` makes the poses.
+
+# %%
+# Your own look.
+
+# %% tags=["case"]
+diagnosis = ""  # C7: "FILE:LINE"
+
+# %% tags=["case"]
+# C7: your cure.
+
+# %% tags=["check"]
+check("C7", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# The z of a quaternion is sin(yaw/2), not an angle. Twice that is the yaw to within 1 % up to 28 degrees, and at most 2.0 rad, so a goal at 3 rad is never "ahead".
+#
+# **Faster:** ask at *which* angle it begins to fail. "Right for small, wrong for large" means an approximation, a wrap, or a limit, and a table over all angles shows which.
+#
+# **The habit:** one function for a conversion, and nothing in the package that reads `orientation.z` or `.w` outside it. Test angles at 0, 90, 179 and -179 degrees.
+# </details>
+
+# %% [markdown]
+# ## C8: the display freezes
+#
+# > "`get_status` should always give the newest pose, so a colleague has made it wait for one.
+# > Now ten questions take five seconds, the robot stutters meanwhile, and the pose is no newer."
+#
+# `%%prun -l 8` at the top of a cell shows where the time of that cell goes, and `timeline` of notebook 05 which callback runs when.
+# `bench("robot_controller.RobotController").ask("get_status")` asks once.
+
+# %%
+admit("C8")
+
+# %%
+# Your own look.
+
+# %% tags=["case"]
+diagnosis = ""  # C8: "FILE:LINE"
+
+# %% tags=["case"]
+# C8: your cure.
+
+# %% tags=["check"]
+check("C8", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# The callback waits for a message that only another callback could take in, and there is one thread. So it always waits in vain, to the end of its patience, and nothing else is served meanwhile: no scan, no control step.
+#
+# **Faster:** measure one call. A callback that takes more than a few milliseconds is the finding; why is the second question.
+#
+# **The habit:** callbacks move data and return. Whoever needs a newer value looks at its stamp, and asks again.
+# </details>
+
+# %% [markdown]
+# ## C9: the second goal is lost
+#
+# > "One goal works, ten in a row work.
+# > But if I change my mind on the way and send another, the robot stops, and the second goal never ends."
+
+# %%
+admit("C9")
+with run_node() as run:
+    run.go_to(3.0, 0.0, limit=2.0)  # still on its way when the next one comes
+    print("the second goal:", run.go_to(1.0, 0.5, limit=10.0).status)
+
+# %% [markdown]
+# Nothing here depends on luck: the same lines run in the same order each time.
+# It is a **race** all the same: two coroutines change one variable, and each is right as long as it is alone.
+# Logging is the tool here: `self.get_logger().info(f"... {self._goal}")` at each line that reads or writes `self._goal`, then `print(run.output)`.
+
+# %%
+# Your own look.
+
+# %% tags=["case"]
+diagnosis = ""  # C9: "FILE:LINE"
+
+# %% tags=["case"]
+# C9: your cure.
+
+# %% tags=["check"]
+check("C9", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# The first goal's coroutine goes on after its `await`, and tidies up: `self._goal = None`. Between the end of the goal and that line the second goal has been stored, and it is the one that is wiped out.
+# After an `await` nothing that you knew before it needs to be true.
+#
+# **Faster:** list every line that *writes* the variable, then ask of each pair of them: what if these two run in the other order?
+#
+# **The habit:** change shared state where the decision falls, before anyone else can run, and not after an `await`. Or check that it is still yours: `if self._goal is goal`.
+# </details>
+
+# %% [markdown]
+# ## C10: it gets busier each time
+#
+# > "We change `laser_processing_rate` while it drives: 8 Hz in the hall, 10 in the corridor, 5 at night.
+# > After a day the node needs a whole core, and a restart helps."
+
+# %%
+admit("C10")
+
+# %%
+# Your own look: how many commands does it publish in a second, after one change, after two, after three?
+
+# %% tags=["case"]
+diagnosis = ""  # C10: "FILE:LINE"
+
+# %% tags=["case"]
+# C10: your cure.
+
+# %% tags=["check"]
+check("C10", diagnosis)
+
+# %% [markdown]
+# <details><summary>Afterwards: what happened</summary>
+#
+# Each change makes a new timer, and the old one goes on ticking: the node holds it, even if the variable no longer does. A **leak**: what is made and never given back.
+#
+# **Faster:** "a restart helps" and "worse with time" mean that something grows. Find what can be counted (timers, subscriptions, threads, open files, bytes), and count it before and after one cycle.
+#
+# **The habit:** whoever writes `create_…` outside of `__init__` writes the `destroy_…` in the same minute.
+# </details>
+
+# %% [markdown]
+# ## Go further
+#
+# - `ros2 topic list` and `ros2 node info` hold the whole graph; notebook 00 draws it as a picture, and on a desktop `rqt_graph` does.
+# - Make a patient of your own package: change one line, give it to a neighbour with a complaint in two sentences, and take theirs.
+# - `git bisect` finds the commit that made a package ill, if a test can tell ill from well. It needs one test for each complaint: the checks above are such tests.
+
+# %% [markdown]
+# ## Recall
+#
+# <details><summary>A change in a file has no effect. What do you ask first?</summary>
+#
+# Which file runs: `python3 -c "import ...; print(....__file__)"`, and `ros2 pkg prefix`.
+# </details>
+# <details><summary><code>ros2 topic hz</code> shows messages, and your node gets none. What do you look at?</summary>
+#
+# Both ends' quality of service: `ros2 topic info -v`. The tool adapts its own subscriber, your node does not.
+# </details>
+# <details><summary>A fault comes and goes with a period of one second. With a restart it is gone for an hour. With small values it is right. What does each suggest?</summary>
+#
+# A time that was cut to seconds; something that grows; an approximation, a wrap or a limit.
+# </details>
+# <details><summary>When is a cure a cure?</summary>
+#
+# When you have seen the complaint before it and not after it, can say why, and what worked before still does.
+# </details>
+#
+# That is the end of the course.
+# Most of what you will do with robots is in this notebook: look, ask one question, change one thing, look again.

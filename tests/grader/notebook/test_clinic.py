@@ -1,0 +1,162 @@
+"""The clinic: each patient is ill, its diagnosis is accepted where the fault is, and its cure cures it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from helpers.course import PACKAGE
+
+from grader.authoring import checkpoint_texts
+from grader.notebook import checkpoints, clinic, interface_types, pieces
+from grader.notebook.cell_hooks import forget_changed_modules
+from grader.notebook.workspace import NOTEBOOK, Workspace, find
+
+CASES = list(checkpoint_texts.cases())
+
+
+@pytest.fixture
+def ward(workspace: Workspace) -> Iterator[Workspace]:
+    """A workspace in which patients can be admitted, and imported as in a kernel."""
+    os.environ[NOTEBOOK] = "11"
+    table = Workspace(workspace.root / clinic.FOLDER)
+    interface_types.load(table)
+    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
+    path = sys.modules[PACKAGE].__path__
+    before = list(path)
+    path[:] = [str(table.package / PACKAGE), *before]
+    yield workspace
+    path[:] = before
+    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
+        if "." in name and name.split(".")[1] not in ("msg", "srv", "action"):
+            sys.modules.pop(name)
+
+
+def diagnosis(case: str) -> str:
+    return checkpoint_texts.answer(f"diagnosis = ''  # {case}").split('"')[1]
+
+
+def cure(case: str) -> None:
+    """Do what the published cell does, with the hooks around it."""
+    forget_changed_modules(find().package)
+    cell = checkpoint_texts.answer(f"# {case}")
+    if cell.startswith("!"):
+        subprocess.run(cell[1:], shell=True, check=True, capture_output=True)
+    else:
+        first, _, body = cell.partition("\n")
+        pieces.into(first.split()[1], body + "\n")
+    forget_changed_modules(find().package)
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.parametrize("case", CASES)
+def test_a_patient_is_ill_until_it_is_cured(case: str, ward: Workspace):
+    clinic.admit(case)
+    before = clinic.check(case, diagnosis(case))
+    assert not before.passed
+    assert "seen" in repr(before)
+    assert "diagnosis" not in {note.heading for note in before.answers[0].notes}
+    cure(case)
+    after = clinic.check(case, diagnosis(case))
+    assert after.passed, repr(after)
+    assert repr(after) == f"{case} passed"
+    assert not clinic.check(case, "setup.py:1").passed
+
+
+def test_every_case_has_its_edits_and_its_signs():
+    assert list(clinic._signs()) == CASES
+
+
+def test_no_cure_stands_in_what_is_released_in_plain_sight():
+    """The patients' edits show the solution's text."""
+    shipped = (Path(clinic.__file__).parents[1] / "courses/robot_controller").glob("clinic/*")
+    text = "".join(path.read_text() for path in shipped if path.is_file())
+    for row in checkpoint_texts.cases().values():
+        for edits in (*row.get("source", {}).values(), *row.get("installed", {}).values()):
+            assert not any(edit["old"].strip() in text for edit in edits)
+
+
+@pytest.mark.parametrize(
+    ("said", "accepted"),
+    [
+        ("driver.py:9", True),
+        ("ros2_robot_controller/driver.py:10", True),
+        ("driver.py:11", False),
+        ("iver.py:9", False),
+        ("navigator.py:9", False),
+        ("driver.py", False),
+        ("", False),
+        ("install/x/lib/python3/site-packages/ros2_robot_controller/driver.py:9", True),  # as in a traceback
+    ],
+)
+def test_a_diagnosis_names_a_line_of_the_fault(said: str, accepted: bool):
+    assert (not clinic._judge(said, [("ros2_robot_controller/driver.py", 9, 10)])) == accepted
+
+
+def test_a_stale_install_is_diagnosed_in_the_installed_file_alone():
+    where = [("site-packages/ros2_robot_controller/driver.py", 29, 29)]
+    assert clinic._judge("driver.py:29", where)
+    assert not clinic._judge("../../install/p/lib/python3.11/site-packages/ros2_robot_controller/driver.py:29", where)
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_treated_patient_comes_back_as_it_was_left(ward: Workspace, capsys: pytest.CaptureFixture[str]):
+    clinic.admit("C6")
+    cure("C6")
+    clinic.admit("C7")
+    clinic.admit("C6")
+    assert "back as you left it" in capsys.readouterr().out
+    text = Path("ros2_robot_controller/driver.py").read_text()
+    assert text == checkpoint_texts.solution("10", "ros2_robot_controller/driver.py")
+    clinic.admit("C6", fresh=True)
+    assert Path("ros2_robot_controller/driver.py").read_text() != text
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_kit_without_solutions_says_that_it_has_no_patients(
+    ward: Workspace, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(checkpoints, "entry_points", lambda **_: [])
+    checkpoints._texts.cache_clear()
+    try:
+        clinic.admit("C1")
+    finally:
+        checkpoints._texts.cache_clear()
+    assert "holds no solutions" in capsys.readouterr().out
+
+
+def edit(path: str, old: str, new: str) -> None:
+    file = Path("ros2_robot_controller", path)
+    text = file.read_text()
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new))
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_cure_of_the_sign_is_refused_with_what_was_seen(ward: Workspace):
+    """With older scans allowed it no longer jerks, and drives blind."""
+    clinic.admit("C6")
+    edit("driver.py", "STALE_S = 0.5", "STALE_S = 5.0")
+    answer = repr(clinic.check("C6", diagnosis("C6")))
+    assert "after a scan of 0.8 s ago" in answer
+    assert "slows down" not in answer
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_another_cure_than_the_solutions_is_accepted(ward: Workspace):
+    clinic.admit("C9")
+    edit(
+        "navigator.py",
+        "        self._goal = None\n        self._speed = 0.0",
+        "        if self._goal is goal:\n            self._goal = None\n            self._speed = 0.0",
+    )
+    assert repr(clinic.check("C9", diagnosis("C9"))) == "C9 passed"
