@@ -461,7 +461,7 @@ map_view(recording, title="the way that the demonstration drove")
 import sim
 
 chair = sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), size=(0.2, 0.6)),))
-hurried = 'import demo; demo.ANSWER_S = demo.DRIVE_S = 3.0; raise SystemExit(demo.main())'
+hurried = 'import demo; demo.ANSWER_S, demo.DRIVE_S = 6.0, 3.0; raise SystemExit(demo.main())'
 perform(chair, f"cd scripts && python3 -c '{hurried}'");
 
 # %% [markdown]
