@@ -21,6 +21,7 @@ ONE_NETWORK = (
     "tests/grader/notebook/test_session.py",
     "tests/grader/notebook/test_bench.py",
     "tests/grader/notebook/test_lessons.py",
+    "tests/grader/notebook/test_clinic.py",
     "tests/grader/trials/test_service_proxy.py",
     "tests/grader/trials/test_listening.py",
 )

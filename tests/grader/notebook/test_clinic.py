@@ -54,6 +54,7 @@ def cure(case: str) -> None:
 
 @pytest.mark.ros
 @pytest.mark.sandbox
+@pytest.mark.slow  # ten builds; the two editions of the notebook do the same in test_notebook_runs
 @pytest.mark.parametrize("case", CASES)
 def test_a_patient_is_ill_until_it_is_cured(case: str, ward: Workspace):
     clinic.admit(case)
