@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import difflib
 import re
-import shutil
 import traceback
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
@@ -15,7 +14,7 @@ from pathlib import Path
 import jinja2
 
 from grader import KIT, yaml_reader
-from grader.authoring import held_back
+from grader.authoring import held_back, package_edits
 from grader.checks import checks_run
 from grader.classroom import sections
 from grader.course import Course, handout, load
@@ -28,8 +27,6 @@ from grader.trials import catalog
 from grader.trials.plan import TrialPlan
 from grader.yaml_reader import YamlReader, unknown
 from sim.world import WorldError, load_world, world_names
-
-_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache")
 
 
 @dataclass(frozen=True)
@@ -44,10 +41,8 @@ class KnownBad:
 
     def made(self, solution: Path, folder: Path) -> Path:
         """Return a copy of the solution in `folder` with this edit."""
-        package = folder / solution.name
-        shutil.copytree(solution, package, ignore=_NOT_COPIED)
-        file = package / self.file
-        file.write_text(file.read_text(encoding="utf-8").replace(self.old, self.new), encoding="utf-8")
+        package = package_edits.copy(solution, folder)
+        package_edits.replace(self.file, self.old, self.new)(package)
         return package
 
 

@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 from grader import KIT
+from grader.authoring import package_edits
 from grader.course import Course, kits_own, load
 from grader.errors import UsageError
 
@@ -75,13 +76,10 @@ def _require_name(package: str) -> None:
 
 
 def _rename(folder: Path, old: str, new: str) -> None:
-    """Replace a package's name in all files, and in the names of files and folders."""
-    for path in sorted(folder.rglob("*"), reverse=True):  # what is in a folder comes before it
-        if path.is_file() and old in (text := path.read_text(encoding="utf-8")):
-            text = text.replace(old, new)
-            path.write_text(_IMPORTS.sub(_sorted, text) if path.suffix == ".py" else text, encoding="utf-8")
-        if old in path.name:
-            path.rename(path.with_name(path.name.replace(old, new)))
+    """Replace a package's name everywhere; its imports are then in another order."""
+    package_edits.rename(old, new)(folder)
+    for path in folder.rglob("*.py"):
+        path.write_text(_IMPORTS.sub(_sorted, path.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def _sorted(imports: re.Match[str]) -> str:

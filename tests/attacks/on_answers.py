@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from attacks.weaknesses import CLAMPS_WRONG
+from grader.authoring.package_edits import append, put
 from grader.selftest.attacks.attack import Attack, attack
-from grader.selftest.package_edits import append, put
 
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 _CONTROLLER = "ros2_robot_controller/robot_controller.py"

@@ -8,10 +8,10 @@ import zipfile
 from pathlib import Path
 
 from attacks.weaknesses import CLAMPS_WRONG, FAILING_TESTS, FEW_TESTS, OTHER_TYPE
+from grader.authoring.package_edits import append, put
 from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, attack, cmake, node
 from grader.selftest.attacks.on_nodes import CREEPS
-from grader.selftest.package_edits import append, put
 
 PACKAGE = kits_own().package
 NODES = tuple(kits_own().nodes)

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 from attacks.weaknesses import NEVER_DRIVES
+from grader.authoring.package_edits import Change, append, put
 from grader.selftest.attacks.attack import Attack, attack, node
 from grader.selftest.attacks.on_nodes import CREEPS
-from grader.selftest.package_edits import Change, append, put
 
 # Acts at the first command that moves the robot: by wall time, a trial may be over before.
 _AT_THE_FIRST_MOVE = """

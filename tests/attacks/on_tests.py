@@ -11,8 +11,8 @@ from pathlib import Path
 from helpers.course import NODES
 
 from attacks.weaknesses import FAILING_TESTS, FEW_TESTS, IDLE_ASSERTS
+from grader.authoring.package_edits import Change, append, put
 from grader.selftest.attacks.attack import Attack, attack
-from grader.selftest.package_edits import Change, append, put
 
 _TEST = "test/test_robot_controller.py"
 _FORGE = """

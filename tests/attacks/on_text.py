@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 from attacks.weaknesses import NO_WORDS, SLOPPY, SLOPPY_NODES
+from grader.authoring.package_edits import append, put, replace
 from grader.selftest.attacks.attack import Attack, attack, node
 from grader.selftest.attacks.on_nodes import CREEPS
-from grader.selftest.package_edits import append, put, replace
 
 _LAUNCH = "launch/robot_controller_launch.py"
 _SCRIPT = "<script>alert('@TOKEN@')</script>"

@@ -17,9 +17,8 @@ from typing import Any
 import pytest
 
 from grader import KIT
-from grader.authoring import export
+from grader.authoring import export, package_edits
 from grader.host import submission_user
-from grader.selftest import package_edits
 from grader.selftest.attacks import catalogue
 
 _PACKAGED = "/usr/share/gocode/src/github.com/docker/docker/profiles/seccomp/default.json"

@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 from grader import KIT, building, cli, evidence, pipeline, report
-from grader.authoring import check_course
+from grader.authoring import check_course, package_edits
 from grader.authoring.release import TOP
 from grader.checks import checks_run
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
@@ -35,7 +35,6 @@ from grader.report import console, html
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome
-from grader.selftest import package_edits
 from grader.trials import catalog
 
 HALL = KIT / "grader" / "authoring" / "template_course"

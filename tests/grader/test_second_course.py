@@ -17,12 +17,11 @@ import pytest
 import yaml
 
 from grader import KIT, building, cli, pipeline
-from grader.authoring import checkpoint_texts, notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, notebook_run, notebook_source, package_edits
 from grader.checks import checks_run
 from grader.course import find, handout, kits_own, load
 from grader.course.reader import VARIABLE
 from grader.scoring import rubric
-from grader.selftest import package_edits
 from grader.trials import catalog
 from grader.trials.source import wanted
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import KIT
-from grader.selftest.package_edits import Change, copy, remove, rename, replace
+from grader.authoring.package_edits import Change, copy, remove, rename, replace
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from helpers.course import CONTRACT
 
-from grader.selftest.package_edits import copy, replace
+from grader.authoring.package_edits import copy, replace
 from submissions.edits import REFERENCE
 
 FILES = {

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader import pipeline, report
+from grader.authoring.package_edits import Change, copy
 from grader.collect import needs_build
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
@@ -19,7 +20,6 @@ from grader.scoring.grading import Grading
 from grader.scoring.scorecard import Outcome
 from grader.selftest.attacks.attack import Attack, fill_in
 from grader.selftest.attacks.honeytokens import Honeytokens, planted
-from grader.selftest.package_edits import Change, copy
 
 Points = dict[str, float]
 LIMIT = "limit"

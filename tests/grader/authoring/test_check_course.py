@@ -10,6 +10,7 @@ from helpers.course import COURSE
 
 from grader import KIT, building, cli
 from grader.authoring import check_course, course_trials
+from grader.authoring.package_edits import replace
 from grader.course import load
 
 GOOD = KIT / "grader" / "authoring" / "template_course"
@@ -21,9 +22,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def edit(folder: Path, file: str, old: str, new: str) -> None:
-    text = (folder / file).read_text()
-    assert text.count(old) == 1
-    (folder / file).write_text(text.replace(old, new))
+    replace(file, old, new)(folder)
 
 
 @pytest.mark.parametrize("course", [GOOD, COURSE.folder], ids=lambda path: path.name)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT, building, cli, pipeline
+from grader.authoring import package_edits
 from grader.checks import check_package_xml
 from grader.checks.judge import Judge
 from grader.course import Course, handout, load, packages
@@ -17,7 +18,6 @@ from grader.evidence import Build, Evidence, Intake, Manifest, Quality
 from grader.host import doctor
 from grader.report import cause
 from grader.scoring import rubric
-from grader.selftest import package_edits
 
 HALL = KIT / "grader" / "authoring" / "template_course"
 SOUP = metadata.version("beautifulsoup4")  # the kit has it for itself; Python calls it bs4

@@ -15,6 +15,7 @@ import pytest
 from helpers.course import COURSE
 
 from grader import KIT, building, cli, pipeline
+from grader.authoring.package_edits import copy
 from grader.evidence import Build, Evidence, Flag, Intake
 from grader.host import submission_user
 from grader.scoring import rubric
@@ -24,7 +25,6 @@ from grader.selftest.attacks import attack_run, command
 from grader.selftest.attacks.attack import attack
 from grader.selftest.attacks.catalogue import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
-from grader.selftest.package_edits import copy
 
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"

@@ -1,4 +1,4 @@
-"""Functions that edit a copy of a package: attacks and known-bad submissions are made with them."""
+"""Functions that edit a copy of a package: attacks, known-bad edits and renamed courses are made with them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def put(path: str, text: str, *, executable: bool = False) -> Change:
     def change(package: Path) -> None:
         file = package / path
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
+        file.write_text(text, encoding="utf-8")
         if executable:
             file.chmod(0o755)
 
@@ -37,7 +37,7 @@ def append(path: str, text: str) -> Change:
 
     def change(package: Path) -> None:
         file = package / path
-        file.write_text((file.read_text() if file.exists() else "") + text)
+        file.write_text((file.read_text(encoding="utf-8") if file.exists() else "") + text, encoding="utf-8")
 
     return change
 
@@ -46,10 +46,10 @@ def replace(path: str, old: str, new: str) -> Change:
     """Return a change that replaces a text that must occur in a file exactly once."""
 
     def change(package: Path) -> None:
-        text = (package / path).read_text()
+        text = (package / path).read_text(encoding="utf-8")
         if text.count(old) != 1:
             raise ValueError(f"{old!r} occurs {text.count(old)} times in {path}, not once")
-        (package / path).write_text(text.replace(old, new))
+        (package / path).write_text(text.replace(old, new), encoding="utf-8")
 
     return change
 
@@ -72,8 +72,8 @@ def rename(old: str, new: str) -> Change:
 
     def change(package: Path) -> None:
         for path in sorted(package.rglob("*"), reverse=True):  # what is in a folder comes before it
-            if path.is_file() and old in (text := path.read_text()):
-                path.write_text(text.replace(old, new))
+            if path.is_file() and old in (text := path.read_text(encoding="utf-8")):
+                path.write_text(text.replace(old, new), encoding="utf-8")
             if old in path.name:
                 path.rename(path.with_name(path.name.replace(old, new)))
 
