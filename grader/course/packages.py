@@ -11,7 +11,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from packaging.markers import Marker
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -23,7 +22,6 @@ EXTRA = "extra-requirements.txt"
 """In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
 
 _MORE_OF_ROS = ("rcl_interfaces", "ament_index_python", "launch", "launch_ros")
-_PIN = re.compile(r"([\w.-]+) ?== ?([\w.!+-]+)\s*(?:;\s*(.+))?")
 _NO_REQUIREMENT = re.compile(r"\s--hash=\S+|#.*|\\\s*$")
 
 
@@ -101,11 +99,15 @@ def require(course: Course) -> None:
 def _pinned(path: Path) -> Iterator[Package]:
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         if text := _NO_REQUIREMENT.sub("", f" {line}").strip():
-            pin = _PIN.fullmatch(text)
-            if pin is None:
+            try:
+                wanted = Requirement(text)
+                (pin,) = wanted.specifier
+            except ValueError:  # not a requirement, or not one version
+                pin = None
+            if pin is None or pin.operator != "==" or pin.version.endswith("*"):
                 raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
-            if pin[3] is None or Marker(pin[3]).evaluate():
-                yield Package(pin[1], pin[2])
+            if wanted.marker is None or wanted.marker.evaluate():
+                yield Package(wanted.name, pin.version)
 
 
 def _missing(package: Package) -> Iterator[str]:
