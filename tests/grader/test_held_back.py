@@ -38,6 +38,7 @@ from grader.scoring.scorecard import CheckResult, Outcome
 from grader.trials import catalog
 
 HALL = KIT / "grader" / "authoring" / "template_course"
+BYTE_CODE = shutil.ignore_patterns("__pycache__")  # it would pass for that of an edit of the same size and second
 SECRETS = (
     "past_the_alcove", "check_alcove", "test_keeps_off_the_alcove", "alcove_hall", "alcove.py", "alcove_post",
     "A hall with an alcove", "3.1347", "0.3173", "1.7171", "918273", "alcove",
@@ -88,7 +89,7 @@ circles:
 @pytest.fixture(scope="module")
 def course(tmp_path_factory: pytest.TempPathFactory) -> Course:
     folder = tmp_path_factory.mktemp("course") / "hall_guard"
-    shutil.copytree(HALL, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(HALL, folder, ignore=BYTE_CODE)
     text = (folder / "rubric.yaml").read_text()
     text = text.replace("\n  - id: package\n", ENTRY, 1)
     (folder / "rubric.yaml").write_text(text)
@@ -196,7 +197,7 @@ TOLD = (
 def changed(course: Course, tmp_path: Path, request: pytest.FixtureRequest) -> Path:
     """Return the course with a change: a file, the old text and the new one."""
     folder, (file, old, new) = tmp_path / "hall_guard", request.param
-    shutil.copytree(course.folder, folder)
+    shutil.copytree(course.folder, folder, ignore=BYTE_CODE)
     (folder / "worlds" / "yard.yaml").write_text((folder / "worlds" / "hall.yaml").read_text())
     check = folder / "checks" / "check_wall.py"
     check.write_text(f"{check.read_text()}\n\ndef test_touches_nothing(judge):\n    pass\n")
