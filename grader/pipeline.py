@@ -15,7 +15,7 @@ from pathlib import Path
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
-from grader.course import held_back, packages
+from grader.course import held_back, name_of, packages
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.evidence.kept import NotKept
@@ -219,6 +219,7 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
         found = collect(submission, folder / "work", settings)
     made = {
         "seed": str(settings.seed),
+        "course": name_of(settings.course),
         "kit": provenance.kit_hash(settings.course.layers),
         "confinement": namespaces.confinement().value,
         "submission": found.intake.sha256,
