@@ -125,15 +125,19 @@ def _of(course: Course) -> dict[str, Path]:
     pages += notebooks.glob("pictures/[0-9][0-9]*.png")
     found = {home.notebooks / path.relative_to(notebooks): path for path in pages}
     for layer in reversed(course.layers):
-        files = [p for p in layer.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
-        for name in ("contract", "trials", "checks", "functions", "worlds", "words", "clinic"):
-            files += [path for path in (layer / name).rglob("*") if path.is_file()]
-        found |= {home.folder / path.relative_to(layer): path for path in files if path != course.rubric}
+        found |= {home.folder / path.relative_to(layer): path for path in files(layer) if path != course.rubric}
     found |= {home.rubric: course.rubric, home.folder / reader.COURSE: home.folder / reader.COURSE}
     if top == KIT:
         found[_COURSES / "__init__.py"] = _COURSES / "__init__.py"
-    left_out = [place for place in found if any(part in place.as_posix() for part in _NO_SOURCE)]
-    return {place.relative_to(top).as_posix(): path for place, path in found.items() if place not in left_out}
+    return {place.relative_to(top).as_posix(): path for place, path in found.items()}
+
+
+def files(folder: Path) -> list[Path]:
+    """Return the files of a course's folder with which a student's package is checked."""
+    found = [p for p in folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
+    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "clinic"):
+        found += [path for path in (folder / name).rglob("*") if path.is_file()]
+    return [path for path in found if not any(part in path.as_posix() for part in _NO_SOURCE)]
 
 
 def for_students(page: str) -> str:
