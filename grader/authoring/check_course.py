@@ -146,7 +146,7 @@ class _Reading:
             return
         if self.course.notebooks == Path():
             return
-        places = {requirement.section: requirement.id for requirement in whole.requirements}
+        places = {requirement.section: requirement.id for requirement in whole.requirements if requirement.section}
         there = sections.read(places, self.course.notebooks)
         for place, name in places.items():
             if place not in there:

@@ -115,7 +115,7 @@ def _answer(
 ) -> Answer:
     return Answer(
         requirement.id, requirement.title, points(reached), points(requirement.points), passed, ours, notes,
-        section=f"Taught in {place(requirement.section)}.", so_far=so_far,
+        section=f"Taught in {place(requirement.section)}." if requirement.section else "", so_far=so_far,
     )  # fmt: skip
 
 

@@ -37,6 +37,7 @@ class Check:
 class Requirement:
     """One requirement of the contract. `advanced` of its `points` are advanced; without checks a person grades it.
 
+    Its `section`, "notebook#heading", is where the course teaches it, "" if no notebook does.
     What judges one that is `held_back` is not for students to see; their kit's rubric has no checks of it.
     """
 
@@ -219,7 +220,7 @@ class _Reader(YamlReader):
         )
 
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
-        needed, optional = ("id", "text", "section"), ("points", "title", "advanced", "checks", "held_back")
+        needed, optional = ("id", "text"), ("section", "points", "title", "advanced", "checks", "held_back")
         given = self.fields(node, node, needed, "a requirement", optional)
         name = self._id(given)
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
@@ -231,7 +232,7 @@ class _Reader(YamlReader):
             criterion=criterion,
             points=self._points(given["points"]) if "points" in given else _sum(checks),
             text=" ".join(self.text(given["text"]).split()),
-            section=self.text(given["section"]),
+            section=self.text(given["section"]) if "section" in given else "",
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self.text(given["title"]) if "title" in given else name,
