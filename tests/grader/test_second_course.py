@@ -54,7 +54,8 @@ def test_a_stock_trial_runs_where_the_rubric_names_a_check_that_needs_it(setting
 
 def test_what_it_lacks_is_absent_from_its_handout():
     page = handout.render(RUBRIC, COURSE)
-    assert "`guard` | `patrol_speed` 0.25, `stop_distance` 0.75" in page
+    assert "| `guard` | service `patrol` | `std_srvs/srv/SetBool` |" in page
+    assert "| `guard` | `patrol_speed` | 0.25 | m/s |" in page
     page = page.replace("_interfaces`", "")  # packages of ROS
     assert not any(word in page for word in ("launch", "action", "interface", kits_own().package))
 
