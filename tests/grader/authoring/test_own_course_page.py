@@ -111,6 +111,12 @@ def test_the_reference_is_up_to_date():
     assert reference.PAGE.read_text() == reference.page(), "run `python -m grader.authoring.reference`"
 
 
+def test_every_option_of_a_trial_is_in_the_reference():
+    """`world` was missing."""
+    page = reference.PAGE.read_text()
+    assert [option for option in catalog._OPTIONS if f"- `{option}`: " not in page] == []
+
+
 @pytest.mark.parametrize(("file", "class_"), [("trials/stage.py", "Stage"), ("checks/judge.py", "Judge")])
 def test_every_method_has_an_example(file: str, class_: str):
     name = class_.lower()
