@@ -75,7 +75,7 @@ def kept_evidence(settings: Settings) -> Kept:
     if not settings.only_kept:
         forget_old(folder)
     common = (
-        provenance.kit_hash(settings.course.folder),
+        provenance.kit_hash(settings.course.layers),
         building.toolchain_id(),
         str(settings.seed),
         namespaces.confinement().value,

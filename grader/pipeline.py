@@ -15,7 +15,7 @@ from pathlib import Path
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
-from grader.course import held_back, packages
+from grader.course import held_back, name_of, packages
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.evidence.kept import NotKept
@@ -159,7 +159,7 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         wall_seconds=0.0,
         rubric=settings.rubric.sha256,
         rubric_title=settings.rubric.title,
-        checks=provenance.checks_hash(settings.course.folder),
+        checks=provenance.checks_hash(settings.course.layers),
         commit=provenance.commit(),
         graded=provenance.now(),
         held_back=tuple(sorted(held_back.names(settings.course))),
@@ -219,7 +219,8 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
         found = collect(submission, folder / "work", settings)
     made = {
         "seed": str(settings.seed),
-        "kit": provenance.kit_hash(settings.course.folder),
+        "course": name_of(settings.course),
+        "kit": provenance.kit_hash(settings.course.layers),
         "confinement": namespaces.confinement().value,
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),

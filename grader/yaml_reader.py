@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import io
 from collections.abc import Callable, Collection, Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -21,20 +22,28 @@ FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def compose(path: Path, text: str) -> yaml.Node | None:
-    """Return the YAML in `text` as nodes, which know their lines; None if there is nothing in it.
+    """Return the YAML in `text` as nodes, which know their file and line; None if there is nothing in it.
 
     Raises:
         GraderError: it is not YAML.
     """
     with contextlib.suppress(yaml.YAMLError):
-        return yaml.compose(text, FAST_LOADER)
+        return yaml.compose(_File(path, text), FAST_LOADER)
     try:  # again, for an error with the right line
-        return yaml.compose(text, yaml.SafeLoader)
+        return yaml.compose(_File(path, text), yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
         raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
     except yaml.YAMLError as error:
         raise GraderError(f"{path} is not YAML ({error}).") from error
+
+
+class _File(io.StringIO):
+    """A text with the name by which PyYAML marks its nodes."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        super().__init__(text)
+        self.name = str(path)
 
 
 def read(path: Path) -> yaml.Node | None:
@@ -125,7 +134,7 @@ class YamlReader:
 
     def fail(self, node: yaml.Node, problem: str) -> NoReturn:
         """Refuse the file."""
-        raise GraderError(f"{self._path}, line {line_of(node)}: {problem}")
+        raise GraderError(f"{node.start_mark.name}, line {line_of(node)}: {problem}")
 
 
 def unknown(name: str, known: Collection[str], what: str) -> str:
@@ -134,6 +143,13 @@ def unknown(name: str, known: Collection[str], what: str) -> str:
     hint = f" Did you mean {near[0]}?" if near else ""
     rest = ", ..." if len(known) > _LISTED else "."
     return f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}"
+
+
+def value(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
+    """Return the value of a mapping's key, or an item of a list; None if there is none."""
+    if isinstance(node, yaml.MappingNode):
+        return next((value for name, value in node.value if name.value == key), None)
+    return node.value[key] if isinstance(node, yaml.SequenceNode) and isinstance(key, int) else None
 
 
 def line_of(node: yaml.Node) -> int:

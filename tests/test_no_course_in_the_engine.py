@@ -23,7 +23,7 @@ NOT_THE_COURSES = {
     *("odom", "scan", "state", "data", "imu", "battery"),  # what every robot has
 }
 OF_A_SIMULATOR = {"cmd_vel"}  # ROS's usual name, by which the simulator offers its robot
-OWN = ("grader/courses/", "grader/authoring/template_course/", "grader/ros2/")
+OWN = ("grader/courses/", "grader/authoring/template_c", "grader/ros2/")
 
 
 @cache

@@ -137,7 +137,7 @@ class _Reading:
     def _layout(self) -> Iterator[str]:
         for path in self.course.layout:
             if not (self.course.solution / path).exists():
-                yield f"{_line(self.course.folder / CONTRACT, path)}: the solution has no {path}"
+                yield f"{_line(self.course.path(CONTRACT), path)}: the solution has no {path}"
 
     def _rubric(self) -> Iterator[str]:
         try:
@@ -146,7 +146,7 @@ class _Reading:
             return
         if self.course.notebooks == Path():
             return
-        places = {requirement.section: requirement.id for requirement in whole.requirements}
+        places = {requirement.section: requirement.id for requirement in whole.requirements if requirement.section}
         there = sections.read(places, self.course.notebooks)
         for place, name in places.items():
             if place not in there:
@@ -155,8 +155,8 @@ class _Reading:
 
     def _checks(self) -> Iterator[str]:
         """Yield the checks that no requirement has, and the names in them that do not exist."""
-        for folder in self.course.folders("checks"):
-            modules(folder)
+        for folder in (self.course.folder, self.course.held_back):
+            modules(folder / "checks")
         for path in self._files("checks", "check_*.py"):
             for check in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(check, ast.FunctionDef) and check.name.startswith("test_") and self.whole:
@@ -207,9 +207,11 @@ class _Reading:
         return catalog.trials(self.course)
 
     def _trials(self) -> Iterator[str]:
-        own = {path.stem for path in self._files("worlds", "*.yaml")}
+        own = {path.stem for path in self.course.files("worlds", "*.yaml")}
         for plan in self._plans.values():
             code = plan.script.__code__
+            if self.course.extends and not Path(code.co_filename).is_relative_to(self.course.folder):
+                continue
             place = f"{code.co_filename}, line {code.co_firstlineno}: the trial {plan.name}"
             if not plan.serves and not plan.kind:
                 yield f"{place} serves no requirement; name those whose checks read it: @trial(serves=[...])"
@@ -225,8 +227,8 @@ class _Reading:
                         yield from self._service(name, path, call.lineno)
 
     def _files(self, kind: str, pattern: str) -> list[Path]:
-        """Return the "trials", "checks" or "worlds" of the course, those that are held back, too."""
-        return [path for folder in self.course.folders(kind) for path in sorted(folder.glob(pattern))]
+        """Return the "trials", "checks" or "worlds" in the course's folder, those that are held back, too."""
+        return [path for path in self.course.files(kind, pattern) if path.is_relative_to(self.course.folder)]
 
     def _held_back(self) -> Iterator[str]:
         yield from held_back.problems(self.course)
@@ -247,11 +249,11 @@ class _Reading:
 
     def _functions(self) -> Iterator[str]:
         wanted = self.course.functions is not None
-        if wanted and not any(hasattr(module, "questions") for module in modules(self.course.folder / "functions")):
-            yield f"{self.course.folder / 'functions'}: no module defines questions(rng), which returns the cases"
+        if wanted and not any(hasattr(module, "questions") for module in modules(self.course.path("functions"))):
+            yield f"{self.course.path('functions')}: no module defines questions(rng), which returns the cases"
 
     def _notebooks(self) -> Iterator[str]:
-        path = self.course.folder / "notebooks.yaml"
+        path = self.course.folder / "notebooks.yaml"  # of an extended course another rubric may lack a requirement
         root = yaml_reader.read(path) if path.is_file() else None
         if root is None:
             return

@@ -101,7 +101,7 @@ def pack() -> bytes:
 
 def cases() -> dict[str, Any]:
     """Return the cases of the clinic ("C3"), each with the edits that make the solution ill."""
-    path = course().folder / "patients" / "edits.yaml"
+    path = course().path("patients/edits.yaml")
     return dict(yaml.safe_load(path.read_text(encoding="utf-8"))) if path.is_file() else {}
 
 

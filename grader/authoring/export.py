@@ -1,7 +1,7 @@
 """Write what a platform that grades by itself takes: Gradescope's autograder.zip, a template repository for GitHub.
 
-Both hold the kit, without the reference package; the platform sets it up as `make setup` does. What becomes of a
-grading there is in grader/classroom/platforms/.
+Both hold the kit, without the reference package, and a course of one's own in the folder `course`; the platform sets it
+up as `make setup` does. What becomes of a grading there is in grader/classroom/platforms/.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
+from grader.authoring import release
 from grader.authoring.release import TOP, packaging, pins
-from grader.course import kits_own
+from grader.course import Course, find, name_of
 from grader.course.held_back import names
 from grader.errors import EXIT_GRADED, GraderError
 from grader.notebook.archive import Entry, write_zip
@@ -35,6 +36,7 @@ def add(verbs: Any) -> None:
     )
     parser.add_argument("platform", choices=("gradescope", "github"))
     parser.add_argument("--out", type=Path, required=True, help="the zip")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
     parser.add_argument(
         "--minutes", type=int, choices=range(5, 121), metavar="N", default=_PLATFORM_MINUTES,
         help=f"the container's time limit in Gradescope's settings (default {_PLATFORM_MINUTES}); it must be that long",
@@ -44,33 +46,34 @@ def add(verbs: Any) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     make = gradescope if options.platform == "gradescope" else github
-    make(options.out, options.minutes)
+    make(options.out, find(options.course), options.minutes)
     print(f"{options.platform}: {options.out}")
     return EXIT_GRADED
 
 
-def gradescope(out: Path, minutes: int = _PLATFORM_MINUTES) -> None:
+def gradescope(out: Path, course: Course, minutes: int = _PLATFORM_MINUTES) -> None:
     """Write autograder.zip, which stops a grading one minute before the platform would."""
-    entries = {f"kit/{name}": entry for name, entry in _kit().items()}
+    entries = {f"kit/{name}": entry for name, entry in _kit(course).items()}
     for name in ("setup.sh", "run_autograder"):
         text = (_EXPORTS / "gradescope" / name).read_text().replace("@SECONDS@", str(60 * minutes - _SPARE_S))
         entries[name] = Entry(text.encode(), executable=True)
     write_zip(out, entries)
 
 
-def github(out: Path, _minutes: int = _PLATFORM_MINUTES) -> None:
+def github(out: Path, course: Course, _minutes: int = _PLATFORM_MINUTES) -> None:
     """Write a zip with the content of a template repository.
 
     Raises:
         GraderError: the course holds something back, which students would read in their repositories.
     """
-    if names(kits_own()):
+    if names(course):
         raise GraderError("The course holds something back, and a student's repository would show it. Grade elsewhere.")
     kit = out.with_name(out.name + ".kit")
-    write_zip(kit, {f"{TOP}/{name}": entry for name, entry in _kit().items()})
+    write_zip(kit, {f"{TOP}/{name}": entry for name, entry in _kit(course).items()})
     folder = _EXPORTS / "github"
     files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
-    texts = {path.relative_to(folder).as_posix(): path.read_text().replace("@TOP@", TOP) for path in files}
+    texts = {path.relative_to(folder).as_posix(): path.read_text() for path in files}
+    texts = {name: text.replace("@TOP@", TOP).replace("@PACKAGE@", course.package) for name, text in texts.items()}
     write_zip(
         out,
         {name: Entry(text.encode(), False) for name, text in texts.items()}
@@ -79,14 +82,20 @@ def github(out: Path, _minutes: int = _PLATFORM_MINUTES) -> None:
     kit.unlink()
 
 
-def _kit() -> dict[str, Entry]:
-    """Return the kit's files that a grading needs, by their paths."""
+def _kit(course: Course) -> dict[str, Entry]:
+    """Return the files of the kit and of a course of one's own that a grading needs, by their paths."""
     found = {name: (KIT / name).read_bytes() for name in _FILES}
     for top in ("grader", "sim"):
         for path in sorted((KIT / top).rglob("*")):
             name = path.relative_to(KIT).as_posix()
             if path.is_file() and not name.startswith(_LEFT_OUT) and "__pycache__" not in name:
                 found[name] = path.read_bytes()
+    if name_of(course):  # the kit has its own
+        if not course.rubric.is_relative_to(course.folder):
+            raise GraderError(f"{course.rubric} is not in the course's folder {course.folder}. Move it there.")
+        held_back = [path for path in course.held_back.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+        for path in (*release.files(course.folder), *held_back, course.rubric):
+            found[f"course/{path.relative_to(course.folder).as_posix()}"] = path.read_bytes()
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     return {name: Entry(data, data.startswith(b"#!")) for name, data in sorted(found.items())}

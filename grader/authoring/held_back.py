@@ -66,7 +66,9 @@ def _trials(course: Course, secret: set[str]) -> Iterator[str]:
 
 
 def _checks(course: Course, whole: Rubric) -> Iterator[str]:
-    public, inside = ({path.stem for path in folder.glob("*.py")} for folder in course.folders("checks"))
+    files = course.files("checks", "*.py")
+    inside = {path.stem for path in files if path.is_relative_to(course.held_back)}
+    public = {path.stem for path in files if not path.is_relative_to(course.held_back)}
     for requirement in whole.requirements:
         if requirement.held_back and not requirement.checks:
             yield f"{requirement.id} is held back, and nothing judges it; name its checks in {course.rubric.name}"
@@ -98,7 +100,7 @@ def _leaks(course: Course, files: Mapping[str, bytes]) -> Iterator[str]:
 
 
 def _text(name: str, content: bytes) -> str:
-    """Return a file as text; packed solutions unpacked."""
+    """Return a file as text, packed solutions unpacked; of a picture nothing, whose bytes are words by chance."""
     if name.endswith(_PACKED):
         return json.dumps(json.loads(zlib.decompress(content)), ensure_ascii=False)
-    return content.decode(errors="replace")
+    return "" if name.endswith(".png") else content.decode(errors="replace")

@@ -1,4 +1,4 @@
-"""Lay out a new course: a copy of the small one beside this file, or of the kit's own."""
+"""Lay out a new course: a copy of the small one beside this file, or of the kit's own, or changes of the kit's own."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from grader.course import Course, kits_own, load
 from grader.errors import UsageError
 
 _TEMPLATE = Path(__file__).parent / "template_course"
+_CHANGES = Path(__file__).parent / "template_changes"
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "published", "ws", "build", "install", "log")
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _MOST = 40  # letters of a package's name: longer ones make lines that ament_flake8 refuses
@@ -33,6 +34,17 @@ def lay_out(folder: Path, package: str = "") -> Course:
     shutil.copytree(_TEMPLATE, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
     if package and package != old:
         _rename(folder, old, package)
+    return load(folder)
+
+
+def extend_kits_own(folder: Path) -> Course:
+    """Lay out a course in `folder` that keeps the kit's own and changes some of it, and return it.
+
+    Raises:
+        UsageError: there is something in the folder.
+    """
+    _require_empty(folder)
+    shutil.copytree(_CHANGES, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
     return load(folder)
 
 

@@ -70,7 +70,7 @@ def add(course: Course, name: str) -> list[Path]:
     whole, stem = check_course.read_rubric(course), name.lower()
     if not re.fullmatch(r"[A-Za-z]\w*", name):
         raise UsageError(f"{name} is not an id.", "Write a letter and a number, such as X1.")
-    scripts = "".join(path.read_text(encoding="utf-8") for path in (course.folder / "trials").glob("*.py"))
+    scripts = "".join(path.read_text(encoding="utf-8") for path in course.files("trials", "*.py"))
     if name in {requirement.id for requirement in whole.requirements} or f"def {stem}(" in scripts:
         raise UsageError(f"There is a requirement or a trial called {name}; nothing was written.", "Choose another id.")
     module = next(iter(course.nodes.values())).module
@@ -107,8 +107,8 @@ def _inserted(path: Path, entry: str) -> str:
     """Return the rubric's text with an entry at the end of its first criterion; comments stay where they are."""
     text = path.read_text(encoding="utf-8").rstrip("\n") + "\n"
     root = yaml_reader.compose(path, text)
-    criterion = _value(_value(root, "criteria"), 0)
-    listed = _value(criterion, "requirements")
+    criterion = yaml_reader.value(yaml_reader.value(root, "criteria"), 0)
+    listed = yaml_reader.value(criterion, "requirements")
     if not isinstance(listed, yaml.SequenceNode) or listed.flow_style:
         raise GraderError(f"{path}: write the requirements of the first criterion one below the other, each with `- `.")
     lines = text.splitlines(keepends=True)
@@ -118,15 +118,8 @@ def _inserted(path: Path, entry: str) -> str:
     blank = [] if lines[listed.value[-1].start_mark.line - 1].strip() else ["\n"]
     indent = " " * listed.start_mark.column
     lines[end:end] = [*blank, *(indent + line for line in entry.splitlines(keepends=True))]
-    typed = _value(criterion, "points")
+    typed = yaml_reader.value(criterion, "points")
     if typed is not None:
         row, first, last = typed.start_mark.line, typed.start_mark.column, typed.end_mark.column
         lines[row] = f"{lines[row][:first]}{float(lines[row][first:last]) + 1:g}{lines[row][last:]}"
     return "".join(lines)
-
-
-def _value(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
-    """Return the value of a mapping's key, or an item of a list; None if there is none."""
-    if isinstance(node, yaml.MappingNode):
-        return next((value for name, value in node.value if name.value == key), None)
-    return node.value[key] if isinstance(node, yaml.SequenceNode) and isinstance(key, int) else None

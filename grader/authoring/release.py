@@ -6,6 +6,7 @@ without the folders in `_WITHHELD`.
 
 from __future__ import annotations
 
+import json
 import re
 import time
 import tomllib
@@ -78,12 +79,18 @@ def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
 def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     """Return the files of a course's kit for students by their paths."""
     found = {name: (KIT / name).read_bytes() for name in _named()}
-    for path in (*_STUDENT_KIT.iterdir(), *(course.folder / "student_kit").glob("*")):
+    layers = [path for layer in reversed(course.layers) for path in (layer / "student_kit").glob("*")]
+    for path in (*_STUDENT_KIT.iterdir(), *layers):
         found[path.name] = path.read_bytes()
-    found |= {name: path.read_bytes() for name, path in _of(course)}
-    whole = rubric.load(course.rubric)
-    name = course.rubric.relative_to(_top(course)).as_posix()
-    found[name] = held_back.rubric_for_students(found[name].decode(), whole).encode()
+    own, whole = _of(course), rubric.load(course.rubric)
+    for name, path in own.items():
+        found[name] = path.read_bytes()
+        if path == course.rubric:
+            found[name] = held_back.rubric_for_students(rubric.text(path), whole).encode()
+        elif course.extends and path.name == reader.COURSE:
+            title = f"title: {json.dumps(course.title, ensure_ascii=False)}"
+            lines = path.read_text(encoding="utf-8").splitlines()
+            found[name] = "\n".join(title if line.startswith("title:") else line for line in [*lines, ""]).encode()
     found["docs/handout.md"] = handout.render(whole, course).encode()
     found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
@@ -91,8 +98,8 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     found.pop(_SOLUTIONS, None)
     if solutions:
         found[_SOLUTIONS] = checkpoint_texts.pack()
-    own = {name for name, _ in _of(course)} | {_SOLUTIONS, "docs/handout.md"}
-    held_back.require_apart(course, {name: content for name, content in found.items() if name in own})
+    names = {*own, _SOLUTIONS, "docs/handout.md"}
+    held_back.require_apart(course, {name: content for name, content in found.items() if name in names})
     return found
 
 
@@ -106,29 +113,31 @@ def _named() -> Iterator[str]:
                 yield name
 
 
-def _of(course: Course) -> Iterator[tuple[str, Path]]:
-    """Yield the files of a course with their paths in the kit: as in the checkout, or below the name of its folder.
+def _of(course: Course) -> dict[str, Path]:
+    """Return the files of a course by their paths in the kit: as in the checkout, or below the name of its folder.
 
-    The solution, the notebooks' sources, the edits (known-bad ones, and those of the patients) and held_back/ stay with
-    the instructor.
+    A course that extends another comes in its place. The solution, the notebooks' sources, the edits (known-bad ones,
+    and those of the patients) and held_back/ stay with the instructor.
     """
-    notebooks = course.notebooks
-    found = [course.rubric, *notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
-    found += [*notebooks.glob("pictures/[0-9][0-9]*.png"), course.folder / reader.COURSE]
-    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "clinic"):
-        found += [path for path in (course.folder / name).rglob("*") if path.is_file()]
-    found += [p for p in course.folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
-    top = _top(course)
+    home, notebooks = course.extends or course, course.notebooks
+    top = KIT if home.folder.is_relative_to(_COURSES) else home.folder.parent
+    pages = [*notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
+    pages += notebooks.glob("pictures/[0-9][0-9]*.png")
+    found = {home.notebooks / path.relative_to(notebooks): path for path in pages}
+    for layer in reversed(course.layers):
+        found |= {home.folder / path.relative_to(layer): path for path in files(layer) if path != course.rubric}
+    found |= {home.rubric: course.rubric, home.folder / reader.COURSE: home.folder / reader.COURSE}
     if top == KIT:
-        found.append(_COURSES / "__init__.py")
-    for path in dict.fromkeys(found):
-        if not any(part in path.as_posix() for part in _NO_SOURCE):
-            yield path.relative_to(top).as_posix(), path
+        found[_COURSES / "__init__.py"] = _COURSES / "__init__.py"
+    return {place.relative_to(top).as_posix(): path for place, path in found.items()}
 
 
-def _top(course: Course) -> Path:
-    """Return the folder to which the paths of a course's files in the kit are relative."""
-    return KIT if course.folder.is_relative_to(_COURSES) else course.folder.parent
+def files(folder: Path) -> list[Path]:
+    """Return the files of a course's folder with which a student's package is checked."""
+    found = [p for p in folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
+    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "clinic"):
+        found += [path for path in (folder / name).rglob("*") if path.is_file()]
+    return [path for path in found if not any(part in path.as_posix() for part in _NO_SOURCE)]
 
 
 def for_students(page: str) -> str:

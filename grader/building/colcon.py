@@ -75,7 +75,7 @@ def build_contract(cache: Path, course: Course, package: str = "") -> Built:
         GraderError: they do not build here.
     """
     if not course.interfaces:
-        return Built(evidence.Build.not_tried(course.package), course.folder / "contract")  # as an overlay it is empty
+        return Built(evidence.Build.not_tried(course.package), course.path("contract"))  # as an overlay it is empty
     with tempfile.TemporaryDirectory(prefix="contract-") as folder:
         renamed = package not in ("", course.package)
         source = _copy_renamed(course.contract, Path(folder) / package) if renamed else course.contract

@@ -23,7 +23,7 @@ def test_functions_are_right_at_their_edges(judge: Judge) -> None:
             f"{inside} cannot be imported: {problem}",
             f"is the file there, does {judge.installer} install it, and are its own imports right?",
         )
-    (cases,) = modules(course.folder / "functions")
+    (cases,) = modules(course.path("functions"))
     wrong: dict[str, str] = {}
     for answer in answers:
         if answer.function not in wrong and (answer.problem or not cases.is_right(answer)):

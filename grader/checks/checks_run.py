@@ -36,8 +36,7 @@ def known(course: Course) -> list[str]:
     """Return the ids of all checks there are: the course's own, and those that every course can use."""
     return [
         f"{path.stem}::{node.name}"
-        for folder in (*course.folders("checks"), _FOLDER)
-        for path in sorted(folder.glob("check_*.py"))
+        for path in (*course.files("checks", "check_*.py"), *sorted(_FOLDER.glob("check_*.py")))
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
     ]
@@ -52,8 +51,8 @@ def needs(course: Course, module: str) -> frozenset[str]:
 
 def _files(course: Course, module: str) -> list[tuple[Path, str]]:
     """Return the files of a module of checks with their texts: the course's own, then that in this folder."""
-    paths = (folder / f"{module}.py" for folder in (*course.folders("checks"), _FOLDER))
-    return [(path, path.read_text(encoding="utf-8")) for path in paths if path.is_file()]
+    paths = (*course.files("checks", f"{module}.py"), *_FOLDER.glob(f"{module}.py"))
+    return [(path, path.read_text(encoding="utf-8")) for path in paths]
 
 
 def _place(course: Course, check: str) -> str:

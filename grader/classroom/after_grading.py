@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from grader import evidence
 from grader import report as report_room
 from grader.classroom import (
     anonymous,
@@ -34,10 +35,11 @@ from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
-from grader.course import find
+from grader.course import Course, find, named
 from grader.errors import EXIT_GRADED, GraderError, UsageError
 from grader.evidence.kept import KEPT_DAYS
 from grader.progress import Progress
+from grader.report import EVIDENCE
 from grader.report.standing import DATA
 from grader.sanitize import printable
 from grader.scoring import rubric
@@ -156,7 +158,7 @@ def _gradebook(options: argparse.Namespace) -> int:
     folder = ClassFolder(options.folder)
     if not (options.folder / class_folder.CLASS).exists() and (options.folder / DATA).exists():
         report = json.loads(report_room.for_student(options.folder, DATA).read_text(encoding="utf-8"))
-        book = gradebook.of_one(report, rubric.load(find().rubric))
+        book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
         reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
     else:
         book = gradebook.read(folder)
@@ -184,6 +186,13 @@ def _gradebook(options: argparse.Namespace) -> int:
     if feedback:
         print(f"Feedback: {feedback}")
     return EXIT_GRADED
+
+
+def _course_of(folder: Path) -> Course:
+    """Return the course that a single grading was made with; of a refusal the one around here."""
+    place = folder / EVIDENCE
+    origin = evidence.load(place).origin if place.is_dir() else {}
+    return named(origin["course"]) if "course" in origin else find()
 
 
 def _feedback(out: Path) -> Path:

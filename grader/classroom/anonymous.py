@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import html
 import re
+import shutil
 import unicodedata
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
@@ -23,6 +24,7 @@ from grader.course import named
 from grader.errors import UsageError
 from grader.evidence import Trial
 from grader.host import tempdir
+from grader.report import for_students
 from grader.scoring.rubric import Criterion, Requirement, Rubric
 
 FOLDER = "anonymous"
@@ -39,8 +41,9 @@ def key_of(out: Path) -> Path:
 def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
     """Write gradebook.csv, index.html, and each submission's report into the folder `out`; the key goes beside it.
 
-    Return a remark on each file that still names a person. Nothing of fewer than three characters is hidden, and no
-    nickname. What people decided about one person, comments, doubts and evidence are left out.
+    Where a course holds something back, the reports are those for students. What people decided about one person,
+    comments, doubts and evidence are left out. Return a remark on each file that still names a person. Nothing of fewer
+    than three characters is hidden, and no nickname.
 
     Raises:
         UsageError: `out` is there, and is something else.
@@ -62,8 +65,10 @@ def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
     hide = _hider(aliases, {part: alias for person, alias in people.items() for part in person.name.split()})
     nameless = _without_names(book, people)
     shown = sanitize.changed(replace(nameless, decisions=Decisions()), hide, _OURS)
-    summary = overview.summarise(folder, nameless)
+    summary = overview.summarise(folder, nameless, for_student=True)
+    secret = any(requirement.held_back for requirement in book.rubric.requirements)
     bare = replace(facts, source=_HIDDEN, added=(), entries=(), missing=(), roster=(), notes=(), doubts=())
+    bare = replace(bare, seed=0) if secret else bare  # as in a student's report
     tempdir.remove(out)
     out.mkdir(parents=True)
     plain.write(shown, out / GRADEBOOK)
@@ -79,6 +84,9 @@ def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
             place.mkdir(parents=True)
             result = hand_ins.read_back(folder.submission(entry.id), book.rubric, named(facts.course))
             report.write(sanitize.changed(result, hide, _OURS), place, hand_in=sanitize.changed(known, hide, _OURS))
+            for path in (place / for_students.FOLDER).glob("*"):
+                path.replace(place / path.name)
+            shutil.rmtree(place / for_students.FOLDER, ignore_errors=True)
     table = sorted(
         (people[r.person], submissions.get(r.submission, ""), r.submission, *plain.who(r)) for r in book.rows
     )

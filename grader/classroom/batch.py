@@ -203,7 +203,7 @@ def _prepared(
     given = Given(
         source=str(source) if source else None,
         roster=None if people is None else tuple(people),
-        rubric=path.read_text(encoding="utf-8") if options.rubric or not remembered else None,
+        rubric=rubric.text(path) if options.rubric or not remembered else None,
         seed=options.seed,
         deadline=options.deadline,
         late=options.late_rule,
@@ -221,7 +221,7 @@ def _prepared(
             source=settings.source,
             layout=found.layout,
             rubric=settings.rubric_hash,
-            kit=provenance.kit_hash(course.folder),
+            kit=provenance.kit_hash(course.layers),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
             seed=settings.seed,

@@ -90,7 +90,7 @@ def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -
 
 
 def _kit_hash(course: str) -> str:
-    return provenance.kit_hash(named(course).folder)
+    return provenance.kit_hash(named(course).layers)
 
 
 @contextmanager

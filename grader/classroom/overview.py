@@ -129,14 +129,18 @@ def write_pages(overview: Overview, book: Gradebook, folder: Path) -> Path:
     return folder / OVERVIEW
 
 
-def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
-    """Return what there is to say about a class. One row stands for its team; the people are named in it."""
+def summarise(folder: ClassFolder, book: Gradebook, *, for_student: bool = False) -> Overview:
+    """Return what there is to say about a class; `for_student` without what is held back.
+
+    One row stands for its team; the people are named in it.
+    """
     facts = folder.facts()
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
         teams.setdefault(row.submission, []).append(row)
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
-    reports = {name: folder.report(name) or {} if record else {} for name, record in records.items()}
+    said = {name: folder.report(name, for_student=for_student) for name, record in records.items() if record}
+    reports = {name: said.get(name) or {} for name in records}
     found = tuple(_line(rows, book, records.get(name)) for name, rows in sorted(teams.items()) if rows[0].submission)
     totals = tuple(
         line.row.total for line in found if line.row.total is not None and line.row.state is not State.REFUSED

@@ -64,7 +64,7 @@ def rescore(
         course = named(facts.course)
         source = new_rubric or folder.path / RUBRIC
         whole = rubric.load(source, checks_run.known(course))
-        text = source.read_text(encoding="utf-8")
+        text = rubric.text(source)
         if unknown := sorted(set(only) - {requirement.id for requirement in whole.requirements}):
             raise GraderError(f"The rubric has no requirement {', '.join(unknown)}.")
         records = [record for entry in facts.entries if (record := folder.record(entry.id)) is not None]
@@ -100,7 +100,7 @@ def rescore(
                     if before.get(name) != points.get(name)
                 ]
                 folder.keep(
-                    made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash(course.folder))
+                    made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash(course.layers))
                 )
             folder.write_facts(replace(facts, rubric=rubric_hash))
             write_atomically(folder.path / RUBRIC, text)

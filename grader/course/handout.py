@@ -11,7 +11,7 @@ from grader.scoring.rubric import Criterion, Requirement, Rubric
 
 def render(rubric: Rubric, course: Course) -> str:
     """Return the handout for `rubric`, as Markdown. handout.md.j2 in the course's folder is its frame."""
-    loader = jinja2.FileSystemLoader(course.folder)
+    loader = jinja2.FileSystemLoader(course.layers)
     environment = jinja2.Environment(
         loader=loader, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )

@@ -115,6 +115,7 @@ class Course:
         interfaces: the course's own types, such as "srv/SetSpeed"; their files are in `contract`.
         demonstration: the path of the script that shows the nodes at work, "" for none.
         words: further names that code has from the contract, such as frames and states.
+        extends: the course that has whatever is not in `folder`, None for a course that has everything.
     """
 
     folder: Path
@@ -130,30 +131,38 @@ class Course:
     rubric: Path = Path()
     solution: Path = Path()
     notebooks: Path = Path()
+    extends: Course | None = None
 
     @property
     def contract(self) -> Path:
         """Return the folder of a package that holds the course's interface files and nothing else."""
-        return self.folder / "contract" / self.package
+        return self.path("contract") / self.package
 
     @property
     def held_back(self) -> Path:
         """Return the folder of what students must not see, with folders `trials`, `checks` and `worlds`."""
         return self.folder / "held_back"
 
-    def folders(self, kind: str) -> tuple[Path, Path]:
-        """Return the folders of its "trials", "checks" or "worlds": of those that students get, and those held back."""
-        return self.folder / kind, self.held_back / kind
-
     @property
-    def checks(self) -> Path:
-        """Return the folder of the course's own checks."""
-        return self.folder / "checks"
+    def layers(self) -> tuple[Path, ...]:
+        """Return its folder, and after it that of the course that it extends."""
+        return (self.folder, *(self.extends.layers if self.extends else ()))
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file or a folder, which may not be there; its own comes before the extended course's."""
+        return next((found for layer in self.layers if (found := layer / name).exists()), self.folder / name)
+
+    def files(self, kind: str, pattern: str) -> list[Path]:
+        """Return its "trials", "checks" or "worlds": those that students get, then those held back.
+
+        Its own file comes in place of the extended course's with the same name.
+        """
+        found = {path.name: path for layer in reversed(self.layers) for path in sorted((layer / kind).glob(pattern))}
+        return [*found.values(), *sorted((self.held_back / kind).glob(pattern))]
 
     def world(self, name: str) -> str:
         """Return what `sim.load_world` takes for a world: a file of the course's own, or else its name."""
-        files = (folder / f"{name}.yaml" for folder in self.folders("worlds"))
-        return next((str(path) for path in files if path.is_file()), name)
+        return next(map(str, self.files("worlds", f"{name}.yaml")), name)
 
     @property
     def interfaces_package(self) -> str:
@@ -217,7 +226,7 @@ class Course:
     @cached_property
     def notebook_table(self) -> dict[str, Any]:
         """Return what notebooks.yaml says: the notebooks with their files, and what checks in them need."""
-        path = self.folder / "notebooks.yaml"
+        path = self.path("notebooks.yaml")
         found = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
         return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins", "edits")}
 

@@ -48,7 +48,7 @@ def extra(course: Course) -> tuple[Package, ...]:
     Raises:
         GraderError: a line does not name one version.
     """
-    path = course.folder / EXTRA
+    path = course.path(EXTRA)
     return tuple(_pinned(path)) if path.is_file() else ()
 
 
@@ -87,13 +87,13 @@ def missing(course: Course) -> str:
 
 def install_line(course: Course) -> str:
     """Return the command that installs what a course adds."""
-    return f".venv/bin/python -m pip install --no-deps -r {course.folder / EXTRA}"
+    return f".venv/bin/python -m pip install --no-deps -r {course.path(EXTRA)}"
 
 
 def require(course: Course) -> None:
     """Raise a GraderError if something that a course adds is not installed."""
     if lacking := missing(course):
-        raise GraderError(f"{course.folder / EXTRA}: {lacking}.", f"Run: {install_line(course)}")
+        raise GraderError(f"{course.path(EXTRA)}: {lacking}.", f"Run: {install_line(course)}")
 
 
 def _pinned(path: Path) -> Iterator[Package]:

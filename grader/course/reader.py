@@ -70,26 +70,35 @@ def load(folder: Path) -> Course:
     folder = folder.resolve()
     path, root = _compose(folder / COURSE)
     reader = _Reader(path)
-    needed, places = ("title", "package", "rubric"), ("solution", "notebooks")
-    fields = reader.fields(root, root, needed, "a course", places)
-    package = reader.text(fields["package"])
-    path, contract = _compose(folder / CONTRACT)
+    base = reader.extended(yaml_reader.value(root, "extends"))
+    places = ("solution", "notebooks")
+    needed, optional = (("extends", "rubric"), ("title", *places)) if base else (("title", "package", "rubric"), places)
+    fields = reader.fields(root, root, needed, "a course", optional)
+    package = base.package if base else reader.text(fields["package"])
+    own = folder / CONTRACT
+    path, contract = _compose(base.folder / CONTRACT if base and not own.exists() else own)
     parts = _Reader(path).contract(contract, package)
-    where: dict[str, Any] = {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
-    course = Course(folder=folder, title=reader.text(fields["title"]), package=package, **parts, **where)
+    parts |= {name: getattr(base, name) for name in ("title", *places)} if base else {}
+    parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
+    parts |= {"title": reader.text(fields["title"])} if "title" in fields else {}
+    course = Course(folder=folder, package=package, extends=base, **parts)
     for type_ in course.interfaces:
         if not (file := course.contract / course.interface_file(type_)).is_file():
             raise GraderError(f"{path} names the interface {type_}, and there is no {file}. Write it.")
     return course
 
 
-def modules(folder: Path) -> list[ModuleType]:
-    """Return the Python modules in a folder of a course, imported; they import each other as `from .other import x`."""
-    package = f"course_{sha256(str(folder).encode()).hexdigest()[:12]}"
+def modules(*folders: Path) -> list[ModuleType]:
+    """Return the Python modules in folders of a course, imported; they import each other as `from .other import x`.
+
+    Of two with the same name the first counts.
+    """
+    places = [*map(str, folders)]
+    package = f"course_{sha256(':'.join(places).encode()).hexdigest()[:12]}"
     if package not in sys.modules:
         sys.modules[package] = ModuleType(package)
-        sys.modules[package].__path__ = [str(folder)]
-    names = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+        sys.modules[package].__path__ = places
+    names = sorted({path.stem for folder in folders for path in folder.glob("*.py") if path.stem != "__init__"})
     return [importlib.import_module(f"{package}.{name}") for name in names]
 
 
@@ -112,6 +121,13 @@ class _Reader(YamlReader):
         if not path.exists() and path.suffix:  # a students' kit leaves the folder of the solution out
             self.fail(node, f"there is no {path}; correct the path, which is relative to {COURSE}")
         return path
+
+    def extended(self, node: yaml.Node | None) -> Course | None:
+        """Return the course that this one extends."""
+        if node is None:
+            return None
+        self.require_known(self.text(node), node, ("kit",), "a course that can be extended")
+        return kits_own()
 
     def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
         """Return the fields of a Course that its contract decides."""

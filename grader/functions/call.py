@@ -57,7 +57,7 @@ def _module(install: Path, course: Course, ros_name: str) -> str:
 
 def questions(course: Course, seed: int) -> list[dict[str, Any]]:
     """Return the calls to make, as function and arguments; the seed decides those that are random."""
-    (cases,) = modules(course.folder / "functions")
+    (cases,) = modules(course.path("functions"))
     asked: list[dict[str, Any]] = cases.questions(random.Random(f"{seed}:functions"))
     return asked
 

@@ -38,12 +38,14 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
         ValueError: there is no such requirement.
     """
     whole = rubric.load(course().rubric)
-    wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements)]
-    if not wanted:
+    wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements if name not in whole.dropped)]
+    dropped = tuple(f"{name} is not graded in this course." for name in requirements if name in whole.dropped)
+    if not requirements:
         wanted = [requirement for requirement in whole.requirements if requirement.can_be_checked]
     everything = "" if requirements else at_hand_in(whole.requirements)
     notebook = os.environ.get(NOTEBOOK, "")
-    stand_ins = {r.id: found for r in wanted if (found := so_far.stand_in(r.id, notebook))}
+    ids = [requirement.id for requirement in whole.requirements]
+    stand_ins = {r.id: found for r in wanted if (found := so_far.stand_in(r.id, notebook)) and found.requirement in ids}
     asked = {r.id: whole.requirement(stand_ins[r.id].requirement) if r.id in stand_ins else r for r in wanted}
     gaps = {r.id: prerequisites.first_gap(workspace.package, asked[r.id].id, notebook) for r in wanted}
     answers = {r.id: _lacking(r, gap) for r in wanted if (gap := gaps[r.id])}
@@ -78,7 +80,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     if everything:
         reached, worth = sum(float(each.points) for each in given), sum(float(each.worth) for each in given)
         notes = (*notes, f"{points(reached)} of {points(worth)} points that can be judged here. {everything}")
-    return Checked(given, pictures, notes, tables)
+    return Checked(given, pictures, (*dropped, *notes), tables)
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -113,7 +115,7 @@ def _answer(
 ) -> Answer:
     return Answer(
         requirement.id, requirement.title, points(reached), points(requirement.points), passed, ours, notes,
-        section=f"Taught in {place(requirement.section)}.", so_far=so_far,
+        section=f"Taught in {place(requirement.section)}." if requirement.section else "", so_far=so_far,
     )  # fmt: skip
 
 

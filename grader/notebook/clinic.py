@@ -92,7 +92,7 @@ def check(case: str, diagnosis: str = "") -> Checked:
 
 def _signs() -> dict[str, Any]:
     found: dict[str, Any] = {}
-    for module in reader.modules(course().folder / FOLDER):
+    for module in reader.modules(course().path(FOLDER)):
         found |= module.SIGNS
     return found
 

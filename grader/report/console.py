@@ -151,7 +151,7 @@ class _Page:
         word = self.paint(WORDS[result.outcome], COLOURS.get(result.outcome, "35"))
         yield f"{word}  {loss.requirement.id}  {loss.heading or loss.requirement.title} ({loss.price})"
         rows = {"seen": result.seen, "expected": result.expected, "try": result.try_, "because": result.because}
-        if result.outcome is not Outcome.ERROR:
+        if result.outcome is not Outcome.ERROR and loss.requirement.section:
             rows["learn"] = place(loss.requirement.section)
         yield from self.rows(rows)
 

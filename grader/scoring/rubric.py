@@ -12,6 +12,7 @@ import yaml
 
 from grader import KIT, yaml_reader
 from grader.errors import GraderError
+from grader.scoring import rubric_changes
 from grader.yaml_reader import YamlReader, line_of
 
 RUBRIC = KIT / "rubric.yaml"
@@ -36,6 +37,7 @@ class Check:
 class Requirement:
     """One requirement of the contract. `advanced` of its `points` are advanced; without checks a person grades it.
 
+    Its `section`, "notebook#heading", is where the course teaches it, "" if no notebook does.
     What judges one that is `held_back` is not for students to see; their kit's rubric has no checks of it.
     """
 
@@ -88,13 +90,17 @@ class Step:
 
 @dataclass(frozen=True)
 class Rubric:
-    """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its file."""
+    """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its text.
+
+    `dropped` are ids that it has not, and that the course's notebooks may ask for.
+    """
 
     title: str
     version: str
     criteria: tuple[Criterion, ...]
     scale: tuple[Step, ...] = ()
     sha256: str = ""
+    dropped: tuple[str, ...] = ()
 
     def grade(self, points: float) -> str:
         """Return the grade for a total, "" without a scale."""
@@ -134,19 +140,37 @@ def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
     Raises:
         GraderError: the file cannot be read, names something unknown, or its points do not add up.
     """
+    text, root = _read(path)
+    reader = _Reader(path, checks)
+    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(text.encode()).hexdigest())
+    if problems := [f"line {reader.points_lines[name]}: {words}" for name, words in _problems(rubric)]:
+        raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
+    return rubric
+
+
+def text(path: Path) -> str:
+    """Return a rubric's text; of one that extends the kit's, the text of both in one.
+
+    Raises:
+        GraderError: the file cannot be read, or changes what the kit's rubric has not.
+    """
+    return _read(path)[0]
+
+
+def _read(path: Path) -> tuple[str, yaml.Node]:
     try:
-        content = path.read_bytes()
-        text = content.decode()
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise GraderError(f"{path} cannot be read as a rubric ({error}). Compare it with the kit's own.") from error
     root = yaml_reader.compose(path, text)
     if not isinstance(root, yaml.MappingNode):
         raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
-    reader = _Reader(path, checks)
-    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(content).hexdigest())
-    if problems := [f"line {reader.points_lines[name]}: {words}" for name, words in _problems(rubric)]:
-        raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
-    return rubric
+    if (extends := yaml_reader.value(root, "extends")) is None:
+        return text, root
+    reader = YamlReader(path)
+    reader.require_known(reader.text(extends), extends, ("kit",), "a rubric that can be extended")
+    root = rubric_changes.changed(_read(RUBRIC)[1], path, root)
+    return yaml.serialize(root, allow_unicode=True, width=120), root
 
 
 class _Reader(YamlReader):
@@ -159,10 +183,11 @@ class _Reader(YamlReader):
         self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
-        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale",))
+        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale", "dropped"))
         criteria = self.every(given["criteria"], self._criterion)
         scale = self._scale(given["scale"]) if "scale" in given else ()
-        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale)
+        dropped = tuple(map(self.text, self.items(given["dropped"]))) if "dropped" in given else ()
+        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale, dropped=dropped)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
         steps: list[Step] = []
@@ -195,7 +220,7 @@ class _Reader(YamlReader):
         )
 
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
-        needed, optional = ("id", "text", "section"), ("points", "title", "advanced", "checks", "held_back")
+        needed, optional = ("id", "text"), ("section", "points", "title", "advanced", "checks", "held_back")
         given = self.fields(node, node, needed, "a requirement", optional)
         name = self._id(given)
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
@@ -207,7 +232,7 @@ class _Reader(YamlReader):
             criterion=criterion,
             points=self._points(given["points"]) if "points" in given else _sum(checks),
             text=" ".join(self.text(given["text"]).split()),
-            section=self.text(given["section"]),
+            section=self.text(given["section"]) if "section" in given else "",
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self.text(given["title"]) if "title" in given else name,

@@ -17,7 +17,8 @@ class TrialPlan:
     Attributes:
         sentence: what happens in it, for the instructor.
         script: what is done; it takes a Stage.
-        node: the node under test.
+        node: the node under test; without it the contract's first.
+        world: a file in the course's folder worlds, or one of those that `python -m sim` lists.
         serves: the requirements that the trial is evidence for, beside those whose checks need trials of its `kind`.
         kind: what a stock trial is about (stock.py), "" for any other.
         parameters: overrides of the node's parameters.

@@ -184,7 +184,7 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2"}
     if plan.namespace:
-        visible |= {course.folder / "trials" / "launch": "/ws/launch"}
+        visible |= {course.path("trials/launch"): "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(read_only=visible, environment=environment, network=True), in_files
 

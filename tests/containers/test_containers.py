@@ -18,6 +18,7 @@ import pytest
 
 from grader import KIT
 from grader.authoring import export, package_edits
+from grader.course import kits_own
 from grader.host import submission_user
 from grader.selftest.attacks import catalogue
 
@@ -150,7 +151,7 @@ ATTACKS = ("calls_home", "fork_bomb", "leaves_a_daemon", "overwrites_the_grader"
 def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Gradescope's folder, with what its setup.sh leaves; the kit is this one."""
     root = tmp_path_factory.mktemp("gradescope") / "autograder"
-    export.gradescope(root.parent / "autograder.zip")
+    export.gradescope(root.parent / "autograder.zip", kits_own())
     shutil.unpack_archive(root.parent / "autograder.zip", root / "source")
     shutil.copy(root / "source" / "run_autograder", root)
     (root / "run_autograder").chmod(0o755)

@@ -54,7 +54,8 @@ def test_a_stock_trial_runs_where_the_rubric_names_a_check_that_needs_it(setting
 
 def test_what_it_lacks_is_absent_from_its_handout():
     page = handout.render(RUBRIC, COURSE)
-    assert "`guard` | `patrol_speed` 0.25, `stop_distance` 0.75" in page
+    assert "| `guard` | service `patrol` | `std_srvs/srv/SetBool` |" in page
+    assert "| `guard` | `patrol_speed` | 0.25 | m/s |" in page
     page = page.replace("_interfaces`", "")  # packages of ROS
     assert not any(word in page for word in ("launch", "action", "interface", kits_own().package))
 
@@ -73,7 +74,9 @@ def test_its_course_is_found_from_a_folder_in_it(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow  # a whole grading
-def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lacks(tmp_path: Path):
+def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lacks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     out = tmp_path / "out"
     assert cli.main(["grade", str(COURSE.solution), "--course", str(HALL), "--out", str(out)]) == 0
     report = json.loads((out / "report.json").read_text())
@@ -81,6 +84,9 @@ def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lac
     assert {each["outcome"] for each in report["requirements"]} == {"passed"}
     assert "launch" not in json.dumps(report["requirements"])
     assert kits_own().package not in (out / "report.html").read_text()
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["gradebook", str(out)]) == 0
+    assert "B1" in (out / "gradebook.csv").read_text().partition("\n")[0].split(",")
 
 
 @pytest.mark.ros

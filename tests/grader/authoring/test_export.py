@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 import stat
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
 import pytest
 import yaml
+from helpers.course import COURSE
 
-from grader import KIT
-from grader.authoring import export
+from grader import KIT, cli
+from grader.authoring import export, new_course, new_requirement
 
 
 @pytest.fixture
 def autograder(tmp_path: Path) -> zipfile.ZipFile:
-    export.gradescope(tmp_path / "autograder.zip", 30)
+    export.gradescope(tmp_path / "autograder.zip", COURSE, 30)
     return zipfile.ZipFile(tmp_path / "autograder.zip")
 
 
@@ -44,7 +48,7 @@ def test_an_autograder_holds_the_grader_and_not_the_solution(autograder: zipfile
 
 
 def test_the_template_repository_has_a_workflow_and_the_kit(tmp_path: Path):
-    export.github(tmp_path / "template.zip")
+    export.github(tmp_path / "template.zip", COURSE)
     assert [path.name for path in tmp_path.iterdir()] == ["template.zip"]
     template = zipfile.ZipFile(tmp_path / "template.zip")
     workflow = yaml.safe_load(template.read(".github/workflows/classroom.yml"))
@@ -53,6 +57,36 @@ def test_the_template_repository_has_a_workflow_and_the_kit(tmp_path: Path):
     assert "@" not in "".join(step.get("run", "") for step in steps)
     with template.open("kit.zip") as kit:
         assert f"{export.TOP}/grader/cli.py" in zipfile.ZipFile(kit).namelist()
+
+
+def test_a_course_of_ones_own_is_in_an_autograder_with_all_that_judges_it(tmp_path: Path):
+    """`grader export` had no --course, so the autograder graded by the kit's own."""
+    course = new_course.lay_out(tmp_path / "mine")
+    new_requirement.add(course, "X1")
+    (course.folder / "held_back").mkdir()
+    (course.folder / "checks" / "check_x1.py").rename(course.folder / "held_back" / "check_x1.py")
+    out = tmp_path / "autograder.zip"
+    assert cli.main(["export", "gradescope", "--course", str(course.folder), "--out", str(out)]) == 0
+    with zipfile.ZipFile(out) as opened:
+        opened.extractall(tmp_path)
+    folder = tmp_path / "kit" / "course"
+    names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert {"trials/x1.py", "held_back/check_x1.py", "rubric.yaml", "contract/contract.yaml"} <= names
+    assert not [name for name in names if name.startswith(("solution", "notebooks/", "known_bad"))]
+    script = "from grader.course import find; print(find().package, find().folder)"
+    found = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path / "kit", env=os.environ | {"ROS2_COURSE": str(folder)},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert found.stdout == f"hall_guard {folder}\n"
+
+
+def test_a_rubric_outside_of_the_courses_folder_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    folder = shutil.copytree(new_course.lay_out(tmp_path / "laid_out").folder, tmp_path / "mine")
+    (folder / "rubric.yaml").rename(tmp_path / "rubric.yaml")
+    (folder / "course.yaml").write_text("title: x\npackage: hall_guard\nrubric: ../rubric.yaml\n")
+    assert cli.main(["export", "github", "--course", str(folder), "--out", str(tmp_path / "a.zip")]) == 3
+    assert "rubric.yaml is not in the course's folder" in capsys.readouterr().err
 
 
 def test_the_devcontainer_builds_the_containerfile():

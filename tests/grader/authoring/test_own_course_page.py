@@ -65,7 +65,9 @@ def test_every_command_but_the_gradings_works_as_typed(tmp_path: Path):
     course = load(tmp_path / "mycourse")
     assert check_course.read_rubric(course).requirement("B4").points == 5
     assert sum(criterion.points for criterion in check_course.read_rubric(course).criteria) == 105
-    assert {path.name for path in tmp_path.iterdir()} == {"mycourse", "handout.md", "kit.zip", "handed_in"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "mycourse", "handout.md", "kit.zip", "handed_in", "ours", "ours.md",
+    }  # fmt: skip
     assert "B4" in (tmp_path / "mycourse" / "rubric.yaml").read_text()
     assert not [path for path in course.folder.rglob("*b4.*") if b"TODO" in path.read_bytes()]
 
@@ -107,6 +109,12 @@ def test_every_command_of_the_page_works_as_typed(tmp_path: Path):
 
 def test_the_reference_is_up_to_date():
     assert reference.PAGE.read_text() == reference.page(), "run `python -m grader.authoring.reference`"
+
+
+def test_every_option_of_a_trial_is_in_the_reference():
+    """`world` was missing."""
+    page = reference.PAGE.read_text()
+    assert [option for option in catalog._OPTIONS if f"- `{option}`: " not in page] == []
 
 
 @pytest.mark.parametrize(("file", "class_"), [("trials/stage.py", "Stage"), ("checks/judge.py", "Judge")])

@@ -97,13 +97,13 @@ def test_workers_with_another_kit_are_refused(scheduler):
 
 def test_a_scheduler_that_does_not_answer_is_a_sentence(monkeypatch):
     monkeypatch.setattr(cluster, "_CONNECT_S", 1)
-    nobody = cluster.workforce("tcp://127.0.0.1:9", provenance.kit_hash(kits_own().folder))
+    nobody = cluster.workforce("tcp://127.0.0.1:9", provenance.kit_hash(kits_own().layers))
     with pytest.raises(GraderError, match=r"does not answer .* `dask scheduler`"), nobody:
         pass
 
 
 def test_a_cluster_takes_as_many_submissions_as_it_has_threads(scheduler):
-    with cluster.workforce(scheduler, provenance.kit_hash(kits_own().folder)) as found:
+    with cluster.workforce(scheduler, provenance.kit_hash(kits_own().layers)) as found:
         assert found.slots == 2
 
 
@@ -115,7 +115,7 @@ def grading(folder: Path) -> Iterator[tuple[cluster.Cluster, subprocess.Popen[by
     order = Order("t", str(package), str(folder / "out"), rubric.RUBRIC.read_text(), 0, "", 5.0, fresh=True)
     with (
         dask_cluster(folder, 1, "--no-nanny") as (address, (worker,)),
-        cluster.workforce(address, provenance.kit_hash(kits_own().folder)) as found,
+        cluster.workforce(address, provenance.kit_hash(kits_own().layers)) as found,
     ):
         found.submit(order)
         # The grading's own process, and a sandbox that it has started.

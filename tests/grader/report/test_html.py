@@ -14,6 +14,7 @@ from helpers.report_examples import (
     INTAKE,
     REFUSED,
     RUBRIC,
+    SMALL,
     TOUCHED,
     broken,
     drive_at_a_wall,
@@ -25,7 +26,7 @@ from helpers.report_examples import (
 )
 
 from grader.evidence import Evidence, Flag, Kind, Reason
-from grader.report import data, figures, html, write
+from grader.report import console, data, figures, html, write
 from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -346,3 +347,12 @@ def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
     ]
     assert "not tried: the budget of 20 s" in table
     assert "Mutants of the package, and" not in html.render(broken(load(RUBRIC)), pictures=False)
+
+
+def test_a_requirement_that_no_notebook_teaches_names_none(tmp_path):
+    """A course can do without notebooks; each requirement had to name a section of one."""
+    (tmp_path / "rubric.yaml").write_text(re.sub(r"(?m)^ +section: .*\n", "", SMALL))
+    without = grading(found := load(tmp_path / "rubric.yaml"), results(found, TOUCHED))
+    assert {requirement.section for requirement in found.requirements} == {""}
+    assert "Taught in" not in html.render(without)
+    assert "learn  " not in console.render(without)

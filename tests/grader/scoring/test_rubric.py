@@ -149,7 +149,7 @@ def change(data, where, key, value):
         ("check", "points", float("nan"), ".nan is not a number of points"),
         ("check", "points", "one", "one is not a number of points"),
         ("criterion", "levels", {"A": "all"}, "'B' is missing; a criterion needs A, B, C, D"),
-        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria, scale."),
+        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria, scale, dropped."),
         ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
         ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
         ("check", "point", 1, "point is not allowed here. Did you mean points? There are: id, points, level."),
@@ -186,8 +186,7 @@ def names_of_tests(path: Path) -> list[str]:
 def test_every_check_of_the_kits_own_course_is_in_its_rubric():
     graded = {check.id for check in load(RUBRIC).checks}
     assert graded <= set(checks_run.known(COURSE))
-    own = {path.stem for path in COURSE.checks.glob("check_*.py")}
-    defined = {f"{module}::{name}" for module in own for name in names_of_tests(COURSE.checks / f"{module}.py")}
+    defined = {f"{p.stem}::{name}" for p in COURSE.files("checks", "check_*.py") for name in names_of_tests(p)}
     assert defined <= graded
 
 

@@ -13,11 +13,12 @@ cp -r "$(dirname "$0")/kit/." "$kit"
 cd "$kit"
 make setup PYTHON="$python"
 # A submission runs as another user: it needs Python and its packages, and nothing else of the kit.
-chmod -R go-rwx grader sim rubric.yaml
+if [ -d course ]; then export ROS2_COURSE=$kit/course; fi
+chmod -R go-rwx grader sim rubric.yaml ${ROS2_COURSE:-}
 chmod 700 "$(dirname "$0")"
 .venv/bin/grader doctor || true  # in the log of the build
 # The first grading builds the contract's interfaces; do it now.
 .venv/bin/python -c 'from pathlib import Path
 from grader import building
-from grader.course import kits_own
-building.build_contract(Path("cache"), kits_own())'
+from grader.course import find
+building.build_contract(Path("cache"), find())'
