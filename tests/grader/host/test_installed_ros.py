@@ -100,8 +100,8 @@ def test_a_package_is_built_and_run_with_the_installed_ros(tmp_path: Path):
     assert f"Built and run with an installed ROS 2: {said['environment']['ros']}." in said["notes"]
     shown = [
         line
-        for file in (tmp_path / "out" / "evidence").rglob("*.json")
-        for line in json.loads(file.read_text()).get("output_tail", "").splitlines()
+        for file in (tmp_path / "out" / "evidence" / "trials").glob("*.json")
+        for line in json.loads(file.read_text())["output_tail"].splitlines()
         if line.startswith("USES")
     ]
     assert shown
