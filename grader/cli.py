@@ -23,7 +23,7 @@ from grader.errors import (
     SubmissionError,
     UsageError,
 )
-from grader.host import atomic, namespaces, shortage, supervised
+from grader.host import atomic, namespaces, ros_env, shortage, supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S
 
@@ -64,6 +64,8 @@ def _supervised(options: argparse.Namespace) -> int:
 
 def _carry_out(options: argparse.Namespace) -> int:
     try:
+        if "ros" in options and (prefix := options.ros or ros_env.sourced()):
+            ros_env.choose(prefix)
         return int(options.run(options))
     except SubmissionError as error:
         return _fail(error, EXIT_NOT_GRADED, options.debug)
@@ -149,6 +151,7 @@ def _add_grade(verbs: Any) -> None:
     )
     _add_seed_and_cache(parser)
     _add_fresh(parser)
+    add_ros(parser)
     parser.set_defaults(run=_grade, interrupted="nothing was written.")
 
 
@@ -169,6 +172,7 @@ def _add_check(verbs: Any) -> None:
     add_course(parser)
     _add_seed_and_cache(parser)
     _add_fresh(parser)
+    add_ros(parser)
     parser.set_defaults(run=_check, interrupted="nothing was written.")
 
 
@@ -176,6 +180,13 @@ def add_course(parser: argparse.ArgumentParser) -> None:
     """Add the option that chooses the course; `grader.course.find` reads it."""
     words = "the folder of the course (default: the one with a course.yaml here or above, else the kit's own)"
     parser.add_argument("--course", type=Path, metavar="DIR", help=words)
+
+
+def add_ros(parser: argparse.ArgumentParser) -> None:
+    """Add the option that chooses an installed ROS 2."""
+    words = "build and run the package with the ROS 2 in PREFIX, such as /opt/ros/jazzy, instead of the kit's "
+    words += "(default: one whose setup file was sourced, if it is for this Python)"
+    parser.add_argument("--ros", type=Path, metavar="PREFIX", help=words)
 
 
 def _add_fresh(parser: argparse.ArgumentParser) -> None:
@@ -228,6 +239,7 @@ def _add_handout(verbs: Any) -> None:
 def _add_doctor(verbs: Any) -> None:
     parser = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
     add_course(parser)
+    add_ros(parser)
     parser.set_defaults(run=_doctor)
 
 

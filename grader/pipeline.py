@@ -19,7 +19,7 @@ from grader.course import held_back, name_of, packages
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.evidence.kept import NotKept
-from grader.host import atomic, namespaces, provenance, shortage, submission_user, tempdir
+from grader.host import atomic, namespaces, provenance, ros_env, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.sanitize import printable
 from grader.scoring.grading import Grading, Refusal
@@ -227,6 +227,9 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
         "sources": ", ".join(each.name for each in SOURCES if each.serves(settings) & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
+    if ros_env.installed():
+        said = f"Built and run with an installed ROS 2: {ros_env.name()}."
+        found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if said := namespaces.notice():
         found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if namespaces.sandbox_disabled():

@@ -233,7 +233,7 @@ def _tree_files(source: Path) -> list[Path]:
 def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
     ccache = job.cache / "ccache"
     ccache.mkdir(parents=True, exist_ok=True)
-    environment = ros_env.environment(home=sandbox.HOME)
+    environment = ros_env.environment(home=sandbox.HOME, wheels=job.trusted)  # the observer's types are the kit's own
     launchers = []
     if shutil.which("ccache"):
         environment |= {"CCACHE_DIR": _CCACHE, "CCACHE_NOHASHDIR": "1", "CCACHE_BASEDIR": "/ws", "CCACHE_NOSTATS": "1"}
@@ -347,6 +347,7 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
 
 
 def _without_host_paths(log: str) -> str:
-    """Return a build's log without the path of the ROS wheels, and without colcon's warnings about that prefix."""
+    """Return a build's log without the paths of ROS and of Python, and without colcon's warnings about them."""
     lines = [line for line in log.splitlines() if "doesn't contain any 'local_setup.*' files" not in line]
-    return "\n".join(lines).replace(str(ros_env.PREFIX), "<ros>")
+    text = "\n".join(lines).replace(str(ros_env.PREFIX), "<ros>")
+    return text.replace(str(prefix), "<ros>") if (prefix := ros_env.installed()) else text

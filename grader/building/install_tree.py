@@ -168,7 +168,7 @@ def _hashed_interfaces(install: Path, package: str, course: Course) -> int:
 
 def _is_free(package: str) -> bool:
     """Return whether a package may have this name: one of ROS's own would hide that from the observer."""
-    taken = package in _RESERVED or _shadows(package) or (ros_env.PREFIX / "share" / package).exists()
+    taken = package in _RESERVED or _shadows(package) or ros_env.has_package(package)
     return _NAME.fullmatch(package) is not None and not taken
 
 

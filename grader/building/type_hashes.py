@@ -48,7 +48,9 @@ def compute(texts: Mapping[str, str], package: str, cache: Path) -> Generated:
     """
     if not texts:
         return Generated()
-    digest = hashlib.sha256(json.dumps([package, sorted(texts.items())]).encode()).hexdigest()[:40]
+    digest = hashlib.sha256(
+        json.dumps([package, sorted(texts.items()), *filter(None, [ros_env.identity()])]).encode()
+    ).hexdigest()[:40]
     cached = cache / "hashes" / f"{digest}.json"
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
         kept = json.loads(cached.read_text())

@@ -68,6 +68,7 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     parser.add_argument(
         "--despite-doubts", action="store_true", help="grade even if it is doubtful whose most submissions are"
     )
+    parser.add_argument("--ros", type=Path, metavar="PREFIX", help="build and run packages with the ROS 2 in PREFIX")
     parser.set_defaults(run=_batch)
 
 

@@ -16,6 +16,7 @@ from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride
 from grader.classroom.roster import Person
+from grader.host.namespaces import Confinement
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import hundredths
@@ -76,6 +77,8 @@ class Row:
     flags: int = 0
     kit: str = ""
     """The kit that graded the submission, as Record.kits has it."""
+    confinement: str = ""
+    """What kept the submission apart while it was graded, a value of Confinement; "" if it was not graded."""
 
     @property
     def final(self) -> bool:
@@ -137,6 +140,12 @@ class Gradebook:
     def kits(self) -> frozenset[str]:
         """Return the versions of the kit that graded the class."""
         return frozenset(row.kit for row in self.rows if row.kit)
+
+    @property
+    def weakly_confined(self) -> tuple[str, ...]:
+        """Return the submissions that were graded without namespaces."""
+        confined = {row.submission: row.confinement for row in self.every if row.confinement}
+        return tuple(sorted(name for name, how in confined.items() if how != Confinement.NAMESPACES.value))
 
 
 def read(folder: ClassFolder) -> Gradebook:
@@ -276,6 +285,7 @@ class _Graded:
             comments=(*self._decided.comments, *about.comments),
             flags=len(self._report.get("integrity", ())) if self._report else 0,
             kit=self._record.kits if self._record else "",
+            confinement=str(self._report.get("confinement", "")) if self._graded and self._report else "",
         )
         return replace(row, grade=_grade(self._whole, row))
 

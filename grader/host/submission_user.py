@@ -83,7 +83,7 @@ def lacks() -> str:
 
 def prefixes() -> list[Path]:
     """Return where Python and its packages are, if not in /usr."""
-    return [prefix for prefix in (ros_env.BASE_PREFIX, ros_env.PREFIX) if prefix != Path("/usr")]
+    return [prefix for prefix in ros_env.prefixes() if prefix != Path("/usr")]
 
 
 def _is_open(path: Path) -> bool:

@@ -123,13 +123,12 @@ def read_sources(folder: Path, interfaces: Path | None, course: Course) -> Packa
     built = {sources.name}
     if interfaces is not None:
         built.add(read_package_xml(interfaces / "package.xml").name or interfaces.name)
-    share = ros_env.PREFIX / "share"
     return PackageSources(
         course, folder, paths, xml,
         cmake=cmake_text.read(sources.read("CMakeLists.txt")) if sources.has_cmake else sources.cmake,
         setup=_setup_py(sources.read("setup.py")) if "setup.py" in paths else None,
         built=frozenset(built),
-        known=frozenset(path.parent.name for path in share.glob("*/package.xml")),
+        known=frozenset(path.parent.name for share in ros_env.share_folders() for path in share.glob("*/package.xml")),
     )  # fmt: skip
 
 

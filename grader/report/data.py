@@ -71,6 +71,7 @@ def _grading(grading: Grading) -> dict[str, Any]:
         "integrity": [{"kind": flag.kind, "what": flag.what, "where": flag.where} for flag in evidence.flags],
         "notes": list(evidence.intake.notes),
         "kept": dict(evidence.kept),
+        "confinement": evidence.origin.get("confinement", ""),
         "build": {"ok": evidence.build.ok, "cached": evidence.build.cached},
         "trials": [_trial(trial) for trial in trials.values()],
         "environment": dict(grading.environment),

@@ -198,7 +198,7 @@ def _start(
     domain = str(1 + int(folder.name) % _DOMAINS)
     environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | _ENVIRONMENT | {"ROS_DOMAIN_ID": domain}
     # The worker starts without the install tree on its path: a sitecustomize in it must not be imported first.
-    environment.pop("PYTHONPATH")
+    environment["PYTHONPATH"] = ros_env.environment(home=sandbox.HOME)["PYTHONPATH"]
     box = sandbox.Sandbox(
         read_only={
             install: str(building.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",

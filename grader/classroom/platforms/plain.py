@@ -23,7 +23,7 @@ def _lines(book: Gradebook) -> Iterator[Sequence[Cell]]:
     ids = [requirement.id for requirement in book.rubric.requirements]
     yield (
         *PERSON, "submission", "state", "submitted", "late", *ids, "reached", "deduction", "total", *graded, "max",
-        "flags", "kit", "comment",
+        "flags", "kit", "confinement", "comment",
     )  # fmt: skip
     for row in book.rows:
         points = {each.id: each.points for each in row.requirements}
@@ -41,6 +41,7 @@ def _lines(book: Gradebook) -> Iterator[Sequence[Cell]]:
             row.max,
             row.flags,
             row.kit,
+            row.confinement,
             row.comment,
         )
 

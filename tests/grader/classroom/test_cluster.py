@@ -4,49 +4,53 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from helpers.class_reports import Silent
+from submissions import edits
 
 from grader import KIT
-from grader.classroom import batch, cluster
+from grader.classroom import batch, cluster, gradebook, overview
 from grader.classroom.batch import Options
 from grader.classroom.class_folder import ClassFolder, Status
 from grader.classroom.one_grading import Order
 from grader.course import kits_own
 from grader.errors import GraderError
-from grader.host import procfs, provenance
+from grader.host import procfs, provenance, submission_user
 from grader.scoring import rubric
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]  # a cluster of three processes
 
 
 @contextmanager
-def dask_cluster(folder: Path, workers: int, *options: str) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+def dask_cluster(
+    folder: Path, workers: int, *options: str, of_one: Mapping[str, str] | None = None
+) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """Start a scheduler and workers as their commands do; yield the scheduler's address and the workers.
 
-    Their temporary files are in the folder `tmp`.
+    Their temporary files are in the folder `tmp`. `of_one` is the first worker's own environment.
     """
     file = folder / "scheduler.json"
     (folder / "tmp").mkdir()
     environment = os.environ | {"PYTHONPATH": str(KIT), "TMPDIR": str(folder / "tmp")}
     common = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file)]
 
-    def start(*words: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "dask", *words, *common]
+    def start(*words: str, more: Mapping[str, str] | None = None) -> subprocess.Popen[bytes]:
         return subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+            [sys.executable, "-m", "dask", *words, *common],
+            cwd=folder, env=environment | dict(more or {}), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
 
-    started = [
-        start("scheduler", "--port", "0"),
-        *(start("worker", "--nthreads", "1", *options) for _ in range(workers)),
+    started = [start("scheduler", "--port", "0")]
+    started += [
+        start("worker", "--nthreads", "1", *options, more=None if number else of_one) for number in range(workers)
     ]
     try:
         wait_until("the scheduler has started", lambda: file.exists() and bool(file.read_text().strip()))
@@ -88,6 +92,27 @@ def test_submissions_travel_to_the_workers_and_results_come_back(scheduler, tmp_
     assert record is not None
     assert record.status is Status.REFUSED
     assert (folder.submission("team02") / "report.html").exists(), "a refusal's report comes back too"
+
+
+@pytest.mark.sandbox
+@pytest.mark.skipif(os.geteuid() != 0 or bool(submission_user.lacks()), reason=f"root's: {submission_user.lacks()}")
+def test_a_class_says_which_sandbox_graded_each_submission(tmp_path):
+    """One worker has no namespaces, so its submission has a weaker sandbox; that was said in its own report alone."""
+    for name in ("team01", "team02"):
+        package = edits.apply(None, tmp_path / "source" / name)
+        (package / "CMakeLists.txt").write_text("broken(\n")
+    without = {"ROS2_COURSE_KIT_NAMESPACES": "this test forbids them"}
+    (tmp_path / "dask").mkdir()
+    with dask_cluster(tmp_path / "dask", 2, of_one=without) as (address, _):
+        summary = batch.run(tmp_path / "source", tmp_path / "class", [], Options(scheduler=address), Silent())
+    assert (summary.graded, summary.errors) == (2, 0)
+    folder = ClassFolder(tmp_path / "class")
+    book = gradebook.read(folder)
+    assert sorted(row.confinement for row in book.rows) == ["namespaces", "users"]
+    (weaker,) = (row.submission for row in book.rows if row.confinement == "users")
+    page = overview.write(folder, book).read_text()
+    assert re.search(rf'Graded without namespaces</strong>.*<a href="submissions/{weaker}/report.html">', page)
+    assert page.count("confinement: users") == 1
 
 
 def test_workers_with_another_kit_are_refused(scheduler):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import datetime as dt
 import json
 import re
@@ -12,6 +13,7 @@ from helpers.class_reports import report
 
 from grader.classroom import gradebook, overview
 from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.platforms import plain
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)  # of the class in conftest.py
 
@@ -82,6 +84,20 @@ def test_groups_of_similar_packages_are_on_the_page_once_they_were_looked_for(cl
 def test_flags_and_who_handed_in_nothing_are_named(page):
     assert "tried &lt;b&gt;to&lt;/b&gt; reach 10.0.0.1" in page
     assert "Eva Ost" in page
+
+
+def test_a_submission_that_was_graded_without_namespaces_is_named(class_of_four):
+    """Of a class on several machines only the single report said which sandbox graded."""
+    folder = class_of_four(report=report(confinement="users"))
+    book = gradebook.read(folder)
+    assert {row.submission: row.confinement for row in book.rows} == {"team07": "users", "boek": "", "": ""}
+    page = overview.write(folder, book).read_text()
+    above, _, _ = page.partition('id="totals"')
+    assert above.index("Graded without namespaces") < above.index('<a href="submissions/team07/report.html">team07</a>')
+    assert page.count("confinement: users") == 1
+    plain.write(book, folder.path / "gradebook.csv")
+    lines = csv.DictReader((folder.path / "gradebook.csv").read_text().splitlines())
+    assert [line["confinement"] for line in lines].count("users") == 2
 
 
 def test_the_page_needs_nothing_from_elsewhere(page):
