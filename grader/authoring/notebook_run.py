@@ -158,6 +158,8 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
             )
         if notebook_source.EXERCISE in notebook_source.tags(cell) and (path := notebook_source.written_file(cell)):
             cell.source = notebook_source.with_body(cell, solutions(name, path))
+        if notebook_source.FUNCTION in notebook_source.tags(cell):
+            cell.source = pieces.filled(cell.source, notebook_source.functions(name))
         if notebook_source.CASE in notebook_source.tags(cell):
             cell.source = checkpoint_texts.answer(cell.source)
     return notebook

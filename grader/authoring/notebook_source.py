@@ -24,6 +24,7 @@ from grader.scoring.rubric import Rubric
 NOTEBOOKS = KIT / "notebooks"
 SOURCE = NOTEBOOKS / "source"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
+FUNCTION = "function"  # a function that stays in the notebook; solution_NN.py beside the source has it solved
 CASE = "case"  # the diagnosis or the cure of a patient of the clinic, which the cell names
 FOLDED_LINES = 120  # a given file that is longer is to be opened by those who want to read it
 DESIGN = "design"  # a piece of which learners decide how it works: without a third hint, with two designs afterwards
@@ -43,6 +44,11 @@ class Heading:
 
     level: int
     text: str
+
+
+def functions(name: str, notebooks: Path = NOTEBOOKS) -> str:
+    """Return the text of the module with the solved functions that stay in the notebook `name`."""
+    return (notebooks / "source" / f"solution_{name[:2]}.py").read_text(encoding="utf-8")
 
 
 def names(notebooks: Path = NOTEBOOKS) -> list[str]:

@@ -47,7 +47,7 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
         try:
             if hung:
                 raise MissingError
-            with _at_most(LIMIT_S):
+            with limited():
                 got = eval(call, names)  # the author of the notebook wrote it
             fits = same(got, wanted)
             seen = shown(got)
@@ -77,8 +77,8 @@ def _said(error: Exception, names: Mapping[str, object]) -> str:
 
 
 @contextmanager
-def _at_most(seconds: float) -> Iterator[None]:
-    """Raise a HangError in what has not ended after so many seconds, with its line. Outside the main thread, wait."""
+def limited() -> Iterator[None]:
+    """Raise a HangError in what has not ended after `LIMIT_S`, with its line. Outside the main thread, wait."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -86,7 +86,7 @@ def _at_most(seconds: float) -> Iterator[None]:
     def stop(_signal: int, frame: FrameType | None) -> None:
         raise HangError(f"hangs at {_place(frame)}; `await` the future, or end the loop")
 
-    before, timer = signal.signal(signal.SIGALRM, stop), threading.Timer(seconds, _interrupt)
+    before, timer = signal.signal(signal.SIGALRM, stop), threading.Timer(LIMIT_S, _interrupt)
     timer.start()
     try:
         yield
@@ -102,7 +102,8 @@ def _interrupt() -> None:
     if "rclpy" in sys.modules:
         import rclpy
 
-        rclpy.get_global_executor().wake()
+        if rclpy.ok():  # without a context no executor can be made
+            rclpy.get_global_executor().wake()
 
 
 def _place(frame: FrameType | None) -> str:

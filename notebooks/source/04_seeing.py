@@ -172,7 +172,7 @@ for degrees in (0, 90, -90):
 # For this, every message with places or directions says in `header.frame_id` whose axes it uses, and ROS knows how the frames are placed relative to each other.
 # Such a placement is called a **transform**: a shift and a rotation.
 # The library **tf2** collects them from the topics `/tf` and `/tf_static`, and `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints one.
-# There is no wheel of tf2 for Python, so this kit does not have it; but it only does arithmetic that you can do, too.
+# There is no wheel of tf2 for Python, so this kit does not have it; but it only does arithmetic that you can do, too, and in notebook 12 you will.
 #
 # On a TurtleBot 4 Standard the transform from the robot's centre, `base_link`, to its lidar is: 4 cm back (x = -0.04 m), and turned by 90° to the left.
 # (On a TurtleBot 4 Lite: 0.4 cm forward, turned by the same 90°.)

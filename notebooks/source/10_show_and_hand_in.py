@@ -1047,5 +1047,5 @@ for name in lost:
 # **Three next steps**, from an evening to a term:
 #
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
-# - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees. Then start your package on one with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md).
+# - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2). Then start your package on one with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md).
 # - **Let Nav2 drive.** It does with a map and a planner what your `navigator.py` does with a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.

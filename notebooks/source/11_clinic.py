@@ -511,5 +511,7 @@ check("C10", diagnosis)
 # When you have seen the complaint before it and not after it, can say why, and what worked before still does.
 # </details>
 #
-# That is the end of the course.
+# That is the end of the clinic.
+# Notebook 12 is about frames: where something is, seen from where, and when.
+#
 # Most of what you will do with robots is in this notebook: look, ask one question, change one thing, look again.

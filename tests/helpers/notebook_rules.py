@@ -24,8 +24,9 @@ HINTS = 3
 RECALL = 3
 IGNORED = "nbval-ignore-output"
 
-# The tags of cells that write a file of the package, or into one.
-WRITTEN = {notebook_source.EXERCISE, notebook_source.SKELETON, notebook_source.PIECE, notebook_source.GIVEN}
+# The tags of cells that write a file of the package, or into one, or a function of the notebook.
+_PIECES = {notebook_source.PIECE, notebook_source.FUNCTION}
+WRITTEN = {notebook_source.EXERCISE, notebook_source.SKELETON, notebook_source.GIVEN, *_PIECES}
 
 # Traces of this machine, this day or this process in an output.
 MACHINE = re.compile(
@@ -150,7 +151,7 @@ def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
 def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
     """Each piece of a file can be tried on the spot, and has hints of its own."""
     for position, cell in enumerate(page.notebook.cells):
-        if notebook_source.piece_file(cell) is None:
+        if not _PIECES & set(notebook_source.tags(cell)):
             continue
         after = []
         for other in page.notebook.cells[position + 1 :]:
@@ -184,7 +185,7 @@ def tags_fit_the_cells(page: Page) -> Iterator[str]:
         tags = set(notebook_source.tags(cell))
         if unknown := tags - WRITTEN - {notebook_source.CHECK, notebook_source.DESIGN, notebook_source.CASE, IGNORED}:
             yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
-        if WRITTEN & tags - {notebook_source.PIECE} and notebook_source.written_file(cell) is None:
+        if WRITTEN & tags - _PIECES and notebook_source.written_file(cell) is None:
             yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"
         if (notebook_source.PIECE in tags) != cell.source.startswith(f"%%{pieces.MAGIC} "):
             yield f"cell {cell['id']}: the tag `piece` and %%{pieces.MAGIC} belong together"

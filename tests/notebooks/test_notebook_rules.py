@@ -87,6 +87,16 @@ def test_a_violation_breaks_the_rule(name: str, old: str, new: str, example: Pat
     assert list(rule(page_of(example, rubric))) != []
 
 
+def test_a_function_that_stays_in_the_notebook_is_tried_and_hinted_like_a_piece(example: Path, rubric: Rubric):
+    rule = next(rule for rule in OF_SOURCES if rule.__name__ == "pieces_are_tried_and_hinted")
+    edit(example, '# %% tags=["piece"]\n# %%into tail.py\n', '# %% tags=["function"]\n')
+    for check in OF_SOURCES:
+        assert list(check(page_of(example, rubric))) == []
+    edit(example, "<summary>Hint 3: the piece", "<summary>More: the piece")
+    (problem,) = rule(page_of(example, rubric))
+    assert problem.endswith("has 2 folded hints, expected 3")
+
+
 def test_each_rule_for_sources_has_a_violation():
     assert {name for name, _, _ in VIOLATIONS} == {rule.__name__ for rule in OF_SOURCES}
 

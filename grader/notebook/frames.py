@@ -1,0 +1,167 @@
+"""Transforms as messages and as numbers, for the notebook on frames, and `check`, which tries what learners write."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import TransformStamped
+
+from grader.notebook.feedback import Answer, Checked, Note
+from grader.notebook.tables import HangError, limited, shown
+from sim import Pose, normalize_angle
+
+Place = tuple[float, float, float]
+"""x and y in metres and the yaw in radians of one frame in another."""
+
+Findings = Iterator[tuple[str, str, str]]
+"""For each mistake: what was seen, what was expected, and where to look."""
+
+
+class ExtrapolationException(Exception):
+    """A transform was asked for at a time outside of those that are known. The name is tf2's."""
+
+
+def transform(parent: str, child: str, time: float, place: Place) -> TransformStamped:
+    """Return the message that says where `child` is in `parent` at `time` (s)."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = parent
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(round(time * 1e9), 1_000_000_000)
+    x, y, yaw = (float(value) for value in place)
+    message.transform.translation.x, message.transform.translation.y = x, y
+    message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return message
+
+
+def place(message: TransformStamped) -> Place:
+    """Return x, y and yaw of the transform in a message."""
+    shift, turn = message.transform.translation, message.transform.rotation
+    return shift.x, shift.y, 2 * math.atan2(turn.z, turn.w)
+
+
+def seconds(message: TransformStamped) -> float:
+    """Return the stamp of a message in seconds."""
+    return float(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
+
+
+def check(task: str, *written: Callable[..., Any]) -> Checked:
+    """Try the learner's functions of a task ("TF1") on cases that the notebook does not show."""
+    try:
+        with limited():
+            finding = next(_TASKS[task](*written), None)
+    except Exception as error:  # of the learner's function
+        finding = (
+            f"{type(error).__name__}: {error}",
+            "an answer",
+            "run the table of cases above: which row says the same?",
+        )
+    except HangError as error:
+        finding = str(error), "an answer", "which loop has no end if the frame has no parent?"
+    rows = tuple(zip(("seen", "expected", "try"), finding, strict=True)) if finding else ()
+    return Checked((Answer(task, "", "0", "", not finding, notes=(Note("", rows),) if rows else ()),))
+
+
+def _compose_and_invert(compose: Callable[..., Any], inverse: Callable[..., Any]) -> Findings:
+    for a, b in zip(_places(20, seed=1), _places(20, seed=2), strict=True):
+        wanted = _place(Pose(*a).compose(Pose(*b)))
+        if not _same(got := compose(a, b), wanted):
+            look = "turn b's x and y by a's yaw before you add a's x and y"
+            yield f"compose({shown(a)}, {shown(b)}) is {shown(got)}", shown(wanted), look
+        if not _same(got := inverse(a), wanted := _place(Pose(*a).inverse())):
+            look = "the shift of the inverse is -x and -y, turned by -yaw"
+            yield f"inverse({shown(a)}) is {shown(got)}", shown(wanted), look
+
+
+def _at(at: Callable[..., Any]) -> Findings:
+    random = np.random.default_rng(3)
+    for before, after in zip(_places(20, seed=4), _places(20, seed=5), strict=True):
+        start = float(random.uniform(0.0, 1e4))
+        times = [start, start + 0.05, start + 0.1]
+        messages = [transform("odom", "base_link", t, p) for t, p in zip(times, (after, before, after), strict=True)]
+        share = float(random.choice([0.0, 0.2, 0.5, 0.9]))
+        turn = normalize_angle(after[2] - before[2])
+        wanted = (*(b + share * (a - b) for a, b in zip(after[:2], before[:2], strict=True)), before[2] + share * turn)
+        got = at(messages, times[1] + share * 0.05)
+        if not _same(got, wanted, within=1e-4):  # a stamp of some thousand seconds, as a float
+            said = f"{share:.0%} of the way from {shown(before)} to {shown(after)} you answer {shown(got)}"
+            yield said, shown(wanted), "which two messages are around the time? And the yaw takes the short way"
+        for time, where in ((start - 0.01, "before the first"), (start + 0.11, "after the last")):
+            try:
+                got = at(messages, time)
+            except ExtrapolationException:
+                continue
+            said = f"0.01 s {where} message you answer {shown(got)}"
+            yield (
+                said,
+                "an ExtrapolationException",
+                "compare the time with the first and the last stamp before all else",
+            )
+
+
+class _Tree:
+    """A buffer whose frames do not move; `unknown` is one that must not be asked for."""
+
+    def __init__(self, parent: dict[str, str], places: list[Place], unknown: str = "") -> None:
+        self.parent = parent
+        self._places = dict(zip(parent, places, strict=True))
+        self._unknown = unknown
+
+    def placed(self, child: str, time: float) -> Place:
+        if child == self._unknown:
+            raise ExtrapolationException(f"where {child} is in {self.parent[child]} at {time:g} s is not known")
+        return self._places[child]
+
+    def in_root(self, frame: str) -> Pose:
+        """Return a frame's place in the frame that has no parent."""
+        return self.in_root(self.parent[frame]).compose(Pose(*self._places[frame])) if frame in self.parent else Pose()
+
+
+_PARENTS = {"odom": "map", "base_link": "odom", "laser": "base_link", "mast": "base_link", "camera": "mast"}
+
+
+def _lookup(lookup: Callable[..., Any]) -> Findings:
+    tree = _Tree(_PARENTS, _places(len(_PARENTS), seed=6))
+    frames = ["map", *_PARENTS]
+    for target, source in ((target, source) for target in frames for source in frames):
+        wanted = _place(tree.in_root(target).inverse().compose(tree.in_root(source)))
+        if not _same(got := lookup(tree, target, source, 1.0), wanted):
+            way = "target first: where is `source`, seen from `target`?"
+            yield f"lookup(..., {target!r}, {source!r}, ...) is {shown(got)}", shown(wanted), way
+    still = _Tree(_PARENTS, _places(len(_PARENTS), seed=6), unknown="base_link")
+    try:
+        lookup(still, "laser", "camera", 99.0)
+    except ExtrapolationException as error:
+        said = f"the camera, seen from the laser: {error}"
+        yield (
+            said,
+            "an answer: both are bolted to base_link",
+            "climb no higher than the first frame that both have above",
+        )
+    apart = _Tree({"laser": "base_link", "tool": "arm"}, _places(2, seed=7))
+    try:
+        got = lookup(apart, "laser", "tool", 1.0)
+    except Exception:  # tf2 has a name for it, and any will do here
+        return
+    yield f"for two frames of different trees you answer {shown(got)}", "an exception", "what if none is above both?"
+
+
+_TASKS: dict[str, Callable[..., Findings]] = {"TF1": _compose_and_invert, "TF2": _at, "TF3": _lookup}
+
+
+def _places(count: int, seed: int) -> list[Place]:
+    random = np.random.default_rng(seed)
+    return [(round(x, 2), round(y, 2), round(yaw, 2)) for x, y, yaw in random.uniform(-3.1, 3.1, (count, 3)).tolist()]
+
+
+def _place(pose: Pose) -> Place:
+    return pose.x, pose.y, pose.yaw
+
+
+def _same(got: Any, wanted: tuple[float, ...], within: float = 1e-6) -> bool:
+    """Return whether two places are the same; an angle may be a whole turn off."""
+    if not isinstance(got, tuple | list) or len(got) != 3:
+        return False
+    apart = [got[0] - wanted[0], got[1] - wanted[1], math.remainder(got[2] - wanted[2], math.tau)]
+    return all(abs(value) <= within for value in apart)
