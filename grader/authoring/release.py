@@ -128,7 +128,7 @@ def _of(course: Course) -> Iterator[tuple[str, Path]]:
 
 def _top(course: Course) -> Path:
     """Return the folder to which the paths of a course's files in the kit are relative."""
-    return KIT if course.folder.is_relative_to(_COURSES) else course.folder.parent
+    return KIT if course.rubric == rubric.RUBRIC else course.folder.parent
 
 
 def for_students(page: str) -> str:
