@@ -87,13 +87,29 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Figure:
+    """A figure that checks measure. Of submissions with the same points it ranks the one with the `most` or the least.
+
+    `unit` is for people.
+    """
+
+    name: str
+    unit: str
+    most: bool
+
+
+@dataclass(frozen=True)
 class Rubric:
-    """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its file."""
+    """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its file.
+
+    `league` are the figures by which a class is ranked after the points, the weightiest first; most have none.
+    """
 
     title: str
     version: str
     criteria: tuple[Criterion, ...]
     scale: tuple[Step, ...] = ()
+    league: tuple[Figure, ...] = ()
     sha256: str = ""
 
     def grade(self, points: float) -> str:
@@ -159,10 +175,11 @@ class _Reader(YamlReader):
         self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
-        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale",))
+        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale", "league"))
         criteria = self.every(given["criteria"], self._criterion)
         scale = self._scale(given["scale"]) if "scale" in given else ()
-        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale)
+        league = self.every(given["league"], self._figure) if "league" in given else ()
+        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale, league)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
         steps: list[Step] = []
@@ -176,6 +193,12 @@ class _Reader(YamlReader):
         if not steps or steps[-1].percent != 0:
             self.fail(node, "a scale ends with the grade for 0 percent, so that every total has one")
         return tuple(steps)
+
+    def _figure(self, node: yaml.Node) -> Figure:
+        given = self.fields(node, node, ("figure", "unit", "best"), "a figure of the league")
+        best = self.text(given["best"])
+        self.require_known(best, given["best"], ("most", "least"), "a value of `best`")
+        return Figure(self.text(given["figure"]), self.text(given["unit"]), best == "most")
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))
