@@ -9,6 +9,7 @@ import itertools
 import json
 import math
 import re
+import shutil
 import zipfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,7 +20,7 @@ import pytest
 from helpers.judging import Judged, ask, evidence_with
 
 from grader import KIT, cli
-from grader.authoring import check_course, package_edits
+from grader.authoring import check_course, notebook_run, notebook_source, package_edits
 from grader.classroom import gradebook, overview
 from grader.classroom.class_folder import ClassFolder
 from grader.course import handout, kits_own, load, name_of
@@ -34,8 +35,14 @@ WHOLE = check_course.read_rubric(COURSE)
 WARD = load_world(COURSE.world("ward"))
 PLACES = [(place.x, place.y) for place in WARD.goals]
 HOME = (WARD.start.x, WARD.start.y)
-CHECKS = {name: check for module in modules(COURSE.checks) for name, check in vars(module).items()}
-WEAKER = {"waits_before_a_bed": 75.0, "forgets_its_battery": 70.0, "takes_its_time": 95.0}
+STORES = load_world(COURSE.world("stores"))
+CHECKS = {
+    name: check
+    for folder in COURSE.folders("checks")
+    for module in modules(folder)
+    for name, check in vars(module).items()
+}
+WEAKER = {"waits_before_a_bed": 72.5, "forgets_its_battery": 70.0, "takes_its_time": 95.0}
 
 
 # -- the course --------------------------------------------------------------------------------------------------------
@@ -64,7 +71,7 @@ def test_its_handout_holds_no_solution_and_takes_two_pages():
     assert "chart" not in page
 
 
-def test_its_kit_has_the_course_and_neither_solution_nor_edits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_its_kit_has_neither_solution_nor_edits_nor_the_other_building(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setenv(VARIABLE, "")  # set by the verb, and put back here
     assert cli.main(["release", "--course", str(FOLDER), "--out", str(tmp_path / "kit.zip")]) == 0
     with zipfile.ZipFile(tmp_path / "kit.zip") as kit:
@@ -72,9 +79,10 @@ def test_its_kit_has_the_course_and_neither_solution_nor_edits(monkeypatch: pyte
         texts = b"".join(kit.read(name) for name in kit.namelist())
     assert "patrol_and_dock/notebooks/01_patrol.ipynb" in names
     assert "docs/handout.md" in names
-    assert not [name for name in names if re.search(r"grader/courses/|known_bad/|notebooks/source|chart\.py", name)]
-    assert b"class Chart" not in texts
-    assert b"NARROW_COST" not in texts
+    kept = r"grader/courses/|known_bad/|held_back/|notebooks/source|chart\.py"
+    assert not [name for name in names if re.search(kept, name)]
+    for told in (b"class Chart", b"NARROW_COST", b"round_of_the_stores", b"shelf of paint", b"check_elsewhere"):
+        assert told not in texts
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -111,19 +119,21 @@ def patrol(name: str, corners: Sequence[tuple[float, float]], speed: float = 0.4
     facts: dict[str, Any] = {"choices": {"closed": 2.0, "visits": 2.0}, "marks": {"closed": 20.0, "low": 20.0}} | more
     return Trial(
         name, "patrol", "ward", 0, True, "lockstep", None, samples=drive(corners, speed, **end),
-        scene=World.to_dict(WARD), **facts,
+        scene=World.to_dict(STORES if name == "round_of_the_stores" else WARD), **facts,
     )  # fmt: skip
 
 
 ROUND = [HOME, *PLACES, PLACES[0]]
 DETOUR = [HOME, *PLACES[:2], PLACES[0], PLACES[4], *PLACES[2:][::-1], *PLACES[2:]]
 BACK = [HOME, *PLACES[:2], PLACES[0], HOME]
+ELSEWHERE = [(STORES.start.x, STORES.start.y), *((place.x, place.y) for place in STORES.goals)]
 
 
 def judged(check: str, **trials: Trial) -> Judged:
     made = {
         "first_round": patrol("first_round", ROUND), "closed_corridor": patrol("closed_corridor", DETOUR),
         "low_battery": patrol("low_battery", BACK),
+        "round_of_the_stores": patrol("round_of_the_stores", ELSEWHERE),
     }  # fmt: skip
     return ask(CHECKS[check], evidence_with(trials=made | trials), COURSE)
 
@@ -136,7 +146,7 @@ def test_a_patrol_that_does_all_passes(check: str):
 @pytest.mark.parametrize("check", [check.id.partition("::")[2] for check in WHOLE.checks])
 def test_a_robot_that_never_sets_out_gets_nothing(check: str):
     still = [HOME, (HOME[0] + 0.01, HOME[1])]
-    named = {name: patrol(name, still, marks={}) for name in ("first_round", "closed_corridor", "low_battery")}
+    named = {name: patrol(name, still, marks={}) for name, plan in catalog.trials(COURSE).items() if not plan.kind}
     assert judged(check, **named).share == 0.0
 
 
@@ -144,6 +154,11 @@ def test_only_the_next_place_of_the_list_counts():
     found = judged("test_visits_every_place", first_round=patrol("first_round", [HOME, *PLACES[::-1]]))
     assert found.share == pytest.approx(0.2)
     assert found.seen.startswith("visited 1 of 5 places")
+
+
+def test_half_of_the_places_of_the_other_building_are_half_of_the_points():
+    half = patrol("round_of_the_stores", ELSEWHERE[:3])
+    assert judged("test_visits_every_place_of_the_stores", round_of_the_stores=half).share == 0.5
 
 
 def test_places_before_the_closed_corridor_do_not_count_for_it():
@@ -190,11 +205,32 @@ def test_a_slow_round_costs_its_own_points():
 # -- graded ------------------------------------------------------------------------------------------------------------
 
 
+def extended(folder: Path) -> Path:
+    """Return a copy of the package of the eleven notebooks with the solution's node as one more."""
+    package = package_edits.copy(kits_own().solution, folder)
+    for path in ("ros2_robot_controller/chart.py", "ros2_robot_controller/patrol.py", "scripts/patrol"):
+        shutil.copy(COURSE.solution / path, package / path)
+    install = "install(PROGRAMS scripts/robot_controller"
+    package_edits.replace("CMakeLists.txt", install, install.replace("scripts/", "scripts/patrol scripts/"))(package)
+    return package
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow  # builds the node and starts it four times
+def test_its_notebook_passes_its_checks_with_the_solution(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv(VARIABLE, str(FOLDER))
+    package_edits.copy(COURSE.solution, tmp_path / "ws" / "src")
+    run = notebook_run.execute(notebook_source.read("01_patrol", WHOLE, COURSE.notebooks), tmp_path / "ws")
+    assert run.error is None
+    assert notebook_run.not_passed(run.notebook) == []
+
+
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow  # four gradings
 def test_a_class_of_four_is_ranked(tmp_path: Path):
-    package_edits.copy(COURSE.solution, tmp_path / "in" / "solution")
+    extended(tmp_path / "in" / "solution")
     for name in WEAKER:
         edit = check_course.known_bad(FOLDER / "known_bad" / f"{name}.yaml", COURSE, WHOLE)
         edit.made(COURSE.solution, tmp_path / "in" / name)

@@ -80,7 +80,7 @@ with run_node("patrol", ward, parameters=orders) as run:
         run.drive(60.0, until=lambda: near(run, place))
         print(f"({place.x:.1f}, {place.y:.1f}) at {run.t:.1f} s")
     recording = run.recording
-print(f"{recording.distance:.1f} m")
+print(f"{recording.distance:.1f} m, nearest to something: {recording.clearance.min():.2f} m")
 
 # %% tags=["check"]
 check("S1", "S2", "S3")

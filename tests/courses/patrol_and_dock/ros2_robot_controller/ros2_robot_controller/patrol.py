@@ -19,7 +19,7 @@ TURN_GAIN = 2.0  # rad/s per rad
 FACING = 0.5  # rad: turn in place until the next point is this near to straight ahead
 AHEAD = 0.5  # m: how far along the way the robot aims
 SEEN = 6.0  # m: farther readings are too rough for the chart
-STOP = 0.26  # m from the lidar to what lies ahead: do not drive on
+STOP = 0.35  # m from the lidar to what lies ahead: do not drive on
 VISITED = 0.12  # m
 DOCKED, ALIGNED = 0.02, 0.03  # m, rad
 
