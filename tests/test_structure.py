@@ -23,8 +23,8 @@ ROOMS = (
 CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""
 
-TEMPLATES = {"template_course", "template_changes"}
-"""What lecturers copy; it is loaded as a course, not as a part of the kit."""
+APART = {"template_course", "template_changes", "notebooks"}
+"""What lecturers copy, which is loaded as a course and not as a part of the kit; and a course's notebooks."""
 
 ROS = ("rclpy", "rosgraph_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs")
 
@@ -37,7 +37,7 @@ def imports(root: Path, *packages: str) -> Imports:
         _name(path.relative_to(root)): path
         for package in packages
         for path in sorted((root / package).rglob("*.py"))
-        if TEMPLATES.isdisjoint(path.parts)
+        if not APART & set(path.parts)
     }
     return {name: set(_imported(name, path, files)) - {name} for name, path in files.items()}
 

@@ -120,7 +120,7 @@ def _of(course: Course) -> dict[str, Path]:
     and those of the patients) and held_back/ stay with the instructor.
     """
     home, notebooks = course.extends or course, course.notebooks
-    top = KIT if home.folder.is_relative_to(_COURSES) else home.folder.parent
+    top = KIT if home.rubric == rubric.RUBRIC else home.folder.parent
     pages = [*notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
     pages += notebooks.glob("pictures/[0-9][0-9]*.png")
     found = {home.notebooks / path.relative_to(notebooks): path for path in pages}

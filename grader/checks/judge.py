@@ -76,6 +76,7 @@ class Judge:
         seen: what was seen, for the student.
         try_: what to try, for the student.
         trials: the names of the trials that the check has looked at.
+        figures: what the check has measured, by name.
     """
 
     def __init__(self, evidence: Evidence, course: Course) -> None:
@@ -84,6 +85,7 @@ class Judge:
         self.seen = ""
         self.try_ = ""
         self.trials: list[str] = []
+        self.figures: dict[str, float] = {}
         self._weight = 1.0
         self._why = ""
 
@@ -366,6 +368,13 @@ class Judge:
         """Give a share of the points, 0 to 1, with feedback: `judge.share(0.5, "one of two came", "publish both")`."""
         self.fraction = min(1.0, max(0.0, fraction)) * self._weight
         self.seen, self.try_ = "\n".join(words for words in (seen, self._why) if words), try_
+
+    def figure(self, name: str, value: float) -> None:
+        """Record a measured value, by which the class page may rank: `judge.figure("time", 41.5)`.
+
+        It costs nothing. The rubric's `league` says which figures rank, in which unit.
+        """
+        self.figures[name] = round(value, 3)
 
     def remark(self, seen: str, try_: str = "") -> None:
         """Say what was noticed and costs nothing: `judge.remark("1 of 30 scans was skipped")`."""

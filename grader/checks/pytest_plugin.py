@@ -91,7 +91,7 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> CheckResult:
     result = CheckResult(id_, Outcome.ERROR, 0.0, sentence, expected=sentence, trial=trial)
     if judge is None or (error is not None and not isinstance(error, Failed | NotReached)):
         return replace(result, seen=f"{type(error).__name__}: {error}{_line(item, call)}")
-    result = replace(result, seen=judge.seen, try_=judge.try_)
+    result = replace(result, seen=judge.seen, try_=judge.try_, figures=judge.figures)
     if error is None:
         outcome = Outcome.PASSED if judge.fraction >= 1 else Outcome.PARTIAL if judge.fraction > 0 else Outcome.FAILED
         return replace(result, outcome=outcome, fraction=judge.fraction)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import datetime as dt
 import hashlib
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from grader.classroom.sections import Section
 from grader.classroom.similarity import Group, render_page
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line
+from grader.scoring.rubric import Figure
 from grader.scoring.scorecard import level
 
 HERE = Path(__file__).parent
@@ -43,6 +45,15 @@ class Line:
     level: str
     seconds: float
     linked: bool
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One line of the league: its rank, and the figures that the rubric ranks by, None for one that was not reached."""
+
+    rank: int
+    line: Line
+    figures: tuple[float | None, ...]
 
 
 @dataclass(frozen=True)
@@ -82,6 +93,7 @@ class Overview:
 
     facts: ClassFacts
     lines: tuple[Line, ...]
+    league: tuple[Standing, ...]
     bars: tuple[Bar, ...]
     plot: Plot | None
     causes: Causes
@@ -151,6 +163,7 @@ def summarise(folder: ClassFolder, book: Gradebook, *, for_student: bool = False
     return Overview(
         facts=facts,
         lines=found,
+        league=_league(found, book.rubric.league, reports),
         bars=tuple(_histogram(totals, int(book.max))),
         plot=_plot(found, facts.deadline),
         causes=lost,
@@ -197,6 +210,30 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
     reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
     remarks = "; ".join(dict.fromkeys(each.comment for each in rows if each.comment))
     return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else 0.0, record is not None)
+
+
+def _league(
+    found: Sequence[Line], figures: Sequence[Figure], reports: Mapping[str, dict[str, Any]]
+) -> tuple[Standing, ...]:
+    """Return the submissions by points, then by the figures, the best first; () where the rubric names no figures.
+
+    A figure that was not reached ranks behind any that was.
+    """
+    if not figures:
+        return ()
+    keyed = []
+    for line in (line for line in found if line.linked):
+        checks = [check for r in reports.get(line.row.submission, {}).get("requirements", ()) for check in r["checks"]]
+        measured = {name: value for check in checks for name, value in check.get("figures", {}).items()}
+        own = tuple(measured.get(figure.name) for figure in figures)
+        signed = [
+            math.inf if value is None else -value if figure.most else value
+            for figure, value in zip(figures, own, strict=True)
+        ]
+        keyed.append(((-(line.row.total or NOTHING), *signed), line, own))
+    keys = [key for key, _, _ in keyed]
+    ranked = [Standing(1 + sum(other < key for other in keys), line, own) for key, line, own in keyed]
+    return tuple(sorted(ranked, key=lambda standing: standing.rank))
 
 
 def _share(points: Decimal | None, maximum: Decimal) -> int | None:

@@ -16,6 +16,7 @@ import yaml
 from grader import KIT, yaml_reader
 from grader.course.model import Course, Functions, Node, Parameter
 from grader.errors import GraderError
+from grader.scoring.rubric import RUBRIC
 from grader.yaml_reader import YamlReader
 
 COURSE, CONTRACT = "course.yaml", "contract/contract.yaml"
@@ -27,13 +28,14 @@ _OTHERS = ("config", "answers_on", "answers_every", "parameters")
 
 @cache
 def kits_own() -> Course:
-    """Return the kit's own course.
+    """Return the kit's own course: the one that is graded by the rubric at the kit's top.
 
     Raises:
         GraderError: this is the students' kit of another course.
     """
-    for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"):
-        return load(path.parent)
+    found = (load(path.parent) for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"))
+    if (own := next((course for course in found if course.rubric == RUBRIC), None)) is not None:
+        return own
     raise GraderError("Work in the folder of the course, which has a course.yaml, or name it with --course.")
 
 
@@ -44,7 +46,7 @@ def named(name: str) -> Course:
 
 def name_of(course: Course) -> str:
     """Return the name by which `named` finds a course, on another machine, too, if the kit's own is meant."""
-    return "" if course.folder.is_relative_to(KIT / "grader" / "courses") else str(course.folder)
+    return "" if course.rubric == RUBRIC else str(course.folder)
 
 
 def find(chosen: Path | None = None) -> Course:

@@ -123,6 +123,7 @@ def results(said: dict[str, Any]) -> list[CheckResult]:
             because=check["because"],
             trial=check["trial"],
             reason=from_data(check["reason"], Reason) if check.get("reason") else None,
+            figures=check.get("figures", {}),
         )
         for requirement in said.get("requirements", ())
         for check in requirement["checks"]
@@ -203,6 +204,7 @@ def _check(check: Check, result: CheckResult) -> dict[str, Any]:
         "because": result.because,
         "trial": result.trial,
         "reason": to_data(result.reason),
+        "figures": {name: value for name, value in result.figures.items() if math.isfinite(value)},
     }
 
 

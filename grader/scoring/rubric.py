@@ -89,9 +89,22 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Figure:
+    """A figure that checks measure. Of submissions with the same points it ranks the one with the `most` or the least.
+
+    `unit` is for people.
+    """
+
+    name: str
+    unit: str
+    most: bool
+
+
+@dataclass(frozen=True)
 class Rubric:
     """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its text.
 
+    `league` are the figures by which a class is ranked after the points, the weightiest first; most have none.
     `dropped` are ids that it has not, and that the course's notebooks may ask for.
     """
 
@@ -99,6 +112,7 @@ class Rubric:
     version: str
     criteria: tuple[Criterion, ...]
     scale: tuple[Step, ...] = ()
+    league: tuple[Figure, ...] = ()
     sha256: str = ""
     dropped: tuple[str, ...] = ()
 
@@ -183,11 +197,12 @@ class _Reader(YamlReader):
         self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
-        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale", "dropped"))
+        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale", "league", "dropped"))
         criteria = self.every(given["criteria"], self._criterion)
         scale = self._scale(given["scale"]) if "scale" in given else ()
+        league = self.every(given["league"], self._figure) if "league" in given else ()
         dropped = tuple(map(self.text, self.items(given["dropped"]))) if "dropped" in given else ()
-        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale, dropped=dropped)
+        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale, league, dropped=dropped)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
         steps: list[Step] = []
@@ -201,6 +216,12 @@ class _Reader(YamlReader):
         if not steps or steps[-1].percent != 0:
             self.fail(node, "a scale ends with the grade for 0 percent, so that every total has one")
         return tuple(steps)
+
+    def _figure(self, node: yaml.Node) -> Figure:
+        given = self.fields(node, node, ("figure", "unit", "best"), "a figure of the league")
+        best = self.text(given["best"])
+        self.require_known(best, given["best"], ("most", "least"), "a value of `best`")
+        return Figure(self.text(given["figure"]), self.text(given["unit"]), best == "most")
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))

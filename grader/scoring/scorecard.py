@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from decimal import ROUND_HALF_UP, Decimal
 from enum import Enum
 
@@ -29,7 +29,7 @@ class Outcome(Enum):
 class CheckResult:
     """The result of one check. `fraction` is the earned share of its points, 0 to 1.
 
-    `because` says why it was not reached; `reason` is the same as data.
+    `because` says why it was not reached; `reason` is the same as data. `figures` are what it measured, by name.
     """
 
     id: str
@@ -42,6 +42,7 @@ class CheckResult:
     because: str = ""
     trial: str = ""
     reason: Reason | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sim import World
 
 NAMESPACE = "robot7"
 """Where a launch file of the course's own, in its folder trials/launch, puts the nodes."""
@@ -22,6 +25,8 @@ class TrialPlan:
         serves: the requirements that the trial is evidence for, beside those whose checks need trials of its `kind`.
         kind: what a stock trial is about (stock.py), "" for any other.
         parameters: overrides of the node's parameters.
+        world_parameters: further overrides, made from the world as the seed has turned, mirrored and shifted it:
+            `lambda world: {"dock": [world.start.x, world.start.y]}`.
         params_file: the file in the package's config/ that the node is started with.
         beside: other executables that run beside the node, each with its remappings.
         remappings: the node's remappings, old name -> new name.
@@ -45,6 +50,7 @@ class TrialPlan:
     serves: tuple[str, ...] = ()
     kind: str = ""
     parameters: Mapping[str, object] = field(default_factory=dict)
+    world_parameters: Callable[[World], Mapping[str, object]] = lambda _world: {}
     params_file: str = ""
     beside: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     remappings: Mapping[str, str] = field(default_factory=dict)
@@ -56,6 +62,10 @@ class TrialPlan:
     namespace: str = ""
     use_sim_time: bool | None = True
     shows_source: bool = False
+
+    def placed_in(self, world: World) -> TrialPlan:
+        """Return the plan with those of its node's parameters that depend on the world."""
+        return replace(self, parameters={**self.parameters, **self.world_parameters(world)})
 
     @property
     def takes_turns(self) -> bool:

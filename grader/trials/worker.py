@@ -127,6 +127,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         _save(request, not_started(plan, request.seed, ended=missing))
         return
     simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
+    plan = plan.placed_in(simulator.world)
     box, in_files = _sandbox(course, plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grader.checks.judge import Failed, Judge, NotReached
+from grader.course import Course
 from grader.evidence import Build, Evidence, Intake, Reason
 from helpers.course import COURSE
 
@@ -43,9 +44,9 @@ def find(check_id: str) -> Check:
     raise LookupError(check_id)
 
 
-def ask(check: Check, evidence: Evidence) -> Judged:
+def ask(check: Check, evidence: Evidence, course: Course = COURSE) -> Judged:
     """Return what `check` says of the evidence. An error of the grader (Unjudged, RuntimeError) is raised."""
-    judge = Judge(evidence, COURSE)
+    judge = Judge(evidence, course)
     try:
         check(judge)
     except Failed as failed:

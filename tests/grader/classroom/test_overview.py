@@ -14,6 +14,7 @@ from helpers.class_reports import report
 from grader.classroom import gradebook, overview
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.platforms import plain
+from grader.scoring import rubric
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)  # of the class in conftest.py
 
@@ -110,3 +111,35 @@ def test_the_histogram_counts_every_total_once(class_of_four):
     found = overview.summarise(folder, gradebook.read(folder))
     assert sum(bar.count for bar in found.bars) == len(found.totals) == 1
     assert (found.bars[-1].low, found.bars[-1].high, found.bars[-1].count) == (90, 100, 1)
+
+
+LEAGUE = "league:\n  - {figure: time, unit: s, best: least}\n  - {figure: clearance, unit: m, best: most}\n\ncriteria:"
+
+
+def test_a_class_is_ranked_by_points_and_then_by_the_figures_of_its_rubric(class_of_four):
+    text = rubric.RUBRIC.read_text().replace("criteria:", LEAGUE, 1)
+    folder = class_of_four(rubric=text)
+    facts = folder.facts()
+    more = tuple(
+        replace(facts.entries[1], id=name, label=name, people=()) for name in ("quick", "near", "slow", "lost")
+    )
+    folder.write_facts(replace(facts, entries=(*facts.entries, *more)))
+    for name, figures in (
+        ("quick", {"time": 30.0, "clearance": 0.3}), ("near", {"time": 30.0, "clearance": 0.1}),
+        ("slow", {"time": 50.0, "clearance": 0.5}), ("lost", {}),
+    ):  # fmt: skip
+        made = folder.working(name)
+        found = report()
+        found["requirements"][0]["checks"][0]["figures"] = figures
+        (made / "report.json").write_text(json.dumps(found))
+        folder.keep(made, replace(folder.record("team07"), id=name))
+    page = overview.write(folder, gradebook.read(folder)).read_text()
+    found = overview.summarise(folder, gradebook.read(folder)).league
+    ranked = [(each.rank, each.line.row.submission) for each in found]
+    assert ranked == [(1, "quick"), (2, "near"), (3, "slow"), (4, "lost"), (5, "team07"), (6, "boek")]
+    (league,) = re.findall(r'id="league".*?</section>', page, re.DOTALL)
+    assert '<td class="num">30.00</td><td class="num">0.30</td>' in " ".join(league.split()).replace("> <", "><")
+
+
+def test_a_class_without_figures_has_no_league(page):
+    assert 'id="league"' not in page

@@ -168,3 +168,10 @@ def test_the_file_is_written_whole_or_not_at_all(rubric, tmp_path, monkeypatch):
         data.write_json(grading(rubric, results(rubric), seed=8), path)
     assert path.read_text() == before
     assert [file.name for file in path.parent.iterdir()] == ["report.json"]
+
+
+def test_a_figure_survives_the_report(rubric):
+    measured = replace(TOUCHED, figures={"time": 41.5, "clearance": math.inf})
+    report = data.as_data(grading(rubric, results(rubric, measured)))
+    (again,) = [result for result in data.results(report) if result.id == TOUCHED.id]
+    assert again.figures == {"time": 41.5}

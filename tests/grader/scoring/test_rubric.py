@@ -149,7 +149,7 @@ def change(data, where, key, value):
         ("check", "points", float("nan"), ".nan is not a number of points"),
         ("check", "points", "one", "one is not a number of points"),
         ("criterion", "levels", {"A": "all"}, "'B' is missing; a criterion needs A, B, C, D"),
-        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria, scale, dropped."),
+        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria, scale, league, dropped."),
         ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
         ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
         ("check", "point", 1, "point is not allowed here. Did you mean points? There are: id, points, level."),
@@ -231,3 +231,14 @@ def test_a_scale_gives_a_grade_for_every_total(write):
 )
 def test_a_scale_that_is_not_sorted_or_has_no_end_is_refused(write, scale, says):
     assert says in refused(write(change(small(), "rubric", "scale", scale)))
+
+
+def test_a_figure_of_the_league_says_which_is_best(write):
+    rubric = small()
+    rubric["league"] = [
+        {"figure": "time", "unit": "s", "best": "least"},
+        {"figure": "way", "unit": "m", "best": "most"},
+    ]
+    assert [(each.name, each.most) for each in load(write(rubric)).league] == [("time", False), ("way", True)]
+    rubric["league"][1]["best"] = "mots"
+    assert "mots is not a value of `best`" in refused(write(rubric))

@@ -10,6 +10,8 @@ from helpers.course import COURSE, PARAMETERS
 
 from grader.errors import GraderError
 from grader.trials import catalog
+from grader.trials.plan import TrialPlan
+from sim import Pose, World
 
 
 @pytest.mark.parametrize("plan", catalog.trials(COURSE).values(), ids=lambda plan: plan.name)
@@ -45,3 +47,13 @@ def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, s
 def test_only_the_demonstration_sees_what_is_not_installed():
     """A node could run an archive or a data file from the source folder, which no check of the build has seen."""
     assert [name for name, plan in catalog.trials(COURSE).items() if plan.shows_source] == ["demo"]
+
+
+def test_parameters_that_depend_on_the_world_are_those_of_the_turned_world():
+    """A place in a parameter lay elsewhere than in the world, which each trial turns, mirrors and shifts."""
+    plan = TrialPlan(
+        "a", "", lambda _stage: None, parameters={"speed": 0.2},
+        world_parameters=lambda world: {"dock": [world.start.x, world.start.y]},
+    )  # fmt: skip
+    world = World(start=Pose(1.0, 2.0)).transformed(mirror=True, shift=(3.0, 0.0))
+    assert plan.placed_in(world).parameters == {"speed": 0.2, "dock": [4.0, -2.0]}

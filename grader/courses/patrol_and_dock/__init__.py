@@ -1,0 +1,1 @@
+"""The capstone: a patrol that docks."""
