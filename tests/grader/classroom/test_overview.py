@@ -134,8 +134,8 @@ def test_a_class_is_ranked_by_points_and_then_by_the_figures_of_its_rubric(class
         (made / "report.json").write_text(json.dumps(found))
         folder.keep(made, replace(folder.record("team07"), id=name))
     page = overview.write(folder, gradebook.read(folder)).read_text()
-    found = overview.summarise(folder, gradebook.read(folder)).league
-    ranked = [(each.rank, each.line.row.submission) for each in found]
+    standings = overview.summarise(folder, gradebook.read(folder)).league
+    ranked = [(each.rank, each.line.row.submission) for each in standings]
     assert ranked == [(1, "quick"), (2, "near"), (3, "slow"), (4, "lost"), (5, "team07"), (6, "boek")]
     (league,) = re.findall(r'id="league".*?</section>', page, re.DOTALL)
     assert '<td class="num">30.00</td><td class="num">0.30</td>' in " ".join(league.split()).replace("> <", "><")

@@ -149,7 +149,12 @@ def change(data, where, key, value):
         ("check", "points", float("nan"), ".nan is not a number of points"),
         ("check", "points", "one", "one is not a number of points"),
         ("criterion", "levels", {"A": "all"}, "'B' is missing; a criterion needs A, B, C, D"),
-        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria, scale, league, dropped."),
+        (
+            "rubric",
+            "weights",
+            {},
+            "weights is not allowed here. There are: title, version, criteria, scale, league, dropped.",
+        ),
         ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
         ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
         ("check", "point", 1, "point is not allowed here. Did you mean points? There are: id, points, level."),
