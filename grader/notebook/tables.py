@@ -101,8 +101,9 @@ def _interrupt() -> None:
     signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGALRM)
     if "rclpy" in sys.modules:
         import rclpy
+        from rclpy.utilities import ok
 
-        if rclpy.ok():  # without a context no executor can be made
+        if ok():  # without a context no executor can be made
             rclpy.get_global_executor().wake()
 
 

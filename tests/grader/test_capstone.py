@@ -38,8 +38,8 @@ HOME = (WARD.start.x, WARD.start.y)
 STORES = load_world(COURSE.world("stores"))
 CHECKS = {
     name: check
-    for folder in COURSE.folders("checks")
-    for module in modules(folder)
+    for folder in (COURSE.folder, COURSE.held_back)
+    for module in modules(folder / "checks")
     for name, check in vars(module).items()
 }
 WEAKER = {"waits_before_a_bed": 72.5, "forgets_its_battery": 70.0, "takes_its_time": 95.0}
