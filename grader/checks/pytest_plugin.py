@@ -14,7 +14,7 @@ import pytest
 
 from grader import evidence
 from grader.checks.judge import Failed, Judge, NotReached, Unjudged
-from grader.course import load
+from grader.course import named
 from grader.scoring.scorecard import CheckResult, Outcome
 
 _JUDGE = pytest.StashKey[Judge]()
@@ -68,7 +68,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 @pytest.fixture
 def judge(request: pytest.FixtureRequest) -> Judge:
     """Return the judge for one check."""
-    judge = Judge(request.config.stash[_EVIDENCE], load(request.config.getoption("--course")))
+    judge = Judge(request.config.stash[_EVIDENCE], named(str(request.config.getoption("--course"))))
     request.node.stash[_JUDGE] = judge
     return judge
 

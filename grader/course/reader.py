@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from grader import KIT, yaml_reader
+from grader import KIT, words, yaml_reader
 from grader.course.model import Course, Functions, Node, Parameter
 from grader.errors import GraderError
 from grader.yaml_reader import YamlReader
@@ -38,8 +38,8 @@ def kits_own() -> Course:
 
 
 def named(name: str) -> Course:
-    """Return the course in the folder `name`, and the kit's own for ""."""
-    return load(Path(name)) if name else kits_own()
+    """Return the course in the folder `name`, and the kit's own for "", and speak its language from here on."""
+    return _chosen(load(Path(name)) if name else kits_own())
 
 
 def name_of(course: Course) -> str:
@@ -50,6 +50,8 @@ def name_of(course: Course) -> str:
 def find(chosen: Path | None = None) -> Course:
     """Return the course in the folder `chosen`, or in $ROS2_COURSE, in the current folder or above it, or the kit's.
 
+    Its language is spoken from here on.
+
     Raises:
         GraderError: as by `load`.
     """
@@ -57,7 +59,12 @@ def find(chosen: Path | None = None) -> Course:
     here = Path.cwd()
     above = next((folder for folder in (here, *here.parents) if (folder / COURSE).is_file()), None)
     folder = named or above
-    return load(folder.resolve()) if folder else kits_own()
+    return _chosen(load(folder.resolve()) if folder else kits_own())
+
+
+def _chosen(course: Course) -> Course:
+    words.speak(course.language, course.folder)
+    return course
 
 
 @cache
@@ -71,10 +78,12 @@ def load(folder: Path) -> Course:
     path, root = _compose(folder / COURSE)
     reader = _Reader(path)
     needed, places = ("title", "package", "rubric"), ("solution", "notebooks")
-    fields = reader.fields(root, root, needed, "a course", places)
+    fields = reader.fields(root, root, needed, "a course", (*places, "language"))
     package = reader.text(fields["package"])
     path, contract = _compose(folder / CONTRACT)
     parts = _Reader(path).contract(contract, package)
+    if "language" in fields:
+        parts["language"] = reader.language(fields["language"])
     where: dict[str, Any] = {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
     course = Course(folder=folder, title=reader.text(fields["title"]), package=package, **parts, **where)
     for type_ in course.interfaces:
@@ -105,6 +114,11 @@ def _compose(path: Path) -> tuple[Path, yaml.Node]:
 
 class _Reader(YamlReader):
     """Makes the parts of a course."""
+
+    def language(self, node: yaml.Node) -> str:
+        """Return the code of a language that the kit has words in."""
+        self.require_known(code := self.text(node), node, words.languages(), "a language that the kit has words in")
+        return code
 
     def place(self, folder: Path, node: yaml.Node) -> Path:
         """Return a path that is written relative to the course's folder, if it is there."""
