@@ -109,7 +109,9 @@ def _draw_map(axes: Axes, trial: Trial) -> None:
         passing = [o for o in world.obstacles if o.motion or o.appears is not None or o.vanishes is not None]
         draw_obstacles(axes, [o for o in world.obstacles if o not in passing])
         draw_obstacles(axes, passing, alpha=0.4)
-    axes.plot([s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label=say("path driven"))
+    axes.plot(
+        [s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label=say("path driven")
+    )
     first, last = samples[0], samples[-1]
     axes.plot(first.x, first.y, "o", color=INK, markersize=5, label=say("start"))
     draw_robot(axes, Pose(last.x, last.y, last.yaw), COURSE.radius)
@@ -122,7 +124,14 @@ def _draw_map(axes: Axes, trial: Trial) -> None:
     for touch in trial.touches[:TOUCHES]:
         at = min(samples, key=lambda sample: abs(sample.t - touch.t))
         axes.plot(
-            at.x, at.y, "X", color=COLORS["contact"], markersize=10, markeredgecolor="white", label=say("contact"), zorder=7
+            at.x,
+            at.y,
+            "X",
+            color=COLORS["contact"],
+            markersize=10,
+            markeredgecolor="white",
+            label=say("contact"),
+            zorder=7,
         )
     _frame(axes, [(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in goals])
     axes.set_xlabel(say("x (m), odom frame"), fontsize=8, color=INK)
@@ -151,7 +160,9 @@ def _draw_speeds(axes: Axes, trial: Trial) -> None:
     commands, samples = _thin(trial.commands), _thin(trial.samples)
     times, speeds = [c.t for c in commands], [_within(c.v, SPEED_LIMIT) for c in commands]
     axes.plot([s.t for s in samples], [s.v for s in samples], color=COLORS["path"], linewidth=1.6, label=say("true v"))
-    axes.step(times, speeds, where="post", color=COLORS["command"], linestyle="--", linewidth=1.2, label=say("commanded v"))
+    axes.step(
+        times, speeds, where="post", color=COLORS["command"], linestyle="--", linewidth=1.2, label=say("commanded v")
+    )
     axes.set_ylabel("v (m/s)", fontsize=8, color=INK)
     _legend(axes, columns=2)
 
@@ -160,9 +171,15 @@ def _draw_ranges(axes: Axes, trial: Trial) -> None:
     scans = _thin(trial.scans)
     # A scan without a valid reading ahead (inf) leaves a gap.
     ahead = [scan.ahead if scan.ahead <= RANGE_LIMIT else math.nan for scan in scans]
-    axes.plot([scan.t for scan in scans], ahead, color=COLORS["closest"], linewidth=1.6, label=say("closest reading ahead"))
+    axes.plot(
+        [scan.t for scan in scans], ahead, color=COLORS["closest"], linewidth=1.6, label=say("closest reading ahead")
+    )
     axes.axhline(
-        THRESHOLD_M, color=COLORS["threshold"], linewidth=1.0, linestyle=":", label=say("threshold {d} m", d=THRESHOLD_M)
+        THRESHOLD_M,
+        color=COLORS["threshold"],
+        linewidth=1.0,
+        linestyle=":",
+        label=say("threshold {d} m", d=THRESHOLD_M),
     )
     if all(map(math.isnan, ahead)):
         said = say("nothing ahead within {d:g} m", d=RANGE_LIMIT) if scans else say("no scan was published")
