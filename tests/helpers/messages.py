@@ -50,8 +50,8 @@ def _of_file(path: Path) -> Iterator[str | tuple[str, str]]:
         options = {"trim_blocks": "true", "lstrip_blocks": "true", "newstyle_gettext": "true"}
         with path.open("rb") as stream:
             for _, _, text, _ in babel_extract(stream, ("_", "gettext"), (), options):
-                if isinstance(text, str):
-                    yield text
+                if isinstance(text, str) or (text and isinstance(text[0], str)):
+                    yield text if isinstance(text, str) else str(text[0])
 
 
 def said(tree: ast.AST) -> Iterator[tuple[ast.Call, str | tuple[str, str]]]:
