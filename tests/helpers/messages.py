@@ -6,6 +6,7 @@ The engine's messages go into grader/locale, those of the kit's own course into 
 from __future__ import annotations
 
 import ast
+import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,10 +16,10 @@ from typing import Any
 import yaml
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
-from helpers.course import COURSE
 from jinja2.ext import babel_extract
 
 from grader import KIT, words
+from helpers.course import COURSE
 
 ENGINE = KIT / "grader"
 OWN = COURSE.folder
@@ -27,6 +28,7 @@ CATALOGUES = {
     "engine": words.LOCALE / LANGUAGE / "LC_MESSAGES" / "grader.po",
     "course": OWN / "words" / f"{LANGUAGE}.po",
 }
+_HEADER = re.compile(r"\"(?!Language:|Plural-Forms|Content-)[A-Z][A-Za-z-]+: ")
 Message = tuple[str | tuple[str, str], str]
 """A text, or one for a single thing and one for many, and the file that it is in."""
 
@@ -103,18 +105,17 @@ def update(whose: str, more: dict[Any, Any] | None = None) -> list[Any]:
     """Write a catalogue with all messages and the translations that there are, and return those without one."""
     path = CATALOGUES[whose]
     old = catalogue(whose) if path.is_file() else Catalog(locale=LANGUAGE)
-    new = Catalog(
-        locale=LANGUAGE, header_comment="# What students read, in German.", project="ros2-course-kit", version="",
-        creation_date=old.creation_date, revision_date=old.revision_date, last_translator="", language_team="",
-        msgid_bugs_address="", fuzzy=False,
-    )  # fmt: skip
+    new = Catalog(locale=LANGUAGE)
     for text, file in messages(whose):
         known = old.get(text if isinstance(text, str) else text[0])
         string = (more or {}).get(text) or (known.string if known else "")
         new.add(text, string, locations=[(file, 1)])
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("wb") as stream:
-        write_po(stream, new, width=0, include_lineno=False, omit_header=False)
+    made = io.BytesIO()
+    write_po(made, new, width=0, include_lineno=False)
+    # Of the header only what reading needs: no dates and no placeholders of people.
+    lines = [line for line in made.getvalue().decode().splitlines() if not _HEADER.match(line)]
+    path.write_text("\n".join(lines[lines.index('msgid ""') :]) + "\n", encoding="utf-8")
     return [message.id for message in new if message.id and not (message.string and all(message.string))]
 
 

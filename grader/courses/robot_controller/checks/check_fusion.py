@@ -59,10 +59,12 @@ def test_battery_alarms_are_logged_once(judge: Judge) -> None:
     if deaf_to := judge.deaf_to:
         raise NotReached(deaf_to)
     logs = [m for m in trial.messages if m.topic == "rosout" and m.data.get("name", "").endswith("sensor_processor")]
-    for level, word, threshold in ((_WARN, "warning", 30), (_ERROR, "error", 15)):
+    for level, word, kind, threshold in (
+        (_WARN, "warning", mark("warnings"), 30), (_ERROR, "error", mark("errors"), 15),
+    ):  # fmt: skip
         found = [m for m in logs if m.data["level"] == level]
         about = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
-        seen = say("{n} {word}s while the battery fell from 60 to 5 %", n=len(about), word=word)
+        seen = say("{n} {kind} while the battery fell from 60 to 5 %", n=len(about), kind=say(kind))
         if about:
             seen += say(", the first at {about[0].t:.1f} s: {about[0].data[msg]!r}", about=about)
         seen += say("; the thresholds were set to 30 and 15 %")
