@@ -23,7 +23,9 @@ def german() -> Iterator[None]:
 
 
 def code() -> list[Path]:
-    return [path for path in (KIT / "grader").rglob("*.py") if "authoring" not in path.parts and "ros2" not in path.parts]
+    return [
+        path for path in (KIT / "grader").rglob("*.py") if "authoring" not in path.parts and "ros2" not in path.parts
+    ]
 
 
 @pytest.mark.parametrize("whose", messages.CATALOGUES)

@@ -48,6 +48,8 @@ def _of_file(path: Path) -> Iterator[str | tuple[str, str]]:
         yield from (text for _, text in said(ast.parse(path.read_text(encoding="utf-8"))))
         if path.stem.startswith("check_") and path.parent.name == "checks":
             yield from _sentences(path)
+    elif path.name == "handout.md.j2":
+        yield from filter(_is_prose, path.read_text(encoding="utf-8").splitlines())
     elif path.suffix == ".j2" and "classroom" not in path.parts:
         options = {"trim_blocks": "true", "lstrip_blocks": "true", "newstyle_gettext": "true"}
         with path.open("rb") as stream:
@@ -71,6 +73,11 @@ def _sentences(path: Path) -> Iterator[str]:
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
             yield " ".join((ast.get_docstring(node) or "").split())
+
+
+def _is_prose(line: str) -> bool:
+    """Return whether a line of the handout's frame has words beside code and Jinja."""
+    return re.search(r"[A-Za-z]{3,}", re.sub(r"\{\{.*?\}\}|\{%.*?%\}|\{#.*#\}|`[^`]*`", "", line)) is not None
 
 
 def _of_rubric(path: Path) -> Iterator[str]:
