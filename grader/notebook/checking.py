@@ -213,7 +213,7 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
             n=len(tried),
             own=MUTATION_BUDGET_S,
             all=GRADING_BUDGET_S,
-        ),  # fmt: skip
+        ),
     )
 
 

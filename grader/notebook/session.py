@@ -119,7 +119,8 @@ class Run:
             self._sources = now
             print(
                 say(
-                    "your package has changed since this run began, and the node is still the old one; call run_node again"
+                    "your package has changed since this run began, and the node is still the old one; call run_node "
+                    "again"
                 )
             )
         for _ in range(max(1, round(seconds / TICK_S))):
