@@ -39,7 +39,11 @@ def messages(whose: str) -> list[Message]:
     left_out = [ENGINE / "courses", ENGINE / "authoring", ENGINE / "ros2"] if whose == "engine" else []
     files = [path for path in sorted(root.rglob("*")) if not any(map(path.is_relative_to, left_out))]
     found = [(text, path) for path in files for text in _of_file(path)]
-    found += [(text, COURSE.rubric) for text in _of_rubric(COURSE.rubric)] if whose == "course" else []
+    if whose == "course":
+        found += [(text, COURSE.rubric) for text in _of_rubric(COURSE.rubric)]
+        table = COURSE.notebook_table
+        rows = [*table["later"].values(), *table["stand_ins"].values()]
+        found += [(row["words"], OWN / "notebooks.yaml") for row in rows]
     return list({text: (text, path.relative_to(KIT).as_posix()) for text, path in reversed(found)}.values())[::-1]
 
 
