@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import ast
+import gettext
+import html
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from string import Formatter
 
 import pytest
-from helpers import messages
+from helpers import judging, messages, recordings
 from helpers.course import COURSE
 
 from grader import KIT, words
-from grader.scoring.grading import points
+from grader.checks.judge import Unjudged
+from grader.course import handout
+from grader.evidence import Evidence, to_json
+from grader.report import console
+from grader.report import html as page
+from grader.scoring import rubric
+from grader.scoring.grading import Grading, points
+from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.words import say, say_count
 
 
@@ -100,3 +112,90 @@ def test_german_has_its_own_plural():
 @pytest.mark.usefixtures("german")
 def test_a_text_without_a_translation_stays_as_it_is():
     assert say("eigener Satz einer Kursleiterin mit {x}", x=1) == "eigener Satz einer Kursleiterin mit 1"
+
+
+class Veiled(gettext.NullTranslations):
+    """A language in which the letters of every text from the catalogue are dots; fields and tags stay."""
+
+    def gettext(self, text: str) -> str:
+        parts = re.split(r"(%\(\w+\)s|<[^>]*>|\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\})", text)
+        return "".join(part if place % 2 else _veiled(part) for place, part in enumerate(parts))
+
+    def ngettext(self, one: str, many: str, n: int) -> str:  # noqa: ARG002
+        return self.gettext(many)
+
+
+def _veiled(text: str) -> str:
+    dots = lambda literal: re.sub(r"[A-Za-zäöü]", "·", literal)  # noqa: E731
+    if not messages.fields(text):
+        return dots(text)
+    made = ""
+    for literal, name, spec, conversion in Formatter().parse(text):
+        made += dots(literal).replace("{", "{{").replace("}", "}}")
+        made += f"{{{name}{f'!{conversion}' if conversion else ''}{f':{spec}' if spec else ''}}}" if name else ""
+    return made
+
+
+@pytest.fixture
+def veiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(words, "_spoken", words._Language("xx", Veiled(), ","))
+
+
+def judged(evidence: Evidence) -> Grading:
+    """Return the grading of a recording, without what its evidence does not suffice for."""
+    whole = rubric.load(COURSE.rubric)
+    results = []
+    for check in whole.checks:
+        function = judging.find(check.id)
+        sentence = say(" ".join((function.__doc__ or "").split()))
+        result = CheckResult(check.id, Outcome.PASSED, 1.0, sentence, expected=sentence)
+        try:
+            found = judging.ask(function, evidence)
+        except Unjudged:
+            results.append(result)
+            continue
+        outcome = Outcome.PASSED if found.share >= 1 else Outcome.FAILED if found.reached else Outcome.NOT_REACHED
+        seen, because = (say(found.seen), "") if found.reached else ("", found.seen)
+        results.append(
+            replace(result, outcome=outcome, fraction=found.share, seen=seen, try_=say(found.try_), because=because)
+        )
+    return Grading(
+        score(whole, results), evidence, {}, "team07.zip", seed=0, wall_seconds=1.0, rubric_title=whole.title
+    )
+
+
+def english_in(text: str, allowed: str) -> list[str]:
+    """Return what has two words in sequence that are neither from the catalogue nor from what is allowed."""
+    runs = re.findall(r"[A-Za-z]{2,}(?:['’]s)?(?:,? [A-Za-z]{2,}(?:['’]s)?)+", " ".join(text.split()))
+    return sorted({run for run in runs if run not in allowed})
+
+
+def visible(markup: str) -> str:
+    shown = re.sub(r"<(style|script|pre)\b.*?</\1>", " ", markup, flags=re.DOTALL)
+    spoken = re.findall(r'(?:alt|aria-label|data-label|data-play|data-ahead)="([^"]*)"', shown)
+    return html.unescape(" ".join([re.sub(r"<[^>]*>", " | ", shown), *spoken]))
+
+
+@pytest.mark.usefixtures("veiled")
+@pytest.mark.parametrize("name", ["reference", "drives_into_the_wall", "does_not_compile", "has_a_failing_test"])
+def test_a_report_has_no_fixed_sentence_beside_the_catalogue(name: str):
+    evidence = recordings.load(name)
+    grading = judged(evidence)
+    sections = " ".join(requirement.section for requirement in rubric.load(COURSE.rubric).requirements)
+    allowed = " ".join(f"{to_json(evidence)} {sections}".replace("\\n", " ").split())
+    assert not english_in(visible(page.render(grading)), allowed)
+    assert not english_in(console.render(grading, width=100_000), allowed)
+
+
+@pytest.mark.usefixtures("veiled")
+def test_the_handout_has_no_fixed_sentence_beside_the_catalogue():
+    fields = " ".join(handout.fields(path.read_text()) for path in COURSE.contract.rglob("*.*"))
+    text = re.sub("<!--.*?-->", "", handout.render(rubric.load(COURSE.rubric), COURSE))
+    assert not english_in(text, " ".join(fields.split()))
+
+
+@pytest.mark.usefixtures("german")
+def test_the_report_of_a_german_course_says_so_in_german():
+    markup = page.render(judged(recordings.load("drives_into_the_wall")))
+    assert '<html lang="de">' in markup
+    assert "berührte „circle 1“ bei 7,33 s mit 0,30 m/s" in html.unescape(markup)
