@@ -53,9 +53,8 @@ def test_german_lacks_no_message(whose: str):
 @pytest.mark.parametrize("whose", messages.CATALOGUES)
 def test_a_translation_has_the_fields_of_its_message(whose: str):
     for message in messages.catalogue(whose):
-        texts = message.id if isinstance(message.id, tuple) else (message.id,)
+        texts, strings = messages.several(message.id), messages.several(message.string)
         wanted = set().union(*map(messages.fields, texts))
-        strings = message.string if isinstance(message.string, tuple) else (message.string,)
         assert not message.id or all(messages.fields(text) == wanted for text in strings), message.id
 
 
@@ -65,8 +64,8 @@ def test_each_text_is_said_with_its_fields():
     for path in code():
         for call, texts in messages.said(ast.parse(path.read_text(encoding="utf-8"))):
             given = {keyword.arg for keyword in call.keywords} | ({"n"} if isinstance(texts, tuple) else set())
-            texts = texts if isinstance(texts, tuple) else (texts,)
-            wanted = {name.partition(".")[0].partition("[")[0] for text in texts for name in messages.fields(text)}
+            named = (name for text in messages.several(texts) for name in messages.fields(text))
+            wanted = {name.partition(".")[0].partition("[")[0] for name in named}
             if given and None not in given and isinstance(call.func, ast.Name) and call.func.id != "mark":
                 wrong += [f"{path.name}:{call.lineno}"] if given - {"n"} != wanted - {"n"} else []
     assert not wrong

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from string import Formatter
 from typing import Any
@@ -91,6 +91,11 @@ def _of_rubric(path: Path) -> Iterator[str]:
         texts += [criterion["title"], *criterion["levels"].values()]
         texts += [each[name] for each in criterion["requirements"] for name in ("title", "text") if name in each]
     yield from (" ".join(text.split()) for text in texts)
+
+
+def several(texts: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the texts of a message, one or two."""
+    return (texts,) if isinstance(texts, str) else tuple(texts)
 
 
 def fields(text: str) -> set[str]:
