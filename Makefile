@@ -21,7 +21,7 @@ PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
 AS_ROOT := $(if $(filter 0,$(shell id -u)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup jupyter notebooks grade test test-all known-bad evidence lint format lock doctor clean clean-all
+.PHONY: help setup jupyter notebooks grade test test-all known-bad evidence words lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
@@ -52,6 +52,9 @@ known-bad: setup  ## Grade every known-bad submission and print what each loses 
 
 evidence: setup  ## Record the evidence in tests/evidence again (takes half an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.record
+
+words: setup  ## Bring the German catalogues up to date, and name the texts that they lack
+	@PYTHONPATH=.:tests $(BIN)/python -m helpers.messages
 
 lint: setup  ## Check style and types, as CI does
 	@$(BIN)/ruff format --check .

@@ -26,6 +26,7 @@ from grader.errors import (
 from grader.host import atomic, namespaces, ros_env, shortage, supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S
+from grader.words import mark, say
 
 if TYPE_CHECKING:
     from grader.scoring.rubric import Rubric
@@ -331,14 +332,20 @@ def _check(options: argparse.Namespace) -> int:
     unknown = [name for name in options.requirements if name not in known]
     if unknown:
         print(
-            f"grader: no requirement is called {', '.join(unknown)}; the rubric has {_listed(whole)}.", file=sys.stderr
+            "grader: "
+            + say(
+                "no requirement is called {names}; the rubric has {ids}.", names=", ".join(unknown), ids=_listed(whole)
+            ),
+            file=sys.stderr,
         )
         return EXIT_USAGE
     wanted = [r for r in whole.requirements if r.id in (options.requirements or known)]
     judged = [r.id for r in wanted if r.checks and (options.requirements or not r.held_back)]
     for requirement in wanted if options.requirements else ():
         if not requirement.checks:
-            print(f"{requirement.id} is {requirement.waits}, not here ({points(requirement.points)} points).")
+            words = mark("{id} is {elsewhere}, not here ({worth} points)")
+            worth = points(requirement.points)
+            print(f"{say(words, id=requirement.id, elsewhere=requirement.waits, worth=worth)}.")
     if not judged:
         return EXIT_GRADED
     progress = Progress()
@@ -359,7 +366,8 @@ def _check(options: argparse.Namespace) -> int:
     print(console.render_checks(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
     if not options.requirements and (rest := at_hand_in(wanted)):
         card = grading.scorecard
-        print(f"{points(card.points)} of {points(card.max)} points that can be judged here. {rest}")
+        words = mark("{reached} of {worth} points that can be judged here.")
+        print(say(words, reached=points(card.points), worth=points(card.max)), rest)
     return EXIT_GRADED
 
 
@@ -370,7 +378,7 @@ def _submit(options: argparse.Namespace) -> int:
     found = packing.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
     progress.done()
     print(found)
-    print(f"Hand in: {_shown(found.archive)}")
+    print(say("Hand in: {archive}", archive=_shown(found.archive)))
     return EXIT_GRADED
 
 
@@ -446,7 +454,7 @@ def _cache(options: argparse.Namespace) -> int:
 def _listed(whole: Rubric) -> str:
     """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
     ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria]
-    return ", ".join(f"{first} to {last}" for first, last in ends)
+    return ", ".join(f"{first}{say(' to ')}{last}" for first, last in ends)
 
 
 def _fail(error: Exception, status: int, debug: bool) -> int:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from grader.course import Course, kits_own, load
+from grader.course import Course, kits_own, named
 from grader.scoring import rubric as rubrics
 from grader.scoring.rubric import Requirement, Rubric
 
@@ -68,7 +68,7 @@ class Settings:
     @classmethod
     def of_plain(cls, plain: Mapping[str, Any], progress: Callable[[str], None]) -> Settings:
         """Return the settings of which `plain` has returned this, with the course's own rubric."""
-        course = load(Path(plain["course"]))
+        course = named(plain["course"])
         fields_ = {"course": course, "cache": Path(plain["cache"]), "requirements": tuple(plain["requirements"])}
         return cls(rubric=rubrics.load(course.rubric), progress=progress, **{**plain, **fields_})
 

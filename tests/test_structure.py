@@ -18,9 +18,9 @@ ROOMS = (
     "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect", "courses",
     "mutation", "student_tests", "trials", "functions", "quality",
     "source", "settings", "report", "checks", "building", "sandbox", "intake", "course", "scoring", "host", "evidence",
-    "python_ast", "tracebacks", "yaml_reader", "progress", "sanitize", "errors", "",
+    "python_ast", "tracebacks", "yaml_reader", "progress", "sanitize", "words", "errors", "",
 )  # fmt: skip
-CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", ""}
+CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", "words", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""
 
 APART = {"template_course", "template_changes", "notebooks"}

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from grader.course.foreign_packages import absent
+from grader.words import mark, say
 
 _MARKED = re.compile(r"\bError\b|\berror:|\bERROR\b|\bError\(s\)")
 _OURS = re.compile(r"/ws/(?:src|build)/[^/\s']+/+|\bsubmission/(?=package\.xml)")
@@ -18,16 +19,18 @@ _RAISED = re.compile(r"^\s*(?:[\w.]+\.)?([A-Z]\w*(?:Error|Exception|Specificatio
 # setuptools runs the text of setup.py, so tracebacks know it as <string>.
 _PLACE = re.compile(r'File "(?:/ws/src/[^/"]+/+([^/"][^"]*)|<string>)", line (\d+)')
 _COMMANDS = {
-    "rosidl_generate_interfaces": "find_package(rosidl_default_generators REQUIRED) before it",
-    "ament_package": "find_package(ament_cmake REQUIRED) before it",
-    "ament_get_python_install_dir": "find_package(ament_cmake REQUIRED) before it",
-    "ament_python_install_package": "find_package(ament_cmake_python REQUIRED) before it",
+    "rosidl_generate_interfaces": mark("find_package(rosidl_default_generators REQUIRED) before it"),
+    "ament_package": mark("find_package(ament_cmake REQUIRED) before it"),
+    "ament_get_python_install_dir": mark("find_package(ament_cmake REQUIRED) before it"),
+    "ament_python_install_package": mark("find_package(ament_cmake_python REQUIRED) before it"),
     **dict.fromkeys(
         ("cmake_minimum_required", "project", "find_package", "install", "set", "if", "endif", "message"), ""
     ),
 }  # fmt: skip
-_GROUP = "add <member_of_group>rosidl_interface_packages</member_of_group> to package.xml, before <export>"
-_OVER = "install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}) lays modules beside them"
+_GROUP = mark("add <member_of_group>rosidl_interface_packages</member_of_group> to package.xml, before <export>")
+_OVER = mark(
+    "install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}) lays modules beside them"
+)
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,9 @@ def _raised(lines: Sequence[str]) -> str:
 def _command(said: str, match: re.Match[str]) -> BuildError:
     name = match[1]
     near = difflib.get_close_matches(name, _COMMANDS, 1, 0.75)
-    cure = _COMMANDS.get(name) or (f"is {near[0]} meant?" if near else "find_package() of the package that has it")
+    cure = say(_COMMANDS.get(name, "")) or (
+        say("is {command} meant?", command=near[0]) if near else say("find_package() of the package that has it")
+    )
     return BuildError(said, cure)
 
 
@@ -102,37 +107,43 @@ def _package(said: str, match: re.Match[str]) -> BuildError:
 
 def _says(cure: str) -> Callable[[str, re.Match[str]], BuildError]:
     """Return the error with a cure, in which {0} and so on are the groups of the match."""
-    return lambda said, match: BuildError(said[:500], re.sub(r"\{(\d)\}", lambda part: match[int(part[1]) + 1], cure))
+    return lambda said, match: BuildError(
+        said[:500], re.sub(r"\{(\d)\}", lambda part: match[int(part[1]) + 1], say(cure))
+    )
 
 
 _KNOWN: tuple[tuple[str, Callable[[str, re.Match[str]], BuildError]], ...] = (
     (r'Unknown CMake command "(\w+)"', _command),
     (r'configuration file provided by "(\w+)"', _package),
-    (r'Function missing ending "\)"', _says("a parenthesis is opened there and never closed")),
+    (r'Function missing ending "\)"', _says(mark("a parenthesis is opened there and never closed"))),
     (r"the passed dependency '(\w+)' has not been found",
-     _says("find_package({0} REQUIRED) before rosidl_generate_interfaces")),
-    (r"the passed file '([^']+)' doesn't exist", _says("write {0}, or correct its name in CMakeLists.txt")),
+     _says(mark("find_package({0} REQUIRED) before rosidl_generate_interfaces"))),
+    (r"the passed file '([^']+)' doesn't exist", _says(mark("write {0}, or correct its name in CMakeLists.txt"))),
     (r"rosidl_interface_packages", _says(_GROUP)),
     (r"Error processing '([^']*)' of '\w+/(\w+?)(?:_Request|_Response|_Goal|_Result|_Feedback)?'",
-     _says("correct the line `{0}` of {1}: a type of ROS, a space, and a name in small letters")),
-    (r"separators? '---'|'---' separators", _says("a .srv has one line ---, an .action two")),
+     _says(mark("correct the line `{0}` of {1}: a type of ROS, a space, and a name in small letters"))),
+    (r"separators? '---'|'---' separators", _says(mark("a .srv has one line ---, an .action two"))),
     (r"add_custom_target cannot create target \"ament_cmake_python",
      lambda *_: BuildError(
-         "CMakeLists.txt: ament_python_install_package() and rosidl_generate_interfaces() both make the Python package",
-         _OVER)),
+         say("CMakeLists.txt: ament_python_install_package() and rosidl_generate_interfaces() both make the Python "
+             "package"),
+         say(_OVER))),
     (r'INSTALL cannot find "([^"]+)"',
-     lambda _, match: BuildError(f"CMakeLists.txt: install() names {match[1]}, which is not there",
-                                    "write the file or folder, or take its name out of install()")),
-    (r"Cannot find source file: (\S+)", _says("the nodes are in Python: take {0} and its commands out")),
+     lambda _, match: BuildError(
+         say("CMakeLists.txt: install() names {what}, which is not there", what=match[1]),
+         say("write the file or folder, or take its name out of install()"))),
+    (r"Cannot find source file: (\S+)", _says(mark("the nodes are in Python: take {0} and its commands out"))),
     (r"'Project' is an invalid package name",
-     _says("write project(NAME), with the name in package.xml, before find_package()")),
+     _says(mark("write project(NAME), with the name in package.xml, before find_package()"))),
     (r"^'(\w+)'$",
      lambda _, match: BuildError(
-         f"CMakeLists.txt: rosidl_generate_interfaces() does not name {match[1]}, whose types the interfaces use",
-         f"DEPENDENCIES {match[1]} as the last line of rosidl_generate_interfaces()")),
+         say("CMakeLists.txt: rosidl_generate_interfaces() does not name {package}, whose types the interfaces use",
+             package=match[1]),
+         say("DEPENDENCIES {package} as the last line of rosidl_generate_interfaces()", package=match[1]))),
     (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]{0,200}: line \d+, column \d+",
-     _says("package.xml breaks off there: each <tag> needs its </tag>")),
-    (r"The manifest must", _says("compare package.xml with the course's line by line")),
-    (r"can't open file 'setup.py'", lambda *_: BuildError("there is no setup.py", "write it, or a CMakeLists.txt")),
-    (r"can't copy '([^']+)'", _says("write {0}, or take it out of data_files in setup.py")),
+     _says(mark("package.xml breaks off there: each <tag> needs its </tag>"))),
+    (r"The manifest must", _says(mark("compare package.xml with the course's line by line"))),
+    (r"can't open file 'setup.py'", lambda *_: BuildError(
+        say("there is no setup.py"), say("write it, or a CMakeLists.txt"))),
+    (r"can't copy '([^']+)'", _says(mark("write {0}, or take it out of data_files in setup.py"))),
 )  # fmt: skip

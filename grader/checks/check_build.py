@@ -9,25 +9,28 @@ from grader.checks.first_cause import behind, listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
 from grader.course import Course
 from grader.evidence import Kind, Reason
+from grader.words import mark, say, say_count
 
-_PROGRAMS_BY_CMAKE = "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set"
-_SHARED_BY_CMAKE = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
-_SHARED_BY_SETUP = "data_files in setup.py: (os.path.join('share', package_name, 'launch'), glob('launch/*'))"
+_PROGRAMS_BY_CMAKE = mark("install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set")
+_SHARED_BY_CMAKE = mark("install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")
+_SHARED_BY_SETUP = mark("data_files in setup.py: (os.path.join('share', package_name, 'launch'), glob('launch/*'))")
 
 
 def test_colcon_build_succeeds(judge: Judge) -> None:
     """`colcon build` succeeds."""
     build = judge.evidence.build
     if build.timed_out:
-        seen = f"colcon build ran out of time after {build.wall_seconds:.0f} s"
-        try_ = "run `colcon build`: does it end? If it does, grade again with a longer --build-timeout"
+        seen = say("colcon build ran out of time after {build.wall_seconds:.0f} s", build=build)
+        try_ = say("run `colcon build`: does it end? If it does, grade again with a longer --build-timeout")
         raise Failed(seen, try_, Reason(Kind.NOT_BUILT))
     if not build.ok:
         raise Failed(*_first_cause(judge), Reason(Kind.NOT_BUILT))
     if build.package != judge.course.package:
-        seen = f"It builds, as {build.package}; the assignment asks for {judge.course.package}."
-        places = f" Rename it in {some(_by_file(build.named_in))}." if build.named_in else ""
-        raise Failed(seen + places, "everything else was graded under the name that it has; rename it all at once")
+        seen = say(
+            "It builds, as {build.package}; the assignment asks for {course.package}.", build=build, course=judge.course
+        )
+        places = say(" Rename it in {by_file}.", by_file=some(_by_file(build.named_in))) if build.named_in else ""
+        raise Failed(seen + places, say("everything else was graded under the name that it has; rename it all at once"))
 
 
 def _by_file(places: list[str]) -> list[str]:
@@ -37,7 +40,9 @@ def _by_file(places: list[str]) -> list[str]:
         file, _, line = place.partition(":")
         lines.setdefault(file, []).extend([line] if line else [])
     return [
-        f"{file} (line{'s'[: len(numbers) - 1]} {', '.join(numbers)})" if numbers else file
+        say_count("{file} (line {lines})", "{file} (lines {lines})", len(numbers), file=file, lines=", ".join(numbers))
+        if numbers
+        else file
         for file, numbers in lines.items()
     ]
 
@@ -45,9 +50,9 @@ def _by_file(places: list[str]) -> list[str]:
 def _first_cause(judge: Judge) -> tuple[str, str]:
     """Return what stopped the build and what to do about it: by the package's text, or else by the build's log."""
     log = judge.evidence.build.log_tail
-    how = f"colcon build ended with exit status {judge.evidence.build.exit_code}"
+    how = say("colcon build ended with exit status {judge.evidence.build.exit_code}", judge=judge)
     if judge.evidence.build.exit_code == 0:
-        how = "colcon build ended, and installed no package"
+        how = say("colcon build ended, and installed no package")
     error = find_error(log)
     faults = judge.faults("build")
     # A build that ends well shows nothing of what it left out.
@@ -58,8 +63,8 @@ def _first_cause(judge: Judge) -> tuple[str, str]:
         lead, try_ = f"{sentence(cause)}\n{how}{said}", cause.cure
     else:
         lead = f"{how}: {error.said}" if error.said else how
-        try_ = error.cure or "run `colcon build` and read its first error, not its last"
-    return "\n".join(filter(None, [lead, listing(others, "its text shows besides:")])), try_
+        try_ = error.cure or say("run `colcon build` and read its first error, not its last")
+    return "\n".join(filter(None, [lead, listing(others, say("its text shows besides:"))])), try_
 
 
 def test_executables_are_installed(judge: Judge) -> None:
@@ -73,14 +78,20 @@ def test_executables_are_installed(judge: Judge) -> None:
         if misplaced := judge.evidence.build.misplaced:
             judge.share(share, *_misplaced(judge, misplaced))
             return
-        seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
+        seen = say(
+            "missing: {missing}; found: {found}", missing=", ".join(missing), found=", ".join(found) or say("nothing")
+        )
         judge.share(share, *_explained(judge, missing, seen, _PROGRAMS_BY_CMAKE, _programs_by_setup(judge.course)))
 
 
 def _programs_by_setup(course: Course) -> str:
     node, package = next(iter(course.nodes)), course.package
     entry = f"'{node} = {package}.{node}:main'"
-    return f"entry_points in setup.py: {entry}, and in setup.cfg [install] install_scripts=$base/lib/{package}"
+    return say(
+        "entry_points in setup.py: {entry}, and in setup.cfg [install] install_scripts=$base/lib/{package}",
+        entry=entry,
+        package=package,
+    )
 
 
 def _misplaced(judge: Judge, folders: Mapping[str, str]) -> tuple[str, str]:
@@ -88,11 +99,13 @@ def _misplaced(judge: Judge, folders: Mapping[str, str]) -> tuple[str, str]:
     intake, package = judge.evidence.intake, judge.evidence.build.package
     home = f"lib/{package}"
     where = [f"{folder}/{name}" for name, folder in folders.items()]
-    seen = f"{', '.join(where)}: `ros2 run` looks in {home} (the trials ran them where they are)"
+    seen = say(
+        "{where}: `ros2 run` looks in {home} (the trials ran them where they are)", where=", ".join(where), home=home
+    )
     if f"{intake.package_path}/CMakeLists.txt".removeprefix("./") in intake.files:
-        return seen, "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME})"
-    lines = f"[develop] script_dir=$base/{home} and [install] install_scripts=$base/{home}"
-    return seen, f"setup.cfg beside setup.py says where: {lines}"
+        return seen, say("install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME})")
+    lines = say("[develop] script_dir=$base/{home} and [install] install_scripts=$base/{home}", home=home)
+    return seen, say("setup.cfg beside setup.py says where: {lines}", lines=lines)
 
 
 def test_shared_files_are_installed(judge: Judge) -> None:
@@ -105,7 +118,11 @@ def test_shared_files_are_installed(judge: Judge) -> None:
     if missing:
         names = {PurePosixPath(name).name for name in shared}
         others = [f for f in found if f.startswith(("launch/", "config/")) or PurePosixPath(f).name in names]
-        seen = f"missing: {', '.join(missing)}; found: {some(others) or 'no launch or config file'}"
+        seen = say(
+            "missing: {missing}; found: {others}",
+            missing=", ".join(missing),
+            others=some(others) or say("no launch or config file"),
+        )
         share = 1 - len(missing) / len(shared)
         judge.share(share, *_explained(judge, missing, seen, _SHARED_BY_CMAKE, _SHARED_BY_SETUP))
 
@@ -114,8 +131,10 @@ def _explained(judge: Judge, missing: list[str], seen: str, by_cmake: str, by_se
     """Return `seen` with what the package's text shows of it, and what to try where it is built as this one is."""
     cause = behind(judge.faults("install"), missing)
     if unwritten := judge.unwritten(missing):
-        which = "all of these" if len(unwritten) > 1 and unwritten == missing else ", ".join(unwritten)
-        return f"{seen}\nnot in the package: {which}", "write these files, then install their folders"
+        which = say("all of these") if len(unwritten) > 1 and unwritten == missing else ", ".join(unwritten)
+        return say("{seen}\nnot in the package: {which}", seen=seen, which=which), say(
+            "write these files, then install their folders"
+        )
     if cause is not None:
         return f"{seen}\n{sentence(cause)}", cause.cure
     return seen, by_setup if judge.installer == "setup.py" else by_cmake

@@ -1,9 +1,10 @@
 """Simulated time: the nodes follow /clock."""
 
 from grader.checks.judge import Judge
+from grader.words import mark, say
 
 NEEDS = ("standing_clock",)
-TRY = "create_timer and self.get_clock() follow /clock; time.time(), time.sleep() and threading.Timer do not"
+TRY = mark("create_timer and self.get_clock() follow /clock; time.time(), time.sleep() and threading.Timer do not")
 
 
 def test_timers_follow_the_clock(judge: Judge) -> None:
@@ -11,7 +12,9 @@ def test_timers_follow_the_clock(judge: Judge) -> None:
     expect_standing(judge)
     for node in judge.course.nodes.values():
         trial = judge.trial(f"standing_clock_{node.name}")
-        judge.expect(bool(trial.commands or not node.command), f"no {node.command} under simulated time", TRY)
+        judge.expect(
+            bool(trial.commands or not node.command), say("no {node.command} under simulated time", node=node), TRY
+        )
 
 
 def expect_standing(judge: Judge) -> None:
@@ -19,6 +22,8 @@ def expect_standing(judge: Judge) -> None:
     for name in judge.course.nodes:
         trial = judge.trial(f"standing_clock_{name}")
         held = int(trial.measured["held"])
-        judge.expect(trial.pace == "lockstep", f"{name} publishes while the clock is stopped", TRY)
-        seen = f"{name} published {held} messages in 1 s of wall time while the clock was stopped"
+        judge.expect(trial.pace == "lockstep", say("{name} publishes while the clock is stopped", name=name), TRY)
+        seen = say(
+            "{name} published {held} messages in 1 s of wall time while the clock was stopped", name=name, held=held
+        )
         judge.expect(held <= 1, seen, TRY)

@@ -17,13 +17,14 @@ from grader.checks.package_text import (
     used_by_nodes,
 )
 from grader.evidence import Definition
+from grader.words import mark, say
 
 NEEDS = ("quality", "linters")
 
 _FULL = 0.9
 # That many things may share a docstring, and more in a large package: some are much the same.
 _SHARED, _SHARED_PART = 3, 0.2
-_REPEATED = " (it has the same docstring as many others)"
+_REPEATED = mark(" (it has the same docstring as many others)")
 
 
 def test_public_things_have_docstrings(judge: Judge) -> None:
@@ -33,12 +34,12 @@ def test_public_things_have_docstrings(judge: Judge) -> None:
     bare = [thing for thing in things if not thing.documented]
     share, used = lowest_share(judge, things, _share_documented)
     if share < _FULL or unread:
-        names = [label(thing) + (_REPEATED if thing.words else "") for thing in bare[:MOST_SHOWN]]
-        head = f"{len(things) - len(bare)} of {len(things)} have a docstring; it is missing at"
+        names = [label(thing) + (say(_REPEATED) if thing.words else "") for thing in bare[:MOST_SHOWN]]
+        head = say("{n} of {n2} have a docstring; it is missing at", n=len(things) - len(bare), n2=len(things))
         said = [head, *names, *([used] if used else [])] if bare else []
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share / _FULL, 1 - unread_share(judge, unread))
-        judge.share(share, seen, "say in one sentence what a caller gets, with units and frames")
+        judge.share(share, seen, say("say in one sentence what a caller gets, with units and frames"))
 
 
 def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
@@ -49,11 +50,11 @@ def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
     share, used = lowest_share(judge, things, _share_clean)
     if share < 1 or unread:
         violations = [violation for thing in things if thing.documented for violation in thing.violations]
-        seen = f"{clean} of {len(things)} have a docstring that follows every rule"
+        seen = say("{clean} of {n} have a docstring that follows every rule", clean=clean, n=len(things))
         said = [seen, *([used] if used else []), *([listing(violations)] if violations else [])]
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
-        judge.share(share, seen, "run `ament_pep257` in the package's folder; it reports the same")
+        judge.share(share, seen, say("run `ament_pep257` in the package's folder; it reports the same"))
 
 
 def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:

@@ -5,6 +5,7 @@ from typing import Any
 from grader.checks.judge import Judge, Unjudged
 from grader.course.reader import modules
 from grader.evidence import FunctionAnswer
+from grader.words import say
 
 NEEDS = ("functions",)
 
@@ -20,8 +21,8 @@ def test_functions_are_right_at_their_edges(judge: Judge) -> None:
         inside = course.functions.module.partition("/")[2]
         judge.expect(
             False,
-            f"{inside} cannot be imported: {problem}",
-            f"is the file there, does {judge.installer} install it, and are its own imports right?",
+            say("{inside} cannot be imported: {problem}", inside=inside, problem=problem),
+            say("is the file there, does {judge.installer} install it, and are its own imports right?", judge=judge),
         )
     (cases,) = modules(course.path("functions"))
     wrong: dict[str, str] = {}
@@ -37,7 +38,13 @@ def _case(answer: FunctionAnswer, right: list[float]) -> str:
     """Return the case, the value wanted and the value returned."""
     arguments = ", ".join(_show(argument) for argument in answer.arguments)
     result = answer.problem or _show(answer.answer)
-    return f"{answer.function}({arguments}) gave {result}; right is {_show(right)}"
+    return say(
+        "{answer.function}({arguments}) gave {result}; right is {show}",
+        answer=answer,
+        arguments=arguments,
+        result=result,
+        show=_show(right),
+    )
 
 
 def _show(value: Any) -> str:

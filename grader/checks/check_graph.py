@@ -3,6 +3,7 @@
 from grader.checks.graph import expect_interfaces
 from grader.checks.judge import Judge
 from grader.evidence import Kind, Reason
+from grader.words import say
 
 NEEDS = ("idle",)
 
@@ -20,5 +21,7 @@ def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
             known = endpoint.topic in {**node.subscribes, **node.publishes}
             if endpoint.kind == "subscription" and known and endpoint.reliability == "reliable":
                 reliable.append(endpoint.topic)
-    seen = f"these subscriptions receive nothing from best-effort publishers: {', '.join(reliable)}"
-    judge.expect(not reliable, seen, "subscribe with qos_profile_sensor_data", Reason(Kind.UNHEARD))
+    seen = say(
+        "these subscriptions receive nothing from best-effort publishers: {reliable}", reliable=", ".join(reliable)
+    )
+    judge.expect(not reliable, seen, say("subscribe with qos_profile_sensor_data"), Reason(Kind.UNHEARD))

@@ -18,6 +18,7 @@ from grader.checks.package_text import (
     weighed,
 )
 from grader.evidence import Finding
+from grader.words import say
 
 NEEDS = ("quality", "linters")
 
@@ -25,13 +26,15 @@ NEEDS = ("quality", "linters")
 def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:
     """No bare `except`, no `print` in the package's modules, no mutable default; each one costs a quarter."""
     bad = _habits(judge, "bare-except", "print", "mutable-default")
-    charge(judge, len(bad), 4, [listing(bad)], "name the exception; use self.get_logger(); use None as the default")
+    charge(
+        judge, len(bad), 4, [listing(bad)], say("name the exception; use self.get_logger(); use None as the default")
+    )
 
 
 def test_callbacks_do_not_sleep(judge: Judge) -> None:
     """No `time.sleep` in a callback, nor in a function of the package that a callback calls; each one costs half."""
     bad = _habits(judge, "sleep-in-callback")
-    charge(judge, len(bad), 2, [listing(bad)], "let a timer do the next step, and await a future in the action")
+    charge(judge, len(bad), 2, [listing(bad)], say("let a timer do the next step, and await a future in the action"))
 
 
 def test_contract_numbers_are_parameters(judge: Judge) -> None:
@@ -48,34 +51,36 @@ def expect_parameters(judge: Judge, without_effect: Sequence[tuple[str, str]]) -
     bad = []
     for use in uses:
         if not use.declared:
-            bad.append(f"{use.node}: {use.name} is not declared in the code")
+            bad.append(say("{use.node}: {use.name} is not declared in the code", use=use))
         elif not use.read:
-            bad.append(f"{use.node}: {use.name} is declared, and its value is never used")
+            bad.append(say("{use.node}: {use.name} is declared, and its value is never used", use=use))
         else:
             continue
         if use.literals:
             where = some([place(finding) for finding in use.literals])
-            bad[-1] += f" ({where} has the number {use.literals[0].text} instead)"
+            bad[-1] += say(" ({where} has the number {use.literals[0].text} instead)", where=where, use=use)
     named = " ".join(bad)
     bad += [seen for name, seen in without_effect if name not in named]
     if bad:
-        try_ = "self.declare_parameter('name', default), then self.get_parameter('name').value where it counts"
+        try_ = say("self.declare_parameter('name', default), then self.get_parameter('name').value where it counts")
         judge.share(1 - len(bad) / len(uses), "\n".join(bad), try_)
 
 
 def test_public_functions_are_annotated(judge: Judge) -> None:
     """Public functions have type annotations for every parameter and for the return value."""
     functions = [thing for thing in public_definitions(judge) if thing.kind == "function"]
-    judge.expect(bool(functions), "there is no public function", "move the work of the callbacks into functions")
+    judge.expect(
+        bool(functions), say("there is no public function"), say("move the work of the callbacks into functions")
+    )
     bare = [thing for thing in functions if thing.unannotated]
     unread = unread_files(judge)
     if bare or unread:
         shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
         share, used = lowest_share(judge, functions, _share_with_annotations)
-        said = [f"{len(bare)} of {len(functions)} lack annotations", *shown] if bare else []
+        said = [say("{n} of {n2} lack annotations", n=len(bare), n2=len(functions)), *shown] if bare else []
         seen = "\n".join([*said, *([used] if used else []), *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
-        judge.share(share, seen, "def nearest(ranges: Sequence[float], limit: float) -> float")
+        judge.share(share, seen, say("def nearest(ranges: Sequence[float], limit: float) -> float"))
 
 
 def _share_with_annotations(count: Count) -> float:

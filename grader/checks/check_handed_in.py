@@ -8,6 +8,7 @@ from grader.checks.findings import some
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import ProcessEnd, Trial
+from grader.words import say
 
 NEEDS = ("quality", "linters")
 
@@ -23,37 +24,41 @@ def test_demonstration_runs(judge: Judge) -> None:
     """The demonstration script runs against the running nodes, uses a service and the action, and exits 0."""
     script = judge.course.demonstration
     if script not in judge.quality().paths:
-        raise Failed(f"there is no {script}", "write the demonstration there")
+        raise Failed(say("there is no {script}", script=script), say("write the demonstration there"))
     trial = judge.trial("demo", complete=False)
     end = trial.others.get(script.rpartition("/")[2])
     if end is None or (end.by == "us" and trial.ended):
-        raise NotReached(trial.ended or "the demonstration was not started")
+        raise NotReached(trial.ended or say("the demonstration was not started"))
     words, share = [], 1.0
     called = {call.service for call in trial.calls if call.response is not None}
     if called and _goals(trial) and (excuse := _excuse(trial, end)):
-        judge.remark(f"it did all it should; then {excuse}")
+        judge.remark(say("it did all it should; then {excuse}", excuse=excuse))
     elif end.by == "us":
-        words.append(f"it had not ended after {end.wall_seconds:.0f} s")
+        words.append(say("it had not ended after {end.wall_seconds:.0f} s", end=end))
         share -= 0.5
     elif end.exit_code != 0:
-        words.append(f"it ended with exit status {end.exit_code}")
+        words.append(say("it ended with exit status {end.exit_code}", end=end))
         share -= 0.5
     services = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.services.items()}
     if not called and (changed := _changed(judge, services.values())):
-        said = f"{', '.join(changed)} differs from the contract, so its calls cannot be observed"
+        said = say("{changed} differs from the contract, so its calls cannot be observed", changed=", ".join(changed))
         raise NotReached(said, *judge.judged_by("check_interfaces"))
     if not called:
-        words.append(f"it called none of {', '.join(services)}")
+        words.append(say("it called none of {services}", services=", ".join(services)))
         share -= 0.25
     if not _goals(trial):
-        words.append(f"it sent no goal to {' or '.join(judge.course.offered.keys() - services.keys())}")
+        words.append(say("it sent no goal to {keys}", keys=" or ".join(judge.course.offered.keys() - services.keys())))
         share -= 0.25
     if words:
         last = [line for line in end.output_tail.splitlines() if line.strip()][-3:]
-        words += [f"its last output: {' / '.join(line.strip()[:200] for line in last)}"] if last else []
+        words += (
+            [say("its last output: {lines}", lines=" / ".join(line.strip()[:200] for line in last))] if last else []
+        )
         # A script that does nothing but end well has shown nothing.
         share = 0.0 if not called and not _goals(trial) else share
-        judge.share(share, "\n".join(words), "start the nodes in a simulator, run the script by hand, then `echo $?`")
+        judge.share(
+            share, "\n".join(words), say("start the nodes in a simulator, run the script by hand, then `echo $?`")
+        )
 
 
 def test_test_results_match_the_tests(judge: Judge) -> None:
@@ -61,16 +66,19 @@ def test_test_results_match_the_tests(judge: Judge) -> None:
     weigh(judge)
     quality = judge.quality()
     report = quality.report
-    try_ = "python -m pytest test --junitxml=test_results.xml, in the package's folder, after the last change"
+    try_ = say("python -m pytest test --junitxml=test_results.xml, in the package's folder, after the last change")
     if report is None or report.problem:
-        raise Failed(f"test_results.xml {report.problem}" if report else "there is no test_results.xml", try_)
-    judge.expect(bool(quality.tests), "the package has no tests to report on", "write tests first")
+        raise Failed(
+            say("test_results.xml {report.problem}", report=report) if report else say("there is no test_results.xml"),
+            try_,
+        )
+    judge.expect(bool(quality.tests), say("the package has no tests to report on"), say("write tests first"))
     reported = {_matched(case, quality.tests) for case in report.cases}
     foreign = sorted({case for case in report.cases if not _matched(case, quality.tests)})
     absent = [test for test in quality.tests if test not in reported]
     if foreign or absent:
-        words = [f"not in the report: {some(absent)}"] if absent else []
-        words += [f"in the report, but not in the package: {some(foreign)}"] if foreign else []
+        words = [say("not in the report: {absent}", absent=some(absent))] if absent else []
+        words += [say("in the report, but not in the package: {foreign}", foreign=some(foreign))] if foreign else []
         together = len(quality.tests) + len({case.rpartition("::")[2] for case in foreign})
         judge.share((len(quality.tests) - len(absent)) / together, "\n".join(words), try_)
 
@@ -84,9 +92,9 @@ def _changed(judge: Judge, services: Iterable[str]) -> list[str]:
 def _excuse(trial: Trial, end: ProcessEnd) -> str:
     """Return which fault of the ROS libraries kept a demonstration from ending well, "" if it was its own."""
     if end.by == "us" and _DROPPED in end.output_tail:
-        return "rclpy dropped the answer to its goal, for which it waited (ros2/rclpy#1123)"
+        return say("rclpy dropped the answer to its goal, for which it waited (ros2/rclpy#1123)")
     if end.by != "us" and _died_in_the_libraries(trial, end):
-        return f"the ROS libraries crashed as it ended (exit status {end.exit_code})"
+        return say("the ROS libraries crashed as it ended (exit status {end.exit_code})", end=end)
     return ""
 
 

@@ -3,6 +3,7 @@
 from grader.checks.first_cause import sentence
 from grader.checks.judge import Judge, near_miss, short_types
 from grader.course import definition
+from grader.words import say
 
 NEEDS = ("idle",)
 
@@ -15,10 +16,10 @@ def test_type_hashes_match_the_contract(judge: Judge) -> None:
     if different:
         share = 1 - len(different) / len(build.contract_hashes)
         unwritten = judge.unwritten(_path(name) for name in different if not build.interface_texts.get(name))
-        try_ = "compare the file with the contract line by line: types, names, order"
+        try_ = say("compare the file with the contract line by line: types, names, order")
         if len(unwritten) == len(different):
-            where = ", in a package with a CMakeLists.txt" * (judge.installer == "setup.py")
-            try_ = f"write {', '.join(unwritten)} as the contract says{where}"
+            where = say(", in a package with a CMakeLists.txt") * (judge.installer == "setup.py")
+            try_ = say("write {unwritten} as the contract says{where}", unwritten=", ".join(unwritten), where=where)
         seen = "\n".join(words for name in different for words in _differences(judge, name))
         judge.share(share, seen, try_)
 
@@ -35,16 +36,38 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
         for name, type_ in own.items():
             if course.full_type(type_) not in offered.get(name, []):
                 short = type_.rpartition("/")[2]
-                wrong.append(f"expected {name} ({short}){near_miss(graph, name, course.offered)}")
+                wrong.append(
+                    say(
+                        "expected {name} ({short}){near_miss}",
+                        name=name,
+                        short=short,
+                        near_miss=near_miss(graph, name, course.offered),
+                    )
+                )
         for name, type_ in published.items():
             types = {e.type for e in graph.endpoints if e.topic == name and e.kind == "publisher"}
             if course.full_type(type_) not in types:
-                found = f"found type {short_types(sorted(types))}" if types else "found no such publisher"
-                wrong.append(f"expected {name} ({type_.rpartition('/')[2]}); {found}")
+                found = (
+                    say("found type {short_types}", short_types=short_types(sorted(types)))
+                    if types
+                    else say("found no such publisher")
+                )
+                wrong.append(
+                    say(
+                        "expected {name} ({type}); {found}",
+                        name=name,
+                        type=type_.rpartition("/")[2],
+                        found=found,
+                    )
+                )
     if wrong:
         kinds = [f".{kind}" for kind in ("srv", "action", "msg") if any(i.startswith(kind) for i in course.interfaces)]
-        names = " and ".join(filter(None, [", ".join(kinds[:-1]), kinds[-1]]))
-        judge.share(1 - len(wrong) / count, "; ".join(wrong), f"import the types from {course.package}{names}")
+        names = say(" and ").join(filter(None, [", ".join(kinds[:-1]), kinds[-1]]))
+        judge.share(
+            1 - len(wrong) / count,
+            "; ".join(wrong),
+            say("import the types from {course.package}{names}", course=course, names=names),
+        )
 
 
 def _differences(judge: Judge, name: str) -> list[str]:
@@ -55,10 +78,10 @@ def _differences(judge: Judge, name: str) -> list[str]:
     if not found:
         faults = [fault for fault in judge.faults("install", "interfaces") if path in (fault.path, *fault.lacks)]
         shown = [f"{sentence(fault)} ({fault.cure})" for fault in faults]
-        return [f"{path}: not found among the installed interfaces", *shown]
+        return [say("{path}: not found among the installed interfaces", path=path), *shown]
     differences = definition.differences(kind, found, build.contract_texts.get(name, ""))
     said = [f"{path}{f':{line}' if line else ''}: {words}" for line, words in differences]
-    return said or [f"{path}: its fields are the contract's, and the type has another name"]
+    return said or [say("{path}: its fields are the contract's, and the type has another name", path=path)]
 
 
 def _path(name: str) -> str:

@@ -4,17 +4,22 @@ from collections.abc import Iterable
 
 from grader import tracebacks
 from grader.checks.judge import Judge
+from grader.words import mark, say
 
 NEEDS = ("interrupted",)
-_TRY_CATCH = (
+_TRY_CATCH = mark(
     "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node; with a signal handler "
     "of your own, rclpy.init(signal_handler_options=SignalHandlerOptions.NO), or rclpy's shuts the context down"
 )
-_TRY_SOONER = "after Ctrl-C wait for nothing without a time limit: no sleep, no join, no goal that has to end first"
-_TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
-_TRY_ZERO = "publish a zero before the context is shut down, and wait until it is sent"
+_TRY_SOONER = mark(
+    "after Ctrl-C wait for nothing without a time limit: no sleep, no join, no goal that has to end first"
+)
+_TRY_SHUTDOWN = mark(
+    "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
+)
+_TRY_ZERO = mark("publish a zero before the context is shut down, and wait until it is sent")
 
-_TRY_COLLECTED = "call executor.shutdown() before rclpy shuts down"
+_TRY_COLLECTED = mark("call executor.shutdown() before rclpy shuts down")
 
 
 def _is_a_race_in_rclpy(output: str) -> bool:
@@ -44,11 +49,15 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
         node = judge.course.nodes[trial.node]
         process = trial.process
         assert process is not None
-        doing = "idle" if name == f"interrupted_{node.name}" else name.partition("_")[2]
+        doing = say("idle") if name == f"interrupted_{node.name}" else name.partition("_")[2]
         when = f"{node.name}, {doing}"
         took = trial.measured.get("seconds_to_end")
         if process.by != "interrupt" or took is None or took > 2.0:
-            seen = "still running 2 s after SIGINT" if took is None else f"ended {took:.2f} s after SIGINT"
+            seen = (
+                say("still running 2 s after SIGINT")
+                if took is None
+                else say("ended {took:.2f} s after SIGINT", took=took)
+            )
             wrong.append((f"{when}: {seen}", _TRY_CATCH if took is None else _TRY_SOONER))
         output = process.output_tail
         if process.exit_code == 0 and (complaint := tracebacks.ignored(output)):
@@ -57,21 +66,31 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
         lines = output.splitlines()
         if tracebacks.BEGIN in output and not _is_a_race_in_rclpy(output):
             uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
-            seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
+            seen = say("a traceback after SIGINT, ending {line!r}", line=lines[-1].strip()[:200])
             wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
         # Another check judges a robot that publishes nothing without a command.
-        if node.command and (trial.commands or doing != "idle"):
-            judge.expect(bool(trial.commands), f"no {node.command} at all", "publish in every control cycle")
+        if node.command and (trial.commands or name != f"interrupted_{node.name}"):
+            judge.expect(
+                bool(trial.commands), say("no {node.command} at all", node=node), say("publish in every control cycle")
+            )
             moved = moved or not all(command.is_zero for command in trial.commands)
             last = trial.commands[-1]
             if not last.is_zero:
-                seen = f"the last {node.command} was v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s"
+                seen = say(
+                    "the last {node.command} was v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s",
+                    node=node,
+                    last=last,
+                )
                 wrong.append((f"{when}: {seen}", _TRY_ZERO))
-    tries = dict.fromkeys(try_ for _, try_ in wrong)
+    tries = dict.fromkeys(say(try_) for _, try_ in wrong)
     judge.expect(not wrong, "; ".join(seen for seen, _ in wrong), "; ".join(tries))
     for name, complaint in collected.items():
         judge.remark(
-            f"{name} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}",
+            say(
+                "{name} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}",
+                name=name,
+                complaint=complaint,
+            ),
             _TRY_COLLECTED,
         )
     return moved

@@ -6,6 +6,7 @@ from grader.checks.first_cause import sentence, shown_by
 from grader.checks.judge import Judge, Unjudged
 from grader.course import launch_stem
 from grader.evidence import ParameterAnswer, Trial
+from grader.words import say
 
 NEEDS = ("launch", "launch_plain", "launch_by_wall")
 
@@ -14,26 +15,34 @@ def test_the_launch_files_start_the_nodes(judge: Judge) -> None:
     """Each launch file starts the nodes that the contract has for it, and no other of the contract's."""
     for path, nodes in judge.course.launch.items():
         found, seen = _started(judge, judge.trial(f"launch_{launch_stem(path)}", complete=False))
-        judge.expect(found == {*nodes}, seen, f"one Node action for each of: {', '.join(sorted(nodes))}")
+        judge.expect(
+            found == {*nodes}, seen, say("one Node action for each of: {nodes}", nodes=", ".join(sorted(nodes)))
+        )
     for path, nodes in judge.course.launch.items():
         found, seen = _started(judge, judge.started(f"launch_plain_{launch_stem(path)}"))
         if found != {*nodes}:
-            try_ = "give each DeclareLaunchArgument a default_value; nobody types arguments that have a usual value"
-            judge.share(0.5, f"without any argument, {seen}", try_)
+            try_ = say(
+                "give each DeclareLaunchArgument a default_value; nobody types arguments that have a usual value"
+            )
+            judge.share(0.5, say("without any argument, {seen}", seen=seen), try_)
 
 
 def test_each_launch_file_takes_use_sim_time(judge: Judge) -> None:
     """Each launch file declares `use_sim_time`."""
     for trial in _launched(judge):
         for answer in _answers(trial, "use_sim_time"):
-            seen = f"{trial.launch} use_sim_time:=true left {answer.node} with use_sim_time = {answer.value}"
-            try_ = "DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters"
+            seen = say(
+                "{trial.launch} use_sim_time:=true left {answer.node} with use_sim_time = {answer.value}",
+                trial=trial,
+                answer=answer,
+            )
+            try_ = say("DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters")
             judge.expect(answer.value is True, seen, try_)
         _expect_declared(judge, trial)
     first = launch_stem(judge.course.launch_files[0])
     for answer in _answers(judge.trial(f"launch_by_wall_{first}"), "use_sim_time"):
-        seen = f"use_sim_time:=false left {answer.node} with use_sim_time = {answer.value}"
-        judge.expect(answer.value is False, seen, "pass LaunchConfiguration('use_sim_time') on, not True")
+        seen = say("use_sim_time:=false left {answer.node} with use_sim_time = {answer.value}", answer=answer)
+        judge.expect(answer.value is False, seen, say("pass LaunchConfiguration('use_sim_time') on, not True"))
 
 
 def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
@@ -42,12 +51,18 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
         output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
             own = [name for name in trial.in_files if name in judge.course.nodes[node].parameters]
-            seen = f"no file in config/ sets a parameter of {node}"
-            judge.expect(bool(own), seen, "list the node's parameters in its file")
+            seen = say("no file in config/ sets a parameter of {node}", node=node)
+            judge.expect(bool(own), seen, say("list the node's parameters in its file"))
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
-                seen = f"{parameter} was {trial.in_files[parameter]:g} in the file and {value} in {node}"
-                try_ = "does the launch file pass this file, and is its key the node's name?"
+                seen = say(
+                    "{parameter} was {in_files:g} in the file and {value} in {node}",
+                    parameter=parameter,
+                    in_files=trial.in_files[parameter],
+                    value=value,
+                    node=node,
+                )
+                try_ = say("does the launch file pass this file, and is its key the node's name?")
                 if (cause := shown_by(judge.faults("parameters"), output)) is not None:
                     seen, try_ = f"{sentence(cause)}\n{seen}", cause.cure
                 judge.expect(value == trial.in_files[parameter], seen, try_)
@@ -61,8 +76,8 @@ def _expect_declared(judge: Judge, trial: Trial) -> None:
     listed = trial.others.get("arguments")
     if listed is None or listed.exit_code is None:
         raise Unjudged(f"the trial {trial.name} has no list of the arguments of {trial.launch}")
-    seen = f"`ros2 launch --show-args` lists no use_sim_time for {trial.launch}"
-    try_ = "add DeclareLaunchArgument('use_sim_time', default_value='false')"
+    seen = say("`ros2 launch --show-args` lists no use_sim_time for {trial.launch}", trial=trial)
+    try_ = say("add DeclareLaunchArgument('use_sim_time', default_value='false')")
     judge.expect("\n    'use_sim_time':" in listed.output_tail, seen, try_)
 
 
@@ -74,10 +89,10 @@ def _started(judge: Judge, trial: Trial) -> tuple[set[str], str]:
     nodes = {name.rpartition("/")[2] for name in trial.graph.nodes} if trial.graph else set()
     nodes = {name for name in nodes if not name.startswith("launch_ros")}
     output = trial.process.output_tail.strip().splitlines() if trial.process else []
-    last = f"; its last output was: {output[-1][:300]}" if output and not nodes else ""
+    last = say("; its last output was: {output}", output=output[-1][:300]) if output and not nodes else ""
     why = f": {trial.ended}" if trial.ended else ""
-    did = ", ".join(sorted(nodes)) or f"no node{why}"
-    return nodes & {*judge.course.nodes}, f"{trial.launch} started {did}{last}"
+    did = ", ".join(sorted(nodes)) or say("no node{why}", why=why)
+    return nodes & {*judge.course.nodes}, say("{trial.launch} started {did}{last}", trial=trial, did=did, last=last)
 
 
 def _launched(judge: Judge) -> Iterator[Trial]:

@@ -3,6 +3,7 @@
 from grader.checks.check_student_tests import expect_contract
 from grader.checks.judge import Judge, NotReached, Unjudged
 from grader.evidence import Mutant, Mutation, short_name
+from grader.words import say
 
 NEEDS = ("student tests", "mutation")
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
@@ -25,22 +26,26 @@ def _share(judge: Judge, none: float, full: float) -> None:
     judged = [mutant for mutant in mutation.mutants if mutant.outcome != "not tried"]
     noticed = [mutant for mutant in judged if mutant.outcome == "noticed"]
     if not judged:
-        raise NotReached("the package's source has no line that can be mutated")
+        raise NotReached(say("the package's source has no line that can be mutated"))
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     percent = round(100 * len(noticed) / len(judged), 1)
     share = (percent - none) / (full - none)
-    seen = f"{len(noticed)} of {len(judged)} mutants were noticed, {percent:g} %" + _notes(mutation)
+    seen = say(
+        "{n} of {n2} mutants were noticed, {percent:g} %", n=len(noticed), n2=len(judged), percent=percent
+    ) + _notes(mutation)
     if share >= 1:
         judge.remark(seen)
     else:
-        try_ = "for each line listed, write down what would go wrong, then write a test that asserts that it does not"
+        try_ = say(
+            "for each line listed, write down what would go wrong, then write a test that asserts that it does not"
+        )
         judge.share(share, "\n".join([seen, *_unnoticed(judged)]), try_)
 
 
 def _mutation(judge: Judge) -> Mutation:
     tests = judge.student_tests()
     if not any(module.passed for module in tests.modules):
-        said = "none of the package's own tests passed, so none could notice anything"
+        said = say("none of the package's own tests passed, so none could notice anything")
         raise NotReached(said, *judge.judged_by("check_student_tests"))
     expect_contract(judge)
     judge.expect_trusted(tests)
@@ -50,7 +55,10 @@ def _mutation(judge: Judge) -> Mutation:
     judge.expect(
         not mutation.convicted,
         _conviction(mutation),
-        "assert what the package does (values returned, messages published, answers given), not how its source looks",
+        say(
+            "assert what the package does (values returned, messages published, answers given), not how its source "
+            "looks"
+        ),
     )
     return mutation
 
@@ -59,9 +67,11 @@ def _conviction(mutation: Mutation) -> str:
     failed = next((mutant for mutant in mutation.equivalent_mutants if mutant.failed), None)
     change = f" ({failed.path}:{failed.line}, {failed.words})" if failed else ""
     names = ", ".join(short_name(name) for name in mutation.convicted[:3])
-    return (
-        f"{names} failed each time a line was rewritten without changing what the package does{change}. A test that "
-        "fails on any change of the source does not show that it finds mistakes"
+    return say(
+        "{names} failed each time a line was rewritten without changing what the package does{change}. A "
+        "test that fails on any change of the source does not show that it finds mistakes",
+        names=names,
+        change=change,
     )
 
 
@@ -69,7 +79,7 @@ def _notes(mutation: Mutation) -> str:
     notes = [mutation.note] if mutation.note else []
     if mutation.set_aside:
         names = ", ".join(short_name(name) for name in mutation.set_aside[:3])
-        notes.append(f"{names} passed or failed at random and did not count")
+        notes.append(say("{names} passed or failed at random and did not count", names=names))
     return "".join(f"; {note}" for note in notes)
 
 
@@ -79,13 +89,15 @@ def _unnoticed(mutants: list[Mutant]) -> list[str]:
     missed = [mutant for mutant in in_order if mutant.outcome == "unnoticed"]
     unreached = [mutant for mutant in in_order if mutant.outcome == "unreached"]
     lines = [f"{m.path}:{m.line} {m.words}: {_passed(m)}" for m in missed[:_LISTED]]
-    lines += [f"{m.path}:{m.line} {m.words}: no test reaches this line" for m in unreached[: _LISTED - len(lines)]]
+    lines += [
+        say("{m.path}:{m.line} {m.words}: no test reaches this line", m=m) for m in unreached[: _LISTED - len(lines)]
+    ]
     left = len(missed) + len(unreached) - len(lines)
-    return lines + ([f"and {left} more"] if left else [])
+    return lines + ([say("and {left} more", left=left)] if left else [])
 
 
 def _passed(mutant: Mutant) -> str:
     names = [short_name(name) for name in mutant.tried]
     shown = ", ".join(names[:2])
-    more = f" and {len(names) - 2} more" if len(names) > 2 else ""
-    return f"{shown}{more} passed all the same"
+    more = say(" and {n} more", n=len(names) - 2) if len(names) > 2 else ""
+    return say("{shown}{more} passed all the same", shown=shown, more=more)

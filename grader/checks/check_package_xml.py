@@ -5,6 +5,7 @@ from grader.checks.judge import Judge, NotReached
 from grader.course import packages
 from grader.course.rosdep_keys import is_declared
 from grader.evidence import Manifest
+from grader.words import say
 
 NEEDS = ("quality",)
 
@@ -14,32 +15,44 @@ def test_package_xml_is_valid_format_3(judge: Judge) -> None:
     manifest = _manifest(judge)
     wrong = list(manifest.problems)
     if manifest.format != "3":
-        wrong.append(f'it is format "{manifest.format}"' if manifest.format else "it has no format")
+        wrong.append(
+            say('it is format "{manifest.format}"', manifest=manifest) if manifest.format else say("it has no format")
+        )
     if manifest.placeholders:
-        wrong.append(f"the maintainer is a placeholder: {some(manifest.placeholders, 3)}")
+        wrong.append(
+            say("the maintainer is a placeholder: {placeholders}", placeholders=some(manifest.placeholders, 3))
+        )
     if wrong:
         share = 0.0 if manifest.problems else 1 - 0.5 * len(wrong)
-        try_ = "compare it with the course's line by line; the maintainer is you, where mail reaches you"
+        try_ = say("compare it with the course's line by line; the maintainer is you, where mail reaches you")
         judge.share(share, "\n".join(wrong), try_)
 
 
 def test_licence_has_its_spdx_name(judge: Judge) -> None:
     """The licence is named by its SPDX identifier."""
     manifest = _read_manifest(judge)
-    try_ = "for example <license>Apache-2.0</license>"
-    judge.expect(bool(manifest.licences), "package.xml does not name a licence", try_)
+    try_ = say("for example <license>Apache-2.0</license>")
+    judge.expect(bool(manifest.licences), say("package.xml does not name a licence"), try_)
     bad = [name for name, known in zip(manifest.licences, manifest.spdx, strict=True) if not known]
-    judge.expect(not bad, f"not an SPDX identifier: {some(bad, 5)}", "look it up at spdx.org/licenses: Apache-2.0, MIT")
+    judge.expect(
+        not bad,
+        say("not an SPDX identifier: {bad}", bad=some(bad, 5)),
+        say("look it up at spdx.org/licenses: Apache-2.0, MIT"),
+    )
 
 
 def test_build_type_matches_the_package(judge: Judge) -> None:
     """The build type is the one that the package really has."""
     manifest = _read_manifest(judge)
     real = "ament_cmake" if manifest.has_cmake else "ament_python"
-    because = "there is a CMakeLists.txt" if manifest.has_cmake else "there is no CMakeLists.txt"
-    said = f"<build_type> is {manifest.build_type}" if manifest.build_type else "package.xml names no build type"
-    try_ = f"<export><build_type>{real}</build_type></export>, as the last element of <package>"
-    judge.expect(manifest.build_type == real, f"{said}, and {because}", try_)
+    because = say("there is a CMakeLists.txt") if manifest.has_cmake else say("there is no CMakeLists.txt")
+    said = (
+        say("<build_type> is {manifest.build_type}", manifest=manifest)
+        if manifest.build_type
+        else say("package.xml names no build type")
+    )
+    try_ = say("<export><build_type>{real}</build_type></export>, as the last element of <package>", real=real)
+    judge.expect(manifest.build_type == real, say("{said}, and {because}", said=said, because=because), try_)
 
 
 def test_every_package_used_is_declared(judge: Judge) -> None:
@@ -49,12 +62,14 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
     for name, places in manifest.used.items():
         also = [package.name for package in packages.extra(judge.course) if name in package.modules]
         if not is_declared(name, manifest.declared, also):
-            missing.append(f"{name} (used in {some(places, 2)})")
+            missing.append(say("{name} (used in {places})", name=name, places=some(places, 2)))
         elif not is_declared(name, manifest.declared_to_run, also) and (running := _runs(places)):
-            missing.append(f"{name} (used in {some(running, 2)}, and declared for tests only)")
+            missing.append(
+                say("{name} (used in {running}, and declared for tests only)", name=name, running=some(running, 2))
+            )
     if missing:
-        seen = "not declared:\n" + "\n".join(missing)
-        try_ = "<depend>name</depend>; a pip module is python3-name (see rosdep's keys)"
+        seen = say("not declared:\n") + "\n".join(missing)
+        try_ = say("<depend>name</depend>; a pip module is python3-name (see rosdep's keys)")
         judge.share(1 - len(missing) / 5, seen, try_)
 
 
@@ -66,7 +81,7 @@ def _runs(places: list[str]) -> list[str]:
 
 def _manifest(judge: Judge) -> Manifest:
     manifest = judge.quality().manifest
-    judge.expect(manifest.found, "there is no package.xml", "write one: it makes a folder a ROS package")
+    judge.expect(manifest.found, say("there is no package.xml"), say("write one: it makes a folder a ROS package"))
     return manifest
 
 

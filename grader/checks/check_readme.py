@@ -5,6 +5,7 @@ from grader.checks.interface_table import agreement
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import Finding, Readme
+from grader.words import say
 
 NEEDS = ("quality", "linters", "idle")
 
@@ -18,21 +19,29 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
     readme = quality.readme
     if readme is None:
         others = [path for path in quality.paths if path.lower().startswith("readme")]
-        found = f"; found {', '.join(others)}" if others else ""
-        raise Failed(f"there is no README.md beside package.xml{found}", "write README.md in the package")
+        found = say("; found {others}", others=", ".join(others)) if others else ""
+        raise Failed(
+            say("there is no README.md beside package.xml{found}", found=found), say("write README.md in the package")
+        )
     missing = []
     if readme.words < _WORDS:
-        wanted = f"at least {_WORDS} are needed, and none counts more than 3 times"
-        missing.append(f"what it does ({readme.words} words of prose; {wanted})")
+        wanted = say("at least {words} are needed, and none counts more than 3 times", words=_WORDS)
+        missing.append(say("what it does ({readme.words} words of prose; {wanted})", readme=readme, wanted=wanted))
     elif not readme.is_about_package:
-        missing.append("what it does; neither the package nor a node, topic or service of it is named")
+        missing.append(say("what it does; neither the package nor a node, topic or service of it is named"))
     elif readme.placeholders:
-        missing.append(f"what it does; there is a placeholder ({_places(readme.placeholders)})")
-    commands = {"build": "colcon build", "run": "ros2 launch or ros2 run", "test": "pytest or colcon test"}
-    missing += [f"how to {what} it ({command})" for what, command in commands.items() if what not in readme.shows]
+        missing.append(say("what it does; there is a placeholder ({places})", places=_places(readme.placeholders)))
+    commands = {
+        "build": say("how to build it (colcon build)"),
+        "run": say("how to run it (ros2 launch or ros2 run)"),
+        "test": say("how to test it (pytest or colcon test)"),
+    }
+    missing += [words for what, words in commands.items() if what not in readme.shows]
     if missing:
-        seen = "\n".join(["not found:", *missing, *_left_out(readme)])
-        judge.share(1 - len(missing) / 4, seen, "write for a reader who is new to the package, with commands to copy")
+        seen = "\n".join([say("not found:"), *missing, *_left_out(readme)])
+        judge.share(
+            1 - len(missing) / 4, seen, say("write for a reader who is new to the package, with commands to copy")
+        )
 
 
 def test_interface_table_agrees(judge: Judge) -> None:
@@ -40,25 +49,27 @@ def test_interface_table_agrees(judge: Judge) -> None:
     weigh(judge)
     readme = judge.quality().readme
     if readme is None:
-        raise NotReached("there is no README.md")
+        raise NotReached(say("there is no README.md"))
     found = agreement(readme.tables, judge.evidence, judge.course.nodes.values())
     course = judge.course
-    see = f"see {course.requirement_of('check_graph') or 'the contract'}"
-    judge.expect(found.wanted > 0, "neither the running nodes nor the code show an interface", see)
+    see = say("see {requirement}", requirement=course.requirement_of("check_graph") or say("the contract"))
+    judge.expect(found.wanted > 0, say("neither the running nodes nor the code show an interface"), see)
     if found.wrong:
-        source = "the running nodes" if found.from_graph else "the code"
-        seen = "\n".join([f"compared with {source}:", *found.wrong[: MOST_SHOWN * 2], *_left_out(readme)])
+        source = say("the running nodes") if found.from_graph else say("the code")
+        seen = "\n".join(
+            [say("compared with {source}:", source=source), *found.wrong[: MOST_SHOWN * 2], *_left_out(readme)]
+        )
         node = next(iter(course.nodes.values()))
         rows = [("subscribes", *row) for row in node.subscribes.items()]
         rows += [("service", *row) for row in node.services.items()]
-        try_ = f"one row for each interface: | {' | '.join((node.name, *rows[0]))} |"
+        try_ = say("one row for each interface: | {cells} |", cells=" | ".join((node.name, *rows[0])))
         judge.share(1 - len(found.wrong) / found.wanted, seen, try_)
 
 
 def _left_out(readme: Readme) -> list[str]:
     where = _places(readme.left_out)
-    return [f"left out, because a viewer may not show what is in it: {where}"] if where else []
+    return [say("left out, because a viewer may not show what is in it: {where}", where=where)] if where else []
 
 
 def _places(found: list[Finding]) -> str:
-    return ", ".join(f"line {finding.line}: {finding.text}" for finding in found[:3])
+    return ", ".join(say("line {finding.line}: {finding.text}", finding=finding) for finding in found[:3])

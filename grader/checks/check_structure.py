@@ -11,6 +11,7 @@ from grader.checks.package_text import (
     weighed,
     within_bounds,
 )
+from grader.words import say, say_count
 
 NEEDS = ("quality", "linters")
 
@@ -20,20 +21,20 @@ def test_layout_matches_the_contract(judge: Judge) -> None:
     course, paths = judge.course, set(within_bounds(judge).paths)
     missing = [path for path in course.layout_of(paths, judge.evidence.intake.package) if path not in paths]
     if missing:
-        seen = f"missing: {some(missing, len(course.layout))}"
+        seen = say("missing: {missing}", missing=some(missing, len(course.layout)))
         meant = [_similar(path, paths - set(course.layout)) for path in missing]
         near = [path for path in dict.fromkeys(meant) if path]
-        seen += f"; perhaps meant: {some(near)}" if near else ""
+        seen += say("; perhaps meant: {near}", near=some(near)) if near else ""
         judge.share(
-            1 - len(missing) / len(course.layout), seen, "compare the names and folders with the contract's tree"
+            1 - len(missing) / len(course.layout), seen, say("compare the names and folders with the contract's tree")
         )
 
 
 def test_no_function_is_too_complex(judge: Judge) -> None:
     """No function has a cyclomatic complexity above 10; each one that has costs a quarter."""
     found = weighed(judge).complex
-    words = [f"{len(found)} {'function' if len(found) == 1 else 'functions'} above 10", listing(found)]
-    charge(judge, len(found), 4, words, "move each decision into a function of its own")
+    words = [say_count("{n} function above 10", "{n} functions above 10", len(found)), listing(found)]
+    charge(judge, len(found), 4, words, say("move each decision into a function of its own"))
 
 
 def expect_functions_used(judge: Judge) -> None:
@@ -45,10 +46,10 @@ def expect_functions_used(judge: Judge) -> None:
     words = []
     share = 1.0
     if missing:
-        words.append(f"{path} does not define {', '.join(missing)}")
+        words.append(say("{path} does not define {missing}", path=path, missing=", ".join(missing)))
         share -= 0.5 * len(missing) / len(functions.names)
     if not found.calls:
-        words.append(f"no node calls a function of {path}, directly or through another module")
+        words.append(say("no node calls a function of {path}, directly or through another module", path=path))
         share -= 0.5
     if found.elsewhere:
         words += [f"{place(finding)} {finding.text}" for finding in found.elsewhere[:MOST_SHOWN]]
@@ -59,7 +60,11 @@ def expect_functions_used(judge: Judge) -> None:
         share -= unread_share(judge, unread)
     if words:
         module = functions.module.removesuffix(".py").replace("/", ".")
-        judge.share(share, "\n".join(words), f"import them: from {module} import {functions.names[0]}")
+        judge.share(
+            share,
+            "\n".join(words),
+            say("import them: from {module} import {functions.names[0]}", module=module, functions=functions),
+        )
 
 
 def test_functions_are_in_their_module_and_used(judge: Judge) -> None:
@@ -70,9 +75,16 @@ def test_functions_are_in_their_module_and_used(judge: Judge) -> None:
 def test_no_block_is_repeated(judge: Judge) -> None:
     """No block of six or more lines is repeated in the package; each one that is costs a quarter."""
     copies = weighed(judge).copies
-    shown = [f"{copy.lines} lines: {' = '.join(copy.places)}" for copy in copies[:MOST_SHOWN]]
-    words = [f"{len(copies)} {'block occurs' if len(copies) == 1 else 'blocks occur'} more than once", *shown]
-    charge(judge, len(copies), 4, words, "make the block a function in utils/, so that a bug is fixed in one place")
+    shown = [
+        say("{copy.lines} lines: {places}", copy=copy, places=" = ".join(copy.places)) for copy in copies[:MOST_SHOWN]
+    ]
+    words = [
+        say_count("{n} block occurs more than once", "{n} blocks occur more than once", len(copies)),
+        *shown,
+    ]
+    charge(
+        judge, len(copies), 4, words, say("make the block a function in utils/, so that a bug is fixed in one place")
+    )
 
 
 def _similar(path: str, paths: set[str]) -> str:

@@ -3,9 +3,10 @@
 from grader.checks.findings import place, some
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import StudentTests, TestModule
+from grader.words import mark, say
 
 NEEDS = ("student tests",)
-_STEADY = (
+_STEADY = mark(
     "a test must not depend on chance or on the machine's speed: wait for what it is about, and fix what is random"
 )
 
@@ -19,7 +20,11 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
     if missing:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
         share = 1 - len(missing) / len(nodes)
-        seen = f"no test that asserts something runs code of {' or '.join(missing)}; found {looked}"
+        seen = say(
+            "no test that asserts something runs code of {missing}; found {looked}",
+            missing=" or ".join(missing),
+            looked=looked,
+        )
         judge.share(share, seen, _try_tests(missing, {module.path.rpartition("/")[2] for module in modules}))
 
 
@@ -28,11 +33,16 @@ def _try_tests(nodes: list[str], files: set[str]) -> str:
     files_of = {node: f"test_{node}.py" for node in nodes}
     written = [file for file in files_of.values() if file in files]
     absent = [f"test/{file}" for file in files_of.values() if file not in files]
-    tries = [f"write {' and '.join(absent)}; importing a node does not test it"] if absent else []
+    tries = (
+        [say("write {absent}; importing a node does not test it", absent=say(" and ").join(absent))] if absent else []
+    )
     if written:
         tries.append(
-            f"{' and '.join(written)} must run the node's own code: make the node (after rclpy.init()) or call its "
-            "functions. A mock in the node's place tests the mock"
+            say(
+                "{written} must run the node's own code: make the node (after rclpy.init()) or call its "
+                "functions. A mock in the node's place tests the mock",
+                written=say(" and ").join(written),
+            )
         )
     return "; ".join(tries)
 
@@ -42,14 +52,19 @@ def test_every_test_asserts_something(judge: Judge) -> None:
     expect_contract(judge)
     modules = _reaching(judge)
     tests, asserting = sum(m.tests for m in modules), sum(m.asserting for m in modules)
-    judge.expect(tests > 0, _nothing(judge), "write a test that fails when the node is wrong")
+    judge.expect(tests > 0, _nothing(judge), say("write a test that fails when the node is wrong"))
     if asserting < tests:
         silent = [f"{m.path} {name}" for m in modules for name in m.silent]
-        seen = f"{tests - asserting} of {tests} tests assert nothing: {some(silent, 3)}"
-        try_ = (
+        seen = say(
+            "{tests} of {tests2} tests assert nothing: {silent}",
+            tests=tests - asserting,
+            tests2=tests,
+            silent=some(silent, 3),
+        )
+        try_ = say(
             "a test passes whatever the code does without an assert, with one that always holds (`or True`), or where "
         )
-        judge.share(asserting / tests, seen, try_ + "`except` takes up every failure")
+        judge.share(asserting / tests, seen, try_ + say("`except` takes up every failure"))
 
 
 def test_own_tests_pass(judge: Judge) -> None:
@@ -59,22 +74,31 @@ def test_own_tests_pass(judge: Judge) -> None:
     if not sum(m.tests for m in modules):
         raise NotReached(_nothing(judge))
     if not sum(m.asserting for m in modules):
-        raise NotReached("no test asserts anything, so that they pass shows nothing")
+        raise NotReached(say("no test asserts anything, so that they pass shows nothing"))
     judge.expect_trusted(judge.student_tests())
     # A module that never comes to the package's code shows nothing by passing; but one that cannot be imported fails.
     passed = sum(m.passed for m in modules if m.reaches)
     ran = passed + sum(m.failed + m.errors for m in modules)
     unsteady = some([f"{m.path} {name}" for m in modules for name in m.unsteady], 3)
-    changing = f"these tests passed in one of two runs and failed in the other, so they do not count: {unsteady}"
+    changing = say(
+        "these tests passed in one of two runs and failed in the other, so they do not count: {unsteady}",
+        unsteady=unsteady,
+    )
     judge.expect(bool(ran or not unsteady), changing, _STEADY)
     if not ran and any(m.passed for m in modules):
-        raise NotReached(f"no test that passed runs code of the package: {_names(modules)}")
-    judge.expect(ran > 0, "no test ran: all were skipped", "run pytest in a clean folder")
+        raise NotReached(say("no test that passed runs code of the package: {names}", names=_names(modules)))
+    judge.expect(ran > 0, say("no test ran: all were skipped"), say("run pytest in a clean folder"))
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
         more = ran - passed - len(problems[:3])
-        seen = "; ".join([f"{passed} of {ran} tests passed", *problems[:3], *([f"and {more} more"] if more else [])])
-        try_ = (
+        seen = "; ".join(
+            [
+                say("{passed} of {ran} tests passed", passed=passed, ran=ran),
+                *problems[:3],
+                *([say("and {more} more", more=more)] if more else []),
+            ]
+        )
+        try_ = say(
             "run pytest in a clean folder: what fails each time expects something else than the code does; what fails "
             "only sometimes depends on the speed of the machine"
         )
@@ -83,26 +107,30 @@ def test_own_tests_pass(judge: Judge) -> None:
         judge.remark(changing, _STEADY)
     if sleeps := [habit for habit in judge.habits if habit.rule == "sleep-in-test"]:
         places = some([f"{place(habit)} {habit.text}" for habit in sleeps], 3)
-        seen = f"these tests sleep, which costs no points, and time in every run: {places}"
-        judge.remark(seen, "wait for what the test is about, with a deadline: spin until the message is there")
+        seen = say("these tests sleep, which costs no points, and time in every run: {places}", places=places)
+        judge.remark(seen, say("wait for what the test is about, with a deadline: spin until the message is there"))
 
 
 def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     """Line and branch coverage of the package by its own tests: none at 40 %, full at 90 %, linear between."""
     tests = judge.student_tests()
     if not any(m.passed + m.failed for m in _own(judge)):
-        raise NotReached("no test ran, so nothing was covered", *judge.judged_by("check_student_tests"))
+        raise NotReached(say("no test ran, so nothing was covered"), *judge.judged_by("check_student_tests"))
     expect_contract(judge)
     judge.expect_trusted(tests)
-    judge.expect(bool(tests.coverage), "the tests ran no line of the package", "import the package in the tests")
+    judge.expect(
+        bool(tests.coverage), say("the tests ran no line of the package"), say("import the package in the tests")
+    )
     percent = _percent(tests)
     worst = sorted(tests.coverage, key=lambda f: f.lines_hit + f.branches_hit - f.lines - f.branches)[:3]
-    words = ", ".join(f"{f.path} lines {_ranges(f.missing)}" for f in worst if f.missing)
+    words = ", ".join(say("{f.path} lines {ranges}", f=f, ranges=_ranges(f.missing)) for f in worst if f.missing)
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     share = (round(percent, 1) - 40) / 50
     if share < 1:
-        seen = f"{percent:.1f} % covered; not reached: {words or 'some branches'}" + _padding(tests)
-        judge.share(share, seen, "write tests for the lines listed")
+        seen = say(
+            "{percent:.1f} % covered; not reached: {words}", percent=percent, words=words or say("some branches")
+        ) + _padding(tests)
+        judge.share(share, seen, say("write tests for the lines listed"))
 
 
 def _percent(tests: StudentTests) -> float:
@@ -121,14 +149,18 @@ def _padding(tests: StudentTests) -> str:
     lines = {file.path: file.padding for file in tests.coverage if file.padding}
     if not lines:
         return ""
-    return f"; {sum(lines.values())} lines do not count, because no node comes to them: {some(list(lines), 3)}"
+    return say(
+        "; {n} lines do not count, because no node comes to them: {files}",
+        n=sum(lines.values()),
+        files=some(list(lines), 3),
+    )
 
 
 def expect_contract(judge: Judge) -> None:
     """Fail the check if the package has none of the contract's modules: tests are asked for of those."""
     modules = ", ".join(judge.course.modules)
-    seen = f"the package has none of the assignment's modules: {modules}"
-    judge.expect(judge.student_tests().of_contract, seen, "write the nodes under these names, then test them")
+    seen = say("the package has none of the assignment's modules: {modules}", modules=modules)
+    judge.expect(judge.student_tests().of_contract, seen, say("write the nodes under these names, then test them"))
 
 
 def _own(judge: Judge) -> list[TestModule]:
@@ -140,8 +172,10 @@ def _reaching(judge: Judge) -> list[TestModule]:
     """Return the modules whose tests run code of the package: only those can show anything about it."""
     modules = _own(judge)
     found = [module for module in modules if module.reaches]
-    seen = f"no test runs code of the package: {_names(modules)}" if modules else _nothing(judge)
-    judge.expect(bool(found), seen, "call the package's functions in the tests, and assert what they return or publish")
+    seen = say("no test runs code of the package: {names}", names=_names(modules)) if modules else _nothing(judge)
+    judge.expect(
+        bool(found), seen, say("call the package's functions in the tests, and assert what they return or publish")
+    )
     return found
 
 
@@ -150,16 +184,16 @@ def _names(modules: list[TestModule]) -> str:
 
 
 def _describe(module: TestModule) -> str:
-    what = "no test" if not module.tests else "no test that asserts anything" if not module.asserting else ""
-    what = what or ("" if module.reaches else "runs no code of the package")
+    what = say("no test") if not module.tests else say("no test that asserts anything") if not module.asserting else ""
+    what = what or ("" if module.reaches else say("runs no code of the package"))
     return f"{module.path} ({what})" if what else module.path
 
 
 def _nothing(judge: Judge) -> str:
     stubs = [m.path for m in judge.student_tests().modules if m.stub]
     if not stubs:
-        return "no tests in test/ or tests/"
-    return f"only generated tests that call a linter and do not test the code: {', '.join(stubs)}"
+        return say("no tests in test/ or tests/")
+    return say("only generated tests that call a linter and do not test the code: {stubs}", stubs=", ".join(stubs))
 
 
 def _ranges(lines: list[int]) -> str:

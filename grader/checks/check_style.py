@@ -4,6 +4,7 @@ from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
 from grader.checks.package_text import weighed, weights
 from grader.evidence import Quality, SourceFile, reading_limits
+from grader.words import say, say_count
 
 NEEDS = ("quality", "linters")
 
@@ -19,7 +20,12 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
         judge.share(1.0, suppressed, "")
         return
     said = (
-        f"{quality.style_count} finding{'s'[: quality.style_count - 1]} in {lines} lines of code"
+        say_count(
+            "{n} finding in {lines} lines of code",
+            "{n} findings in {lines} lines of code",
+            quality.style_count,
+            lines=lines,
+        )
         if quality.style_count
         else ""
     )
@@ -29,7 +35,7 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     parts = [said, where if of_nodes > density else "", listing(quality.style), *unread, suppressed]
     seen = "\n".join(part for part in parts if part)
     judge.share(
-        1 - 10 * max(density, of_nodes), seen, "run `ament_flake8` in the package's folder; it reports the same"
+        1 - 10 * max(density, of_nodes), seen, say("run `ament_flake8` in the package's folder; it reports the same")
     )
 
 
@@ -54,11 +60,13 @@ def _of_the_nodes(judge: Judge) -> tuple[float, str]:
     count, lines = sum(reached.style.values()), sum(reached.lines.values())
     average = sum(weight.get(path, 0.0) * found for path, found in reached.style.items())
     average /= max(1.0, sum(weight[path] * reached.lines[path] for path in weight))
-    return max(average, count / max(1, lines)), f"in the code that the nodes use, {count} in {lines}"
+    return max(average, count / max(1, lines)), say(
+        "in the code that the nodes use, {count} in {lines}", count=count, lines=lines
+    )
 
 
 def _suppressed(quality: Quality) -> str:
     if not quality.suppressions:
         return ""
     shown = some([f"{place(comment)} {comment.text[:40]}" for comment in quality.suppressions], 5)
-    return f"comments that switch a linter off have no effect here: {shown}"
+    return say("comments that switch a linter off have no effect here: {shown}", shown=shown)

@@ -6,44 +6,49 @@ from collections import Counter
 from collections.abc import Sequence
 
 from grader.evidence import Finding
+from grader.words import mark, say
 
 MOST_SHOWN = 10
 _PLACES = 3
 
 # The reasons for the rules that students meet most. The longest matching prefix of a rule's name is used.
 WHY = {
-    "E1": "indentation is Python's structure, so it should look the same everywhere",
-    "E2": "even spaces let the eye find operators and arguments",
-    "E3": "blank lines are the paragraphs of code: two between definitions, one inside a class",
-    "E4": "imports at the top show at a glance what a module depends on",
-    "E5": "a line over 99 columns is cut off when two versions are shown side by side",
-    "E7": "with one statement on each line, a debugger can stop at each and a diff can show each",
-    "E711": "`is None` asks for None itself; `==` may be answered by any class",
-    "E722": "a bare `except` also catches Ctrl-C and your own typing errors",
-    "E731": "a `def` has a name in a traceback, a lambda has none",
-    "E741": "l, O and I look like 1 and 0",
-    "E9": "Python cannot read this file",
-    "W1": "a mix of tabs and spaces looks right in one editor and wrong in another",
-    "W2": "spaces at the end of a line are invisible and show up in every diff",
-    "W29": "spaces at the end of a line are invisible and show up in every diff",
-    "W3": "a file that ends without a line break, or with several, shows up in diffs",
-    "W6": "Python is about to give this another meaning",
-    "F40": "an unused import makes readers look for its use",
-    "F50": "the format string and its values do not match",
-    "F52": "the format string and its values do not match",
-    "F54": "the format string and its values do not match",
-    "F82": "an undefined name fails only when the line runs, perhaps just before the wall",
-    "F811": "of two definitions with one name only the last counts: is one left over, or is its name wrong?",
-    "F841": "an unused value is either left over or a forgotten step",
-    "C9": "each branch adds ways through a function; with more than ten it can hardly be tested in full",
-    "D2": "docstrings of one form can be read by people and by tools",
-    "D3": "every tool looks for three double quotes",
-    "D4": "the first line of a docstring is a sentence that can be read alone, as in an index",
-    "D401": "start with an imperative: Return, Publish, Stop",
-    "bare-except": "a bare `except` also catches Ctrl-C and your own typing errors; name the exception you expect",
-    "print": "the node's logger adds the node, the time and the severity, and reaches /rosout",
-    "mutable-default": "a default is made once and shared by all calls, so a change in one call shows in the next",
-    "sleep-in-callback": "while a callback sleeps, its thread receives no scan: the robot drives on blindly",
+    "E1": mark("indentation is Python's structure, so it should look the same everywhere"),
+    "E2": mark("even spaces let the eye find operators and arguments"),
+    "E3": mark("blank lines are the paragraphs of code: two between definitions, one inside a class"),
+    "E4": mark("imports at the top show at a glance what a module depends on"),
+    "E5": mark("a line over 99 columns is cut off when two versions are shown side by side"),
+    "E7": mark("with one statement on each line, a debugger can stop at each and a diff can show each"),
+    "E711": mark("`is None` asks for None itself; `==` may be answered by any class"),
+    "E722": mark("a bare `except` also catches Ctrl-C and your own typing errors"),
+    "E731": mark("a `def` has a name in a traceback, a lambda has none"),
+    "E741": mark("l, O and I look like 1 and 0"),
+    "E9": mark("Python cannot read this file"),
+    "W1": mark("a mix of tabs and spaces looks right in one editor and wrong in another"),
+    "W2": mark("spaces at the end of a line are invisible and show up in every diff"),
+    "W29": mark("spaces at the end of a line are invisible and show up in every diff"),
+    "W3": mark("a file that ends without a line break, or with several, shows up in diffs"),
+    "W6": mark("Python is about to give this another meaning"),
+    "F40": mark("an unused import makes readers look for its use"),
+    "F50": mark("the format string and its values do not match"),
+    "F52": mark("the format string and its values do not match"),
+    "F54": mark("the format string and its values do not match"),
+    "F82": mark("an undefined name fails only when the line runs, perhaps just before the wall"),
+    "F811": mark("of two definitions with one name only the last counts: is one left over, or is its name wrong?"),
+    "F841": mark("an unused value is either left over or a forgotten step"),
+    "C9": mark("each branch adds ways through a function; with more than ten it can hardly be tested in full"),
+    "D2": mark("docstrings of one form can be read by people and by tools"),
+    "D3": mark("every tool looks for three double quotes"),
+    "D4": mark("the first line of a docstring is a sentence that can be read alone, as in an index"),
+    "D401": mark("start with an imperative: Return, Publish, Stop"),
+    "bare-except": mark(
+        "a bare `except` also catches Ctrl-C and your own typing errors; name the exception you expect"
+    ),
+    "print": mark("the node's logger adds the node, the time and the severity, and reaches /rosout"),
+    "mutable-default": mark(
+        "a default is made once and shared by all calls, so a change in one call shows in the next"
+    ),
+    "sleep-in-callback": mark("while a callback sleeps, its thread receives no scan: the robot drives on blindly"),
 }
 
 
@@ -52,7 +57,7 @@ _CRASHES = ("E9", "F821", "F822", "F823", "F70", "F72", "F50")
 
 def why(rule: str) -> str:
     """Return the reason for a rule, "" if none is known."""
-    return next((WHY[rule[:end]] for end in range(len(rule), 0, -1) if rule[:end] in WHY), "")
+    return next((say(WHY[rule[:end]]) for end in range(len(rule), 0, -1) if rule[:end] in WHY), "")
 
 
 def crashes(rule: str) -> bool:
@@ -77,7 +82,7 @@ def listing(findings: Sequence[Finding]) -> str:
         lines.append(f"{rule}{f' ({count} times)' if count > 1 else ''}{reason}")
         lines += [f"  {place(finding)} {finding.text}" for finding in some]
     if len(findings) > shown:
-        lines.append(f"and {len(findings) - shown} more")
+        lines.append(say("and {n} more", n=len(findings) - shown))
     return "\n".join(lines)
 
 
@@ -88,5 +93,5 @@ def place(finding: Finding) -> str:
 
 def some(words: Sequence[str], most: int = MOST_SHOWN, between: str = ", ") -> str:
     """Return the first words, and how many more there are."""
-    rest = f" and {len(words) - most} more" if len(words) > most else ""
+    rest = say(" and {n} more", n=len(words) - most) if len(words) > most else ""
     return between.join(words[:most]) + rest

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from grader.evidence import Fault
+from grader.words import say
 
 _MOST = 8
 
@@ -34,11 +35,11 @@ def listing(faults: Sequence[Fault], lead: str) -> str:
     if not faults:
         return ""
     lines = [f"  {sentence(fault)} ({fault.cure})" for fault in faults[:_MOST]]
-    more = [f"  and {len(faults) - _MOST} more"] if len(faults) > _MOST else []
+    more = [say("  and {n} more", n=len(faults) - _MOST)] if len(faults) > _MOST else []
     return "\n".join([lead, *lines, *more])
 
 
 def besides(faults: Sequence[Fault]) -> str:
     """Return the first faults as the end of a sentence, "" if there are none."""
     shown = "; ".join(f"{sentence(fault)} ({fault.cure})" for fault in faults[:3])
-    return f"; the package's text shows: {shown}" if shown else ""
+    return say("; the package's text shows: {shown}", shown=shown) if shown else ""

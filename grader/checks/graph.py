@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from grader.checks.judge import NAMESPACE, Judge, absolute, near_miss
 from grader.course import Course, Node
 from grader.evidence import Graph
+from grader.words import mark, say
 
-_TRY = "compare the names, types and directions with the contract's table letter by letter"
+_TRY = mark("compare the names, types and directions with the contract's table letter by letter")
 
 
 def expect_interfaces(judge: Judge, nodes: Iterable[Node]) -> None:
@@ -33,11 +34,13 @@ def _wrong_topics(course: Course, graph: Graph, node: Node) -> list[str]:
         if any(e.kind == kind and _same_type(e.type, message, course) for e in found):
             continue
         if found:
-            seen = ", ".join(f"{e.kind} of {e.type}" for e in found)
+            seen = ", ".join(say("{e.kind} of {e.type}", e=e) for e in found)
         else:
             others = sorted({e.topic for e in graph.endpoints if e.kind == kind and e.type == message} - set(topics))
-            seen = f"found {', '.join(others)}" if others else "found nothing similar"
-        wrong.append(f"expected a {kind} of {topic} ({message}); {seen}")
+            seen = say("found {others}", others=", ".join(others)) if others else say("found nothing similar")
+        wrong.append(
+            say("expected a {kind} of {topic} ({message}); {seen}", kind=kind, topic=topic, message=message, seen=seen)
+        )
     return wrong
 
 
@@ -48,7 +51,15 @@ def _wrong_offers(course: Course, graph: Graph, node: Node) -> list[str]:
         # Another check judges which package the type is from.
         if not any(found.rpartition("/")[2] == short for found in offered.get(name, [])):
             what = "action" if name in node.actions else "service"
-            wrong.append(f"expected {what} {name} ({short}){near_miss(graph, name, course.offered)}")
+            wrong.append(
+                say(
+                    "expected {what} {name} ({short}){near_miss}",
+                    what=what,
+                    name=name,
+                    short=short,
+                    near_miss=near_miss(graph, name, course.offered),
+                )
+            )
     return wrong
 
 
@@ -58,7 +69,11 @@ def _absolute(judge: Judge, usual: Graph, node: Node) -> list[str]:
     graph = None if trial is None else trial.graph if trial.node == node.name else trial.other_graph
     present = {endpoint.topic for endpoint in usual.endpoints} | {*usual.services, *usual.actions}
     return [
-        f"in the namespace /{NAMESPACE} there is still /{name}: it is an absolute name, and {name!r} a relative one"
+        say(
+            "in the namespace /{namespace} there is still /{name}: it is an absolute name, and {name!r} a relative one",
+            namespace=NAMESPACE,
+            name=name,
+        )
         for name in node.names
         if name in present and absolute(graph, name)
     ]

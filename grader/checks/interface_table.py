@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from grader.course import Node
 from grader.evidence import Evidence, Quality, Table
+from grader.words import say
 
 # Every node has these; a README need not list them.
 _OF_RCLPY = ("parameter_events", "rosout", "clock")
@@ -99,21 +100,21 @@ def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str], nodes
     named = [row for row in rows if interface.name in row.names]
     what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
     if not named:
-        return f"{what} is not in a table"
+        return say("{what} is not in a table", what=what)
     typed = [row for row in named if interface.type in row.last_names]
     if interface.kind not in _DIRECTIONS:
         # The contract's own table names services and actions without their types.
         typed += [row for row in named if not row.types - topics]
     if not typed:
-        return f"{what} is listed with another type or with none: {named[0].text[:120]}"
+        return say("{what} is listed with another type or with none: {text_}", what=what, text_=named[0].text[:120])
     own = [row for row in typed if not row.is_of_another(interface, nodes)]
     if not own:
-        return f"{what} is listed under another node: {typed[0].text[:120]}"
+        return say("{what} is listed under another node: {text_}", what=what, text_=typed[0].text[:120])
     typed = own
     if interface.kind in _DIRECTIONS:
         said = [row.directions(interface.name) for row in typed]
         if all(kinds and interface.kind not in kinds for kinds in said):
-            return f"{what} is listed with another direction: {typed[0].text[:120]}"
+            return say("{what} is listed with another direction: {text_}", what=what, text_=typed[0].text[:120])
     return ""
 
 
@@ -121,7 +122,7 @@ def _stale(row: _Row, wanted: Sequence[Interface]) -> str:
     """Return feedback about a row that gives a type to an interface that no node has, "" otherwise."""
     types = _TYPE.findall(" ".join(row.cells))
     if types and not _is_known(row, wanted) and not row.names & set(_OF_RCLPY):
-        return f"no node has the interface of this row: {row.text[:120]}"
+        return say("no node has the interface of this row: {text_}", text_=row.text[:120])
     return ""
 
 

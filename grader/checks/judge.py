@@ -24,6 +24,7 @@ from grader.evidence import (
     StudentTests,
     Trial,
 )
+from grader.words import mark, say
 
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}
@@ -34,7 +35,7 @@ _SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW)
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 _SCRIPT = re.compile(r'File "[^"]*(?<!/grader)/(trials/\w+\.py)", line (\d+)')  # a frame of a course's trial
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
-_NO_FLOAT = "{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
+_NO_FLOAT = mark("{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1")
 NAMESPACE = "robot7"
 """Where a trial with a launch file of the course's own has put the nodes."""
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
@@ -97,7 +98,11 @@ class Judge:
         """
         build = self.evidence.build
         if not build.ok:
-            how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
+            how = (
+                say("ran out of time")
+                if build.timed_out
+                else say("ended with exit status {build.exit_code}", build=build)
+            )
             reason = Reason(Kind.NOT_BUILT, said=how, requirements=self.judged_by("check_build"))
             raise NotReached(reason, words=f"{reason}{besides(self.faults(about))}")
 
@@ -150,7 +155,10 @@ class Judge:
         if trial is None:
             raise Unjudged(f"the trial {name} was not run")
         if trial.script_error:
-            lines = [f" ({file}, line {line})" for file, line in _SCRIPT.findall(trial.script_error)]
+            lines = [
+                say(" ({file}, line {line})", file=file, line=line)
+                for file, line in _SCRIPT.findall(trial.script_error)
+            ]
             words = f"{trial.script_error.strip().splitlines()[-1]}{''.join(lines[-1:])}"
             raise Unjudged(f"the trial {name} broke: {words}")
         return trial
@@ -181,7 +189,7 @@ class Judge:
         if any(line.strip().removeprefix("raise ").startswith("TypeError") for line in raised):
             found = [habit for habit in self.habits if habit.rule == "no-response"]
             shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
-            why = Reason(Kind.NO_RESPONSE, said=shown or "the callback of a service returned None")
+            why = Reason(Kind.NO_RESPONSE, said=shown or say("the callback of a service returned None"))
             return NotReached(why, words=f"{reason}; {why}")
         words = f"{reason}{last_output(trial)}"
         if by_itself:
@@ -213,12 +221,12 @@ class Judge:
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
         for trial in ran:
             if any(0.0 < abs(n) < _SMALLEST for command in trial.commands for n in (command.v, command.omega)):
-                return _NO_FLOAT.format(topic=self.course.nodes[trial.node].command)
+                return say(_NO_FLOAT, topic=self.course.nodes[trial.node].command)
         return ""
 
     def _not_up(self, trial: Trial) -> NotReached:
         """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""
-        reason = trial.ended or Reason(Kind.DEPENDS, said="the node did not come up")
+        reason = trial.ended or Reason(Kind.DEPENDS, said=say("the node did not come up"))
         said = _launch_errors(trial) if trial.launch else last_output(trial)
         name = _its_name(trial, self.course.nodes)
         words = f"{reason}{name}{said}" if trial.launch else f"{reason}{said}{name}"
@@ -269,7 +277,7 @@ class Judge:
         problem = problem or Reason(Kind.NO_ANSWER, name)
         build, kind = self.evidence.build, self.course.offered.get(name, "")
         if build.type_hashes.get(kind) not in (None, build.contract_hashes.get(kind)):
-            why = f"{kind} differs from the contract, so nobody else can call it"
+            why = say("{kind} differs from the contract, so nobody else can call it", kind=kind)
             differs = Reason(Kind.DEPENDS, said=why, requirements=self.judged_by("check_interfaces"))
             return NotReached(differs, words=f"{problem}{last_output(trial)}: {differs}")
         # A service that does not answer is there: nothing else is meant.
@@ -293,7 +301,10 @@ class Judge:
         if goal.problem:
             raise self._unanswered(goal.problem, trial, next(iter(self.course.nodes[trial.node].actions), ""))
         if not goal.accepted:
-            raise Failed(f"the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", "accept goals with finite numbers")
+            raise Failed(
+                say("the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", goal=goal),
+                say("accept goals with finite numbers"),
+            )
         return goal
 
     @property
@@ -332,10 +343,10 @@ class Judge:
         """
         unread = self.evidence.build.not_handed_in
         made = [f"{place(found)} {found.text}" for found in self.habits if found.rule == "unreadable-code"]
-        seen = f"code that cannot be read: {some([*unread, *made], 3)}"
+        seen = say("code that cannot be read: {some}", some=some([*unread, *made], 3))
         nodes = self.course.nodes
         of_all = [path for path in unread if path.rpartition("/")[2] not in nodes] + made
-        try_ = "hand in the modules that the nodes run as text, and import them"
+        try_ = say("hand in the modules that the nodes run as text, and import them")
         self.expect(not of_all and self.unread_nodes != nodes.keys(), seen, try_)
         if unread and self._weight == 1:
             left = 1 - len(self.unread_nodes) / len(nodes)
@@ -351,9 +362,9 @@ class Judge:
 
         `judge.expect_trusted(judge.student_tests())`
         """
-        seen = f"the reports of these tests cannot be trusted: {some(tests.doubts, 3, '; ')}"
+        seen = say("the reports of these tests cannot be trusted: {doubts}", doubts=some(tests.doubts, 3, "; "))
         self.expect(
-            not tests.doubts, seen, "leave pytest's reports and coverage's data alone; a failing test is useful"
+            not tests.doubts, seen, say("leave pytest's reports and coverage's data alone; a failing test is useful")
         )
 
     def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
@@ -389,14 +400,17 @@ class Judge:
 
 def share_of_each(nodes: int) -> str:
     """Return in words that each of so many nodes has the same share."""
-    counted = {2: "each of the two nodes is half", 3: "each of the three nodes is a third"}
-    return f"{counted.get(nodes, f'each of the {nodes} nodes counts the same')} of these points"
+    counted = {2: say("each of the two nodes is half"), 3: say("each of the three nodes is a third")}
+    return say(
+        "{counted} of these points",
+        counted=counted.get(nodes, say("each of the {nodes} nodes counts the same", nodes=nodes)),
+    )
 
 
 def holding_on(habits: Sequence[Finding]) -> str:
     """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
     places = ", ".join(f"{place(habit)} {habit.text}" for habit in _holds_on(habits)[:2])
-    return f"; while a callback runs the node answers nothing: {places}" if places else ""
+    return say("; while a callback runs the node answers nothing: {places}", places=places) if places else ""
 
 
 def _holds_on(habits: Sequence[Finding]) -> list[Finding]:
@@ -420,18 +434,18 @@ def near_miss(graph: Graph | None, wanted: str, contract: Collection[str]) -> st
         return ""
     offered = {**graph.services, **graph.actions}
     if wanted in offered:
-        return f"; found {wanted} of type {short_types(offered[wanted])}"
+        return say("; found {wanted} of type {short_types}", wanted=wanted, short_types=short_types(offered[wanted]))
     others = {name: types for name, types in offered.items() if name not in contract}
     if not others:
         return ""
-    return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
+    return say("; found ") + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
 
 
 def _launch_errors(trial: Trial) -> str:
     """Return as the end of a sentence the errors that `ros2 launch` printed, "" if it printed none."""
     output = trial.process.output_tail if trial.process is not None else ""
     errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
-    return f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
+    return say("; `ros2 launch` said: {errors}", errors=" | ".join(errors[-3:])[:600]) if errors else ""
 
 
 def _its_name(trial: Trial, nodes: Collection[str]) -> str:
@@ -440,17 +454,17 @@ def _its_name(trial: Trial, nodes: Collection[str]) -> str:
     others = [f"`{name}`" for name in others if not name.startswith("launch_ros")]
     if not others:
         return ""
-    places = "name= in the launch file, the key in the YAML file and the node's own name have to be the same"
+    places = say("name= in the launch file, the key in the YAML file and the node's own name have to be the same")
     named = f"super().__init__('{trial.node}')" if not trial.launch else places
-    return f"; is {' or '.join(others[:2])} its name? {named}"
+    return say("; is {others} its name? {named}", others=" or ".join(others[:2]), named=named)
 
 
 def near_topic(graph: Graph | None, wanted: str) -> str:
     """Return words that name the topics published instead of `wanted`, "" if there are none."""
     names = sorted({e.topic for e in graph.endpoints if e.kind == "publisher"} - _OF_EVERY_NODE) if graph else []
     if wanted in names:
-        return f"; {wanted} is on the graph, but no message came"
-    return f"; the node publishes {', '.join(names)}" if names else ""
+        return say("; {wanted} is on the graph, but no message came", wanted=wanted)
+    return say("; the node publishes {names}", names=", ".join(names)) if names else ""
 
 
 def short_types(types: Sequence[str]) -> str:
@@ -463,4 +477,4 @@ def last_output(trial: Trial) -> str:
     if trial.process is None or trial.process.by != "itself":
         return ""
     said = tracebacks.last_words(trial.process.output_tail)
-    return f"; its last output was: {said}" if said else ""
+    return say("; its last output was: {said}", said=said) if said else ""

@@ -11,6 +11,7 @@ from grader.checks.findings import MOST_SHOWN, some
 from grader.checks.judge import Failed, Judge
 from grader.course.model import JUDGED, role
 from grader.evidence import Definition, Quality, SourceFile, reading_limits
+from grader.words import say, say_count
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
 _LINES_PER_FINDING = 10
@@ -24,8 +25,8 @@ def within_bounds(judge: Judge) -> Quality:
     """Return the facts about a package of which every file was read, and which has a module of the contract."""
     quality = judge.quality()
     words = reading_limits.beyond(quality.files)
-    seen = f"{some(words)}, so the package was not read completely"
-    judge.expect(not words, seen, "remove the files that the nodes do not need")
+    seen = say("{words}, so the package was not read completely", words=some(words))
+    judge.expect(not words, seen, say("remove the files that the nodes do not need"))
     judge.expect_readable()
     _require_modules(judge)
     return quality
@@ -36,8 +37,10 @@ def readable(judge: Judge) -> Quality:
     files = judge.quality().files
     if not reading_limits.beyond(files) and not any(file.lines for file in files if not file.problem):
         problems = [f"{file.path} {file.problem}" for file in files if file.problem]
-        see = f"see {judge.course.requirement_of('check_build') or 'the contract'}"
-        raise Failed(f"no Python to read: {some(problems)}" if problems else "no Python in it", see)
+        see = say("see {requirement}", requirement=judge.course.requirement_of("check_build") or say("the contract"))
+        raise Failed(
+            say("no Python to read: {problems}", problems=some(problems)) if problems else say("no Python in it"), see
+        )
     return within_bounds(judge)
 
 
@@ -62,13 +65,19 @@ def weigh(judge: Judge) -> None:
     if missing and judge.unread_nodes.issuperset(missing):
         judge.expect_readable()  # which has said so
     elif missing and len(missing) < len(nodes):
-        absent = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not there"
-        judge.weigh(1 - len(missing) / len(nodes), f"{absent}, and {judge.each_node}")
+        absent = say_count(
+            "{names} is not there", "{names} are not there", len(missing), names=say(" and ").join(missing)
+        )
+        judge.weigh(1 - len(missing) / len(nodes), say("{absent}, and {judge.each_node}", absent=absent, judge=judge))
     elif missing:
-        none = {1: "the node is not there", 2: "neither node is there"}.get(len(nodes), "none of the nodes is there")
+        none = {1: say("the node is not there"), 2: say("neither node is there")}.get(
+            len(nodes), say("none of the nodes is there")
+        )
         functions = judge.course.functions
         alone = PurePosixPath(functions.module).stem if functions else "functions"
-        judge.weigh(_FUNCTIONS_ALONE, f"{none}; the {alone} alone are a fifth of these points")
+        judge.weigh(
+            _FUNCTIONS_ALONE, say("{none}; the {alone} alone are a fifth of these points", none=none, alone=alone)
+        )
 
 
 def _require_modules(judge: Judge) -> list[str]:
@@ -88,8 +97,8 @@ def _require_modules(judge: Judge) -> list[str]:
     found = [node for node in judge.course.nodes if node in there]
     judge.expect(
         bool(found or quality.functions.defined),
-        f"none of the assignment's modules is there: {', '.join(judge.course.modules)}",
-        "these points are for the assignment's nodes: start with one of these modules",
+        say("none of the assignment's modules is there: {modules}", modules=", ".join(judge.course.modules)),
+        say("these points are for the assignment's nodes: start with one of these modules"),
     )
     return found
 
@@ -97,7 +106,7 @@ def _require_modules(judge: Judge) -> list[str]:
 def public_definitions(judge: Judge) -> list[Definition]:
     """Return the package's public modules, classes and functions, of which there is at least one."""
     found = weighed(judge).definitions
-    judge.expect(bool(found), "the modules define nothing public", "public names have no leading underscore")
+    judge.expect(bool(found), say("the modules define nothing public"), say("public names have no leading underscore"))
     return found
 
 
@@ -118,7 +127,9 @@ def lowest_share(judge: Judge, things: Sequence[Definition], share: Callable[[Co
         share(lambda holds: sum(weight[thing.path] for thing in used if holds(thing))),
     )
     if of_nodes < whole:
-        return of_nodes, f"the nodes use {len(used)} of the {len(things)}; the others do not make up for these"
+        return of_nodes, say(
+            "the nodes use {n} of the {n2}; the others do not make up for these", n=len(used), n2=len(things)
+        )
     return whole, ""
 
 
@@ -158,7 +169,7 @@ def unread_files(judge: Judge) -> list[SourceFile]:
 def unread_lines(unread: list[SourceFile]) -> list[str]:
     """Return a line of feedback for each of the first unread files."""
     return [
-        f"{file.path} {file.problem}; a file that cannot be read counts against the package"
+        say("{file.path} {file.problem}; a file that cannot be read counts against the package", file=file)
         for file in unread[:MOST_SHOWN]
     ]
 

@@ -14,8 +14,9 @@ import pytest
 
 from grader import evidence
 from grader.checks.judge import Failed, Judge, NotReached, Unjudged
-from grader.course import load
+from grader.course import named
 from grader.scoring.scorecard import CheckResult, Outcome
+from grader.words import say
 
 _JUDGE = pytest.StashKey[Judge]()
 _EVIDENCE = pytest.StashKey[evidence.Evidence]()
@@ -68,7 +69,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 @pytest.fixture
 def judge(request: pytest.FixtureRequest) -> Judge:
     """Return the judge for one check."""
-    judge = Judge(request.config.stash[_EVIDENCE], load(request.config.getoption("--course")))
+    judge = Judge(request.config.stash[_EVIDENCE], named(str(request.config.getoption("--course"))))
     request.node.stash[_JUDGE] = judge
     return judge
 
@@ -88,18 +89,19 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> CheckResult:
     sentence = " ".join((getattr(item, "function", None).__doc__ or "").split())
     trial = judge.trials[-1] if judge and judge.trials else ""
     id_, error = f"{item.path.stem}::{item.name}", call.excinfo and call.excinfo.value
+    sentence = say(sentence)
     result = CheckResult(id_, Outcome.ERROR, 0.0, sentence, expected=sentence, trial=trial)
     if judge is None or (error is not None and not isinstance(error, Failed | NotReached)):
         return replace(result, seen=f"{type(error).__name__}: {error}{_line(item, call)}")
-    result = replace(result, seen=judge.seen, try_=judge.try_, figures=judge.figures)
+    result = replace(result, seen=say(judge.seen), try_=say(judge.try_), figures=judge.figures)
     if error is None:
         outcome = Outcome.PASSED if judge.fraction >= 1 else Outcome.PARTIAL if judge.fraction > 0 else Outcome.FAILED
         return replace(result, outcome=outcome, fraction=judge.fraction)
     says_so = error.reason is not None and error.reason.kind is evidence.Kind.UNHEARD
     deaf_to = None if says_so else judge.deaf_to
     if isinstance(error, Failed):
-        seen = _joined(error.seen, deaf_to, judge.no_floats)
-        return replace(result, outcome=Outcome.FAILED, seen=seen, try_=error.try_, reason=error.reason)
+        seen = _joined(say(error.seen), deaf_to, judge.no_floats)
+        return replace(result, outcome=Outcome.FAILED, seen=seen, try_=say(error.try_), reason=error.reason)
     because = _joined(deaf_to, error)
     return replace(result, outcome=Outcome.NOT_REACHED, because=because, reason=deaf_to or error.reason)
 
@@ -109,7 +111,7 @@ def _line(item: pytest.Item, call: pytest.CallInfo[None]) -> str:
     if call.excinfo is None or isinstance(call.excinfo.value, Unjudged):
         return ""
     lines = [frame.lineno + 1 for frame in call.excinfo.traceback if frame.path == item.path]
-    return f" ({item.path.name}, line {lines[-1]})" if lines else ""
+    return say(" ({file}, line {line})", file=item.path.name, line=lines[-1]) if lines else ""
 
 
 def _joined(*parts: object) -> str:

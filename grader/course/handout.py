@@ -7,17 +7,19 @@ import jinja2
 from grader.course import packages
 from grader.course.model import Course
 from grader.scoring.rubric import Criterion, Requirement, Rubric
+from grader.words import say
 
 
 def render(rubric: Rubric, course: Course) -> str:
-    """Return the handout for `rubric`, as Markdown. handout.md.j2 in the course's folder is its frame."""
-    loader = jinja2.FileSystemLoader(course.layers)
-    environment = jinja2.Environment(
-        loader=loader, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
+    """Return the handout for `rubric`, as Markdown. handout.md.j2 in the course's folder is its frame.
+
+    Each line of the frame is a text for the catalogue.
+    """
+    environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    frame = course.path("handout.md.j2").read_text(encoding="utf-8")
     files = map(course.interface_file, course.interfaces)
     interfaces = {file: fields((course.contract / file).read_text()) for file in files}
-    template = environment.get_template("handout.md.j2")
+    template = environment.from_string("\n".join(map(say, frame.split("\n"))))
     return (
         template.render(
             rubric=rubric,
@@ -36,7 +38,7 @@ def render(rubric: Rubric, course: Course) -> str:
 
 def _span(criterion: Criterion) -> str:
     """Return "Q1 to Q6", a criterion's first and last requirement."""
-    return " to ".join(dict.fromkeys(criterion.requirements[place].id for place in (0, -1)))
+    return say(" to ").join(dict.fromkeys(criterion.requirements[place].id for place in (0, -1)))
 
 
 def fields(text: str) -> str:
@@ -52,9 +54,10 @@ def level(requirement: Requirement) -> str:
 
 def _level(requirement: Requirement) -> str:
     if not requirement.advanced:
-        return "core"
+        return say("core")
     core = requirement.points - requirement.advanced
-    return f"core {core:g}, advanced {requirement.advanced:g}" if core else "advanced"
+    both = say("core {core:g}, advanced {advanced:g}", core=core, advanced=requirement.advanced)
+    return both if core else say("advanced")
 
 
 def notebook(requirement: Requirement) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 
 from grader.scoring import rubric
+from grader.words import ENGLISH
 
 JUDGED = ("module", "launch", "script")
 """The roles of files that run on the robot; tests and setup.py serve the author."""
@@ -116,6 +117,7 @@ class Course:
         demonstration: the path of the script that shows the nodes at work, "" for none.
         words: further names that code has from the contract, such as frames and states.
         extends: the course that has whatever is not in `folder`, None for a course that has everything.
+        language: of what students read, such as "de".
     """
 
     folder: Path
@@ -128,6 +130,7 @@ class Course:
     functions: Functions | None = None
     demonstration: str = ""
     words: tuple[str, ...] = ()
+    language: str = ENGLISH
     rubric: Path = Path()
     solution: Path = Path()
     notebooks: Path = Path()

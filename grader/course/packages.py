@@ -17,6 +17,7 @@ from packaging.utils import canonicalize_name
 from grader import KIT
 from grader.course.model import Course
 from grader.errors import GraderError
+from grader.words import say
 
 EXTRA = "extra-requirements.txt"
 """In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
@@ -61,7 +62,7 @@ def offered(course: Course) -> list[Package]:
     ):
         if canonicalize_name(name) in kits:
             pins.setdefault(name, []).append(version)  # one for each of several versions of Python
-    found = {name: Package(name, " or ".join(versions)) for name, versions in pins.items()}
+    found = {name: Package(name, say(" or ").join(versions)) for name, versions in pins.items()}
     return sorted((found | {package.name: package for package in extra(course)}).values(), key=lambda each: each.name)
 
 

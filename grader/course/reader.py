@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from grader import KIT, yaml_reader
+from grader import KIT, words, yaml_reader
 from grader.course.model import Course, Functions, Node, Parameter
 from grader.errors import GraderError
 from grader.scoring.rubric import RUBRIC
@@ -40,8 +40,8 @@ def kits_own() -> Course:
 
 
 def named(name: str) -> Course:
-    """Return the course in the folder `name`, and the kit's own for ""."""
-    return load(Path(name)) if name else kits_own()
+    """Return the course in the folder `name`, and the kit's own for "", and speak its language from here on."""
+    return _chosen(load(Path(name)) if name else kits_own())
 
 
 def name_of(course: Course) -> str:
@@ -52,6 +52,8 @@ def name_of(course: Course) -> str:
 def find(chosen: Path | None = None) -> Course:
     """Return the course in the folder `chosen`, or in $ROS2_COURSE, in the current folder or above it, or the kit's.
 
+    Its language is spoken from here on.
+
     Raises:
         GraderError: as by `load`.
     """
@@ -59,7 +61,12 @@ def find(chosen: Path | None = None) -> Course:
     here = Path.cwd()
     above = next((folder for folder in (here, *here.parents) if (folder / COURSE).is_file()), None)
     folder = named or above
-    return load(folder.resolve()) if folder else kits_own()
+    return _chosen(load(folder.resolve()) if folder else kits_own())
+
+
+def _chosen(course: Course) -> Course:
+    words.speak(course.language, *course.layers)
+    return course
 
 
 @cache
@@ -74,15 +81,16 @@ def load(folder: Path) -> Course:
     reader = _Reader(path)
     base = reader.extended(yaml_reader.value(root, "extends"))
     places = ("solution", "notebooks")
-    needed, optional = (("extends", "rubric"), ("title", *places)) if base else (("title", "package", "rubric"), places)
-    fields = reader.fields(root, root, needed, "a course", optional)
+    needed = ("extends", "rubric") if base else ("title", "package", "rubric")
+    fields = reader.fields(root, root, needed, "a course", ("language", *places, *(("title",) if base else ())))
     package = base.package if base else reader.text(fields["package"])
     own = folder / CONTRACT
     path, contract = _compose(base.folder / CONTRACT if base and not own.exists() else own)
     parts = _Reader(path).contract(contract, package)
-    parts |= {name: getattr(base, name) for name in ("title", *places)} if base else {}
+    parts |= {name: getattr(base, name) for name in ("title", "language", *places)} if base else {}
     parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
     parts |= {"title": reader.text(fields["title"])} if "title" in fields else {}
+    parts |= {"language": reader.language(fields["language"])} if "language" in fields else {}
     course = Course(folder=folder, package=package, extends=base, **parts)
     for type_ in course.interfaces:
         if not (file := course.contract / course.interface_file(type_)).is_file():
@@ -116,6 +124,11 @@ def _compose(path: Path) -> tuple[Path, yaml.Node]:
 
 class _Reader(YamlReader):
     """Makes the parts of a course."""
+
+    def language(self, node: yaml.Node) -> str:
+        """Return the code of a language that the kit has words in."""
+        self.require_known(code := self.text(node), node, words.languages(), "a language that the kit has words in")
+        return code
 
     def place(self, folder: Path, node: yaml.Node) -> Path:
         """Return a path that is written relative to the course's folder, if it is there."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from grader.evidence.quality import Fault
+from grader.words import mark, say
 
 
 class Kind(Enum):
@@ -38,27 +39,27 @@ class Kind(Enum):
 
 
 WORDS = {
-    Kind.NO_PROGRAM: "there is no executable {name} in lib/{package}",
-    Kind.NO_FILE: "there is no {name} in share/{package}",
-    Kind.DIED_EARLY: "{starter} ended before {started} came up, with exit status {exit_code}",
-    Kind.NOT_UP: "no node {name} came up{within}; the graph shows {graph}",
-    Kind.DIED: "the node ended at {seconds:.2f} s with exit status {exit_code}",
-    Kind.HANGS: "the node did not answer for {seconds:g} s: a callback hangs{at}",
-    Kind.SLOW: "the trial took more than {seconds:g} s of wall time",
-    Kind.OBSERVER_CRASHED: "the process that observes the node crashed on what it was sent, twice in a row",
-    Kind.NO_SERVICE: "there is no service {name} of the contract's type",
-    Kind.NO_ACTION: "there is no action {name} of the contract's type",
-    Kind.NO_ANSWER: "no answer within {seconds:g} s",
-    Kind.NO_VERDICT: "the goal was neither accepted nor rejected within {seconds:g} s",
-    Kind.NOT_BUILT: "`colcon build` {said}{see}",
-    Kind.UNHEARD: (
+    Kind.NO_PROGRAM: mark("there is no executable {name} in lib/{package}"),
+    Kind.NO_FILE: mark("there is no {name} in share/{package}"),
+    Kind.DIED_EARLY: mark("{starter} ended before {started} came up, with exit status {exit_code}"),
+    Kind.NOT_UP: mark("no node {name} came up{within}; the graph shows {graph}"),
+    Kind.DIED: mark("the node ended at {seconds:.2f} s with exit status {exit_code}"),
+    Kind.HANGS: mark("the node did not answer for {seconds:g} s: a callback hangs{at}"),
+    Kind.SLOW: mark("the trial took more than {seconds:g} s of wall time"),
+    Kind.OBSERVER_CRASHED: mark("the process that observes the node crashed on what it was sent, twice in a row"),
+    Kind.NO_SERVICE: mark("there is no service {name} of the contract's type"),
+    Kind.NO_ACTION: mark("there is no action {name} of the contract's type"),
+    Kind.NO_ANSWER: mark("no answer within {seconds:g} s"),
+    Kind.NO_VERDICT: mark("the goal was neither accepted nor rejected within {seconds:g} s"),
+    Kind.NOT_BUILT: mark("`colcon build` {said}{see}"),
+    Kind.UNHEARD: mark(
         "{said}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing "
         "arrives. Subscribe with qos_profile_sensor_data{see}"
     ),
-    Kind.UNWRITTEN: "there is no {name} in share/{package}; {name} is not in the package",
-    Kind.NO_RESPONSE: "{said}: `return response`?",
-    Kind.UNTRIED: "not tried yet: {said}{see}",
-    Kind.DEPENDS: "{said}{see}",
+    Kind.UNWRITTEN: mark("there is no {name} in share/{package}; {name} is not in the package"),
+    Kind.NO_RESPONSE: mark("{said}: `return response`?"),
+    Kind.UNTRIED: mark("not tried yet: {said}{see}"),
+    Kind.DEPENDS: mark("{said}{see}"),
 }
 """Each kind in words, with the reason's fields and some made of them."""
 
@@ -94,12 +95,13 @@ class Reason:
 
     def __str__(self) -> str:
         """Return the reason as the beginning of a sentence."""
-        return WORDS[self.kind].format(
-            **vars(self),
-            starter=self.launch or "the node",
-            started="a node" if self.launch else "it",
-            within=f" within {self.seconds:g} s" if self.seconds else "",
-            graph=", ".join(self.nodes) or "no node at all",
-            at=f" at {self.place}" if self.place else "",
+        return say(
+            WORDS[self.kind],
+            **{**vars(self), "said": say(self.said)},
+            starter=self.launch or say("the node"),
+            started=say("a node") if self.launch else say("it"),
+            within=say(" within {s:g} s", s=self.seconds) if self.seconds else "",
+            graph=", ".join(self.nodes) or say("no node at all"),
+            at=say(" at {place}", place=self.place) if self.place else "",
             see=f" ({', '.join(self.requirements)})" if self.requirements else "",
         )

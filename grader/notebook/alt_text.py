@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from grader.words import say
+
 
 def describe_figures(shell: Any) -> None:
     """Let figures be shown with their words from now on. Called after each cell, before its figures are shown."""
@@ -35,7 +37,7 @@ def words_of(figure: Any) -> str:
     """Return what a figure says of itself: titles, what is drawn over what, and the names in its legends."""
     parts = [figure.get_suptitle()]
     for axes in figure.axes:
-        over = " over ".join(filter(None, (axes.get_ylabel(), axes.get_xlabel())))
+        over = say(" over ").join(filter(None, (axes.get_ylabel(), axes.get_xlabel())))
         names = ", ".join(axes.get_legend_handles_labels()[1])
         parts.append(": ".join(filter(None, (axes.get_title(), over, names))))
     return f"Plot. {'; '.join(filter(None, parts))}".removesuffix(". ")

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from grader.words import say
+
 WRITES = ("writefile", "file")
 """The names of the cell magic that writes a file."""
 _SETTING = "c.InteractiveShellApp.extensions.append('grader.notebook.before_begin')\n"
@@ -55,6 +57,9 @@ def _refuse(line: str, _cell: str) -> None:
     from IPython.core.error import UsageError
 
     raise UsageError(
-        f"Nothing was written: {line.strip()} would land beside the notebooks. Run the first cell of this notebook, "
-        "which opens your package, then this one again."
+        say(
+            "Nothing was written: {line} would land beside the notebooks. Run the first cell of this "
+            "notebook, which opens your package, then this one again.",
+            line=line.strip(),
+        )
     )

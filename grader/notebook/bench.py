@@ -13,6 +13,7 @@ from typing import Any
 from grader.notebook import interface_types, workspace
 from grader.notebook.tables import MissingError
 from grader.notebook.workspace import NOTEBOOK, course
+from grader.words import say
 
 _DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _TICK_S = 0.05
@@ -41,10 +42,12 @@ def mine(module: str) -> Any:
     try:
         return importlib.import_module(f"{course().package}.{module}")
     except Exception as error:  # whatever the student's text raises while it is imported
-        why = f"{module} cannot be imported: {error}"
+        why = say("{module} cannot be imported: {error}", module=module, error=error)
         if isinstance(error, ModuleNotFoundError):
-            why += f'. An earlier notebook writes it, or start_at("{os.environ.get(NOTEBOOK, "05")}")'
-        print(f"not yet: {why}")
+            why += say(
+                '. An earlier notebook writes it, or start_at("{notebook}")', notebook=os.environ.get(NOTEBOOK, "05")
+            )
+        print(say("not yet: {why}", why=why))
         return Missing(why)
 
 
@@ -90,10 +93,10 @@ def bench(name: str, **parameters: object) -> Any:
     try:
         return Bench(getattr(found, kind), parameters)
     except Exception as error:  # of the student's __init__
-        why = f"{kind}() raised {type(error).__name__}: {error}"
+        why = say("{kind}() raised {name}: {error}", kind=kind, name=type(error).__name__, error=error)
         if isinstance(error, AttributeError) and not hasattr(error.obj, "_Node__node"):
-            why += ". Does its __init__ begin with super().__init__(...)?"
-        print(f"not yet: {why}")
+            why += say(". Does its __init__ begin with super().__init__(...)?")
+        print(say("not yet: {why}", why=why))
         return Missing(why)
 
 
@@ -142,7 +145,7 @@ class Bench:
 
     def __getattr__(self, name: str) -> Any:
         if name == "node":  # __init__ has not made it
-            raise AttributeError("there is no node on this bench")
+            raise AttributeError(say("there is no node on this bench"))
         return getattr(self.node, name)
 
     def _note(self, twist: Any) -> None:
@@ -175,7 +178,7 @@ class Bench:
         """Give the node a message on a topic that it subscribes, measured `age` seconds ago."""
         found = [s for s in self.node.subscriptions if s.topic_name == f"/{topic}"]
         if not found:
-            raise LookupError(f"the node does not subscribe to {topic}")
+            raise LookupError(say("the node does not subscribe to {topic}", topic=topic))
         stamp = message.header.stamp
         stamp.sec, stamp.nanosec = divmod(self._now_ns - round(age * 1e9), 10**9)
         return self.commands_of(found[0].callback, message)
@@ -184,10 +187,10 @@ class Bench:
         """Return what a service of the node answers."""
         found = [s for s in self.node.services if s.service_name == f"/{service}"]
         if not found:
-            raise LookupError(f"the node offers no service {service}")
+            raise LookupError(say("the node offers no service {service}", service=service))
         answer = found[0].callback(found[0].srv_type.Request(**fields), found[0].srv_type.Response())
         if answer is None:
-            raise TypeError(f"the callback of {service} returned None; `return response`?")
+            raise TypeError(say("the callback of {service} returned None; `return response`?", service=service))
         return checked(answer)
 
     def begin(self, method: Any, *values: object) -> Any:

@@ -13,6 +13,7 @@ from grader import KIT
 from grader.notebook import alt_text, before_begin, checkpoints, pieces
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
+from grader.words import say
 
 
 class CellHooks:
@@ -51,7 +52,9 @@ class CellHooks:
                 if path and path.is_relative_to(package := self._workspace.package):
                     written = path.relative_to(package).as_posix()
                     if meant := checkpoints.meant_by(written):
-                        print(f"The course has no file {written}; did you mean {meant}?")
+                        print(
+                            say("The course has no file {written}; did you mean {meant}?", written=written, meant=meant)
+                        )
 
         return write
 

@@ -23,6 +23,7 @@ from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
+from grader.words import mark, say
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries fifty
 _PICTURES = 2
@@ -39,7 +40,9 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     """
     whole = rubric.load(course().rubric)
     wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements if name not in whole.dropped)]
-    dropped = tuple(f"{name} is not graded in this course." for name in requirements if name in whole.dropped)
+    dropped = tuple(
+        say("{name} is not graded in this course.", name=name) for name in requirements if name in whole.dropped
+    )
     if not requirements:
         wanted = [requirement for requirement in whole.requirements if requirement.can_be_checked]
     everything = "" if requirements else at_hand_in(whole.requirements)
@@ -70,7 +73,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
             pictures, notes = _pictures(grading, notebook), _remarks(grading)
             tables = _tables(grading.shown())
         except SubmissionError as error:
-            gap = prerequisites.Gap(str(error), "a package that can be read", "fix the problem named here")
+            gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
             answers |= {r.id: _lacking(r, gap) for r in possible}
         except KitError as error:
             answers |= {r.id: _unjudged(r, str(error)) for r in possible}
@@ -79,7 +82,10 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     given = tuple(answers[r.id] for r in wanted)
     if everything:
         reached, worth = sum(float(each.points) for each in given), sum(float(each.worth) for each in given)
-        notes = (*notes, f"{points(reached)} of {points(worth)} points that can be judged here. {everything}")
+        words = say(
+            "{reached} of {worth} points that can be judged here.", reached=points(reached), worth=points(worth)
+        )
+        notes = (*notes, words + " " + everything)
     return Checked(given, pictures, (*dropped, *notes), tables)
 
 
@@ -115,12 +121,13 @@ def _answer(
 ) -> Answer:
     return Answer(
         requirement.id, requirement.title, points(reached), points(requirement.points), passed, ours, notes,
-        section=f"Taught in {place(requirement.section)}." if requirement.section else "", so_far=so_far,
+        section=say("Taught in {place}.", place=place(requirement.section)) if requirement.section else "",
+        so_far=so_far,
     )  # fmt: skip
 
 
 def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
-    rows = (("seen", gap.seen), ("expected", gap.expected), ("try", gap.try_))
+    rows = ((say("seen"), gap.seen), (say("expected"), gap.expected), (say("try"), gap.try_))
     return _answer(requirement, (Note(requirement.text, rows),))
 
 
@@ -130,7 +137,7 @@ def _elsewhere(requirement: Requirement) -> Answer:
 
 
 def _unjudged(requirement: Requirement, reason: str) -> Answer:
-    return _answer(requirement, (Note(requirement.text, (("because", reason),)),), ours=True)
+    return _answer(requirement, (Note(requirement.text, ((say("because"), reason),)),), ours=True)
 
 
 def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
@@ -141,9 +148,12 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
     notes = _each_reason_once(notes)
     so_far_passed = bool(waiting) and not notes
     if so_far_passed:
-        words = "; ".join(f"notebook {found.notebook} brings {found.words}" for found in waiting.values())
-        notes = [Note("", (("later", words),))]
-    notes += [Note("", (("seen", remark),)) for remark in _remarks_on(score)]
+        brings = [
+            say("notebook {notebook} brings {words}", notebook=found.notebook, words=say(found.words))
+            for found in waiting.values()
+        ]
+        notes = [Note("", ((say("later"), "; ".join(brings)),))]
+    notes += [Note("", ((say("seen"), remark),)) for remark in _remarks_on(score)]
     return _answer(
         score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,
@@ -160,7 +170,7 @@ def _each_reason_once(notes: list[Note]) -> list[Note]:
     """Return the notes without those that say for another check what one before has said."""
     found: dict[str, Note] = {}
     for note in notes:
-        found.setdefault(dict(note.rows).get("seen", note.heading), note)
+        found.setdefault(dict(note.rows).get(say("seen"), note.heading), note)
     return list(found.values())
 
 
@@ -169,7 +179,7 @@ def _stood_in(requirement: Requirement, instead: so_far.StandIn, score: Requirem
     notes = [_note(loss, grading) for loss in losses(score) if loss.check.id == instead.check]
     passed = not notes and score.outcome is not Outcome.ERROR
     if passed:
-        notes = [Note("", (("seen", instead.words),))]
+        notes = [Note("", ((say("seen"), say(instead.words)),))]
     return _answer(requirement, tuple(notes), passed=passed, ours=score.outcome is Outcome.ERROR, so_far=passed)
 
 
@@ -177,17 +187,19 @@ def _note(loss: Loss, grading: Grading) -> Note:
     result = loss.result
     if result.outcome is Outcome.NOT_REACHED:
         return Note(loss.heading, _not_reached(result, grading))
-    named = (("seen", result.seen), ("because", result.because), ("expected", result.expected), ("try", result.try_))
-    return Note(loss.heading, tuple((name, value) for name, value in named if value))
+    named = {"seen": result.seen, "because": result.because, "expected": result.expected, "try": result.try_}
+    return Note(loss.heading, tuple((say(name), value) for name, value in named.items() if value))
 
 
 def _not_reached(result: CheckResult, grading: Grading) -> tuple[tuple[str, str], ...]:
     """Return the rows for a check that could not be judged; the reason is shown as what was seen."""
     found, expected = grading.evidence.build, result.expected or result.sentence
     if found.ok:
-        return ("seen", result.because), ("expected", expected), ("try", prerequisites.advice(result.reason))
-    seen = f"the package does not build: {prerequisites.first_error(found)}"
-    return ("seen", seen), ("expected", expected), ("try", "fix the first error of the build; others often go with it")
+        seen, try_ = result.because, prerequisites.advice(result.reason)
+    else:
+        seen = say("the package does not build: {error}", error=prerequisites.first_error(found))
+        try_ = say("fix the first error of the build; others often go with it")
+    return (say("seen"), seen), (say("expected"), expected), (say("try"), try_)
 
 
 def _remarks(grading: Grading) -> tuple[str, ...]:
@@ -199,9 +211,14 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     requirement = course().requirement_of("check_mutation")
     return (
         *unchanged,
-        f"A sample of {requirement}: {len(tried)} mutants, "
-        f"what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
-        f"The grading has {GRADING_BUDGET_S:g} s, so it tries more.",
+        say(
+            "A sample of {requirement}: {n} mutants, what fits into {own:g} s of running your tests. "
+            "The grading has {all:g} s, so it tries more.",
+            requirement=requirement,
+            n=len(tried),
+            own=MUTATION_BUDGET_S,
+            all=GRADING_BUDGET_S,
+        ),
     )
 
 
@@ -214,16 +231,16 @@ def _tables(grading: Grading) -> tuple[Table, ...]:
         (
             "✓ " + short_name(mutant.by)
             if mutant.outcome == "noticed"
-            else _MISSED.get(mutant.outcome, mutant.outcome),
+            else say(_MISSED.get(mutant.outcome, mutant.outcome)),
             f"{mutant.path}:{mutant.line}",
             mutant.words,
         )
         for mutant in sorted(tried, key=lambda mutant: (mutant.path, mutant.line))
     )
-    return (Table(f"All {len(tried)} mutants", ("noticed by", "place", "change"), rows),)
+    return (Table(say("All {n} mutants", n=len(tried)), (say("noticed by"), say("place"), say("change")), rows),)
 
 
-_MISSED = {"unnoticed": "no test", "unreached": "no test reaches this line"}
+_MISSED = {"unnoticed": mark("no test"), "unreached": mark("no test reaches this line")}
 
 
 def _tried(grading: Grading) -> list[Mutant]:

@@ -23,6 +23,7 @@ from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import Workspace, course, ignored_by_colcon
+from grader.words import say
 
 PACKED = Path(__file__).parent / "checkpoints.bin"
 """The texts as compressed JSON: for each notebook ("05") its files by path."""
@@ -119,7 +120,7 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         earlier = [each for each in _by_number() if each < key]
         files = files_after(earlier[-1]) if earlier else {}
     except GraderError as error:
-        return f"start_at({key!r}): {error}"
+        return say("start_at({key!r}): {error}", key=key, error=error)
     package = workspace.package
     package.mkdir(parents=True, exist_ok=True)
     backup = _back_up(workspace)
@@ -129,8 +130,16 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
         marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
         (package / course_marker.MARKER).write_text(marker + "\n")
-    words = f"Your package now holds what the notebooks before {key} leave: {len(files)} files, laid out by the course."
-    return f"{words} Its earlier content is in {workspace.shown(backup)}." if backup else words
+    words = say(
+        "Your package now holds what the notebooks before {key} leave: {n} files, laid out by the course.",
+        key=key,
+        n=len(files),
+    )
+    return (
+        say("{words} Its earlier content is in {shown}.", words=words, shown=workspace.shown(backup))
+        if backup
+        else words
+    )
 
 
 def write_files(package: Path, files: Mapping[str, str]) -> None:

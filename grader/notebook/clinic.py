@@ -23,6 +23,7 @@ from grader.notebook.bench import bench
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import NOTEBOOK, VARIABLE, Workspace, course
+from grader.words import say
 
 FOLDER, _NOTE = "clinic", "patient"
 _PATIENCE_S = 60.0  # wall time for a node to come up; on a free machine it takes one or two seconds
@@ -40,7 +41,7 @@ def admit(case: str, *, fresh: bool = False) -> None:
     try:
         ill = checkpoints.patient(case)
     except GraderError as error:
-        print(f"admit({case!r}): {error}")
+        print(say("admit({case!r}): {error}", case=case, error=error))
         return
     root = workspace.find().root
     root = root if root.name == FOLDER else root / FOLDER
@@ -65,20 +66,30 @@ def admit(case: str, *, fresh: bool = False) -> None:
     FileBackups(opened).note_laid_out(dict.fromkeys(ill["files"], ""))
     cell_hooks.install(opened)
     where = f"ws/{FOLDER}/{table.relative_to(root)}"
-    print(f"{case} is {'back as you left it' if kept else 'laid out'} in {where}. Cells now work in that folder.")
+    print(
+        say(
+            "{case} is {kept} in {where}. Cells now work in that folder.",
+            case=case,
+            kept=say("back as you left it") if kept else say("laid out"),
+            where=where,
+        )
+    )
 
 
 def check(case: str, diagnosis: str = "") -> Checked:
     """Judge the diagnosis ("FILE:LINE") of the patient on the table, and run it to see whether it is cured."""
     opened = workspace.find()
     if not (opened.root / _NOTE).is_file() or (opened.root / _NOTE).read_text() != case:
-        rows = (("seen", f"{case} is not on the table"), ("try", f'run the cell with admit("{case}")'))
+        rows = (
+            (say("seen"), say("{case} is not on the table", case=case)),
+            (say("try"), say('run the cell with admit("{case}")', case=case)),
+        )
         return Checked((Answer(case, "", "0", "", False, notes=(Note("", rows),)),))
     ill = checkpoints.patient(case)
     told = _judge(diagnosis.strip(), ill["where"])
-    notes = [Note("diagnosis", told)] if told else []
+    notes = [Note(say("diagnosis"), told)] if told else []
     if not diagnosis and not _changed(opened, ill):
-        notes.append(Note("cure", (("seen", "the package is as it came in"),)))
+        notes.append(Note(say("cure"), ((say("seen"), say("the package is as it came in")),)))
     else:
         patient = SimpleNamespace(
             name=course().package, bench=_bench, launched=launched,
@@ -86,8 +97,8 @@ def check(case: str, diagnosis: str = "") -> Checked:
         )  # fmt: skip
         for well, seen, expected, look in _signs()[case](patient):
             if not well:
-                notes.append(Note("cure", (("seen", seen), ("expected", expected), ("try", look))))
-    return Checked((Answer(case, "diagnosis and cure", "0", "", not notes, notes=tuple(notes)),))
+                notes.append(Note(say("cure"), ((say("seen"), seen), (say("expected"), expected), (say("try"), look))))
+    return Checked((Answer(case, say("diagnosis and cure"), "0", "", not notes, notes=tuple(notes)),))
 
 
 def _signs() -> dict[str, Any]:
@@ -102,12 +113,22 @@ def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> tuple[tuple[str
     path, _, line = diagnosis.rpartition(":")
     path = path.removeprefix(f"{Path.cwd()}/").removeprefix("./")
     if not path or not line.isdecimal():
-        return ("seen", diagnosis or "no diagnosis"), ("expected", "FILE:LINE, such as driver.py:12")
+        return (say("seen"), diagnosis or say("no diagnosis")), (
+            say("expected"),
+            say("FILE:LINE, such as driver.py:12"),
+        )
     places = [place for place in where if _same_file(path, place[0])]
     if any(first <= int(line) <= last for _, first, last in places):
         return ()
-    seen = "the right file, and a line that does what it should" if places else "nothing there explains the complaint"
-    return ("seen", seen), ("try", "read what the tools say once more: which value, name or time is wrong first?")
+    seen = (
+        say("the right file, and a line that does what it should")
+        if places
+        else say("nothing there explains the complaint")
+    )
+    return (say("seen"), seen), (
+        say("try"),
+        say("read what the tools say once more: which value, name or time is wrong first?"),
+    )
 
 
 def _same_file(said: str, path: str) -> bool:

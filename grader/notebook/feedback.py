@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from grader.notebook import checkpoints
 from grader.notebook.workspace import Workspace
+from grader.words import localized, mark, say, say_count
 
 if TYPE_CHECKING:
     from grader.report.album import Picture
@@ -65,13 +66,19 @@ class Answer:
     def headline(self) -> str:
         """Return the first line: requirement, result, points."""
         if self.ours:
-            return f"{self.id} could not be judged"
+            return say("{id} could not be judged", id=self.id)
+        worth = localized(self.worth)
         if self.elsewhere:
-            return f"{self.id} is {self.elsewhere}, not here ({self.worth} points)"
-        verdict = "passed so far" if self.so_far else "passed" if self.passed else "not yet"
+            return say(
+                "{id} is {elsewhere}, not here ({worth} points)", id=self.id, elsewhere=self.elsewhere, worth=worth
+            )
+        verdict = (
+            f"{self.id} {say('passed so far') if self.so_far else say('passed') if self.passed else say('not yet')}"
+        )
         if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
-            return f"{self.id} {verdict} (its points come with a later notebook: {self.worth})"
-        return f"{self.id} {verdict} ({self.points} of {self.worth})" if self.worth else f"{self.id} {verdict}"
+            return say("{verdict} (its points come with a later notebook: {worth})", verdict=verdict, worth=worth)
+        of = say("{reached} of {max}", reached=localized(self.points), max=worth)
+        return f"{verdict} ({of})" if worth else verdict
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,16 +195,18 @@ def welcome(notebook: str, workspace: Workspace) -> str:
     present = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
     present = {path for path in present if "__pycache__" not in path and not path.startswith(".")}
     missing = [path for path in checkpoints.paths_before(notebook) if path not in present]
-    lines = [f"Your package, {workspace.shown(package)}, holds {_files(len(present))}. Cells now work in that folder."]
+    holds = mark("Your package, {package}, holds {files}. Cells now work in that folder.")
+    lines = [say(holds, package=workspace.shown(package), files=_files(len(present)))]
     if missing:
         shown = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
-        lines.append(f"Missing from earlier notebooks ({_files(len(missing))}): {shown}")
-        lines.append(f'Work through those notebooks first, or let the course lay the files out: start_at("{notebook}")')
+        lines.append(say("Missing from earlier notebooks ({files}): {shown}", files=_files(len(missing)), shown=shown))
+        do = mark('Work through those notebooks first, or let the course lay the files out: start_at("{notebook}")')
+        lines.append(say(do, notebook=notebook))
     return "\n".join(lines)
 
 
 def _files(count: int) -> str:
-    return "1 file" if count == 1 else f"{count or 'no'} files"
+    return say_count("{n} file", "{n} files", count) if count else say("no files")
 
 
 class Progress:

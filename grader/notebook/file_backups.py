@@ -16,6 +16,7 @@ from datetime import datetime
 from pathlib import Path
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
+from grader.words import say
 
 _WRITES = re.compile(r"(?:\s*#[^\n]*\n)*\s*%%(writefile|file|into) +([^\n]+)")
 _INTO = "into"
@@ -56,7 +57,11 @@ class FileBackups:
             copy.write_bytes(content)
         if _sum(content) == self._written(path)[0]:
             return ""
-        return f"{path.name} was changed outside this notebook. That version is kept: {self._workspace.shown(copy)}"
+        return say(
+            "{path.name} was changed outside this notebook. That version is kept: {shown}",
+            path=path,
+            shown=self._workspace.shown(copy),
+        )
 
     def refusal(self, cell: str, notebook: str) -> str:
         """Return why a cell of this notebook ("05") must not replace the file that it writes, "" if it may."""
@@ -69,13 +74,21 @@ class FileBackups:
         if content == cell.partition("\n")[2].encode():
             return ""
         if later > notebook:
-            why = f"notebook {later} has written it since, and this cell has the version of notebook {notebook}"
+            why = say(
+                "notebook {later} has written it since, and this cell has the version of notebook {notebook}",
+                later=later,
+                notebook=notebook,
+            )
         elif later == notebook and last == _INTO != magic and not APPENDS & {*cell.partition("\n")[0].split()}:
-            why = "it holds functions that you have put in since, and this cell would empty them"
+            why = say("it holds functions that you have put in since, and this cell would empty them")
         else:
             return ""
-        return (
-            f"{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {FORCE}."
+        return say(
+            "{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {force}.",
+            path=path,
+            why=why,
+            magic=magic,
+            force=FORCE,
         )
 
     def after(self, cell: str, notebook: str = "") -> None:

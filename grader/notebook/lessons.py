@@ -11,6 +11,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from grader.words import say
+
 _PATIENCE_S = 10.0
 
 
@@ -62,7 +64,7 @@ def timeline(*nodes: Any) -> list[tuple[str, float, float, float]]:
         axes.set(yticks=range(len(names)), yticklabels=names, title=kind.__name__)
         axes.invert_yaxis()
         calls += noted
-    figure.supxlabel("wall time (s): blue, the callback runs; orange, its scan waits")
+    figure.supxlabel(say("wall time (s): blue, the callback runs; orange, its scan waits"))
     return calls
 
 
@@ -209,7 +211,12 @@ def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
         server.action.destroy()
         me.destroy_node()
         server.destroy_node()
-    return f"{heard} of 20 odometry messages, cancel {'taken' if taken else 'refused'}, the goal {status}"
+    return say(
+        "{heard} of 20 odometry messages, cancel {taken}, the goal {status}",
+        heard=heard,
+        taken=say("taken") if taken else say("refused"),
+        status=status,
+    )
 
 
 def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:

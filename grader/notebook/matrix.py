@@ -21,6 +21,7 @@ from typing import Any
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import parse
 from grader.notebook.workspace import course
+from grader.words import say
 
 LONGEST_S = 2.0  # wall time for all tests on one mutant, which may loop for ever; they take milliseconds
 
@@ -51,14 +52,18 @@ def mutant_matrix(module: str, tests: str, function: str = "") -> None:
     try:
         found = matrix(Path(module), Path(tests), function)
     except Exception as error:  # of the student's files
-        print(f"not yet: {type(error).__name__}: {error}")
+        print(say("not yet: {name}: {error}", name=type(error).__name__, error=error))
         return
     for name, why in found.failing.items():
-        print(f"not yet: {name} fails on the code as it is, so it is left out: {why}")
+        print(say("not yet: {name} fails on the code as it is, so it is left out: {why}", name=name, why=why))
     if found.tests and found.mutants:
         _draw(found)
     elif not found.failing:
-        print(f"not yet: {tests} holds no test" if not found.tests else f"not yet: {module} has no function {function}")
+        print(
+            say("not yet: {tests} holds no test", tests=tests)
+            if not found.tests
+            else say("not yet: {module} has no function {function}", module=module, function=function)
+        )
 
 
 def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
@@ -180,5 +185,8 @@ def _draw(found: Matrix) -> None:
     width = max(8, 42 // columns)  # characters that fit below a column
     names = [fill(name.replace("_", " "), width, break_long_words=False) for name in found.tests]
     axes.set_xticks(np.arange(columns) + 0.5, names, fontsize=8)
-    axes.set(ylabel="line and mistake", title=f"{seen.any(axis=1).sum()} of {rows} mutants noticed (green)")
+    axes.set(
+        ylabel=say("line and mistake"),
+        title=say("{n} of {rows} mutants noticed (green)", n=seen.any(axis=1).sum(), rows=rows),
+    )
     plt.show()

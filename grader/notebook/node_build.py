@@ -12,6 +12,7 @@ from grader.errors import SubmissionError
 from grader.host import ros_env
 from grader.notebook import prerequisites
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, discovery_range
+from grader.words import say
 
 
 def install(workspace: Workspace, node: str) -> Path:
@@ -29,9 +30,13 @@ def install(workspace: Workspace, node: str) -> Path:
         return workspace.install
     built = building.build([workspace.package], building.cache_folder(), course())
     if not built.facts.ok:
-        raise SubmissionError(f"the package does not build: {prerequisites.first_error(built.facts)}")
+        raise SubmissionError(
+            say("the package does not build: {first_error}", first_error=prerequisites.first_error(built.facts))
+        )
     if node not in built.facts.executables:
-        raise SubmissionError(f"the package installs no executable {node} in lib/{course().package}")
+        raise SubmissionError(
+            say("the package installs no executable {node} in lib/{package}", node=node, package=course().package)
+        )
     return built.install
 
 

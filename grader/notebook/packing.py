@@ -22,6 +22,7 @@ from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, at_hand_in, points
 from grader.scoring.scorecard import Outcome
+from grader.words import localized, mark, say, say_count
 
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
 _LISTED = 40
@@ -48,40 +49,43 @@ class PackedSubmission:
     def lines(self) -> Iterator[str]:
         """Yield the description, line by line."""
         total = sum(self.sizes.values())
-        yield f"{self.archive.name}: {_count(len(self.sizes), 'file')}, {_size(total)}"
+        yield f"{self.archive.name}: {say_count('{n} file', '{n} files', len(self.sizes))}, {_size(total)}"
         for name, size in list(self.sizes.items())[:_LISTED]:
-            mark = "   laid out by the course" if name in self.laid_out else ""
-            yield f"  {_size(size):>8}  {name}{mark}"
+            by = "   " + say("laid out by the course") if name in self.laid_out else ""
+            yield f"  {_size(size):>8}  {name}{by}"
         if len(self.sizes) > _LISTED:
-            yield f"            and {len(self.sizes) - _LISTED} more"
+            yield " " * 12 + say("and {n} more", n=len(self.sizes) - _LISTED)
         for name in self.missing:
-            yield f"missing: {name}"
+            yield say("missing: {missing}", missing=name)
         for note in self.notes:
-            yield f"note: {note}"
+            yield say("note: {note}", note=note)
         for flag in self.flags:
-            yield f"an instructor will review this: {flag.what}"
+            yield say("an instructor will review this: {what}", what=say(flag.what))
         if self.laid_out:
-            yield f"{len(self.laid_out)} of {len(self.sizes)} files were laid out by the course, so not your work."
+            words = mark("{n} of {every} files were laid out by the course, so not your work.")
+            yield say(words, n=len(self.laid_out), every=len(self.sizes))
         yield from self._graded()
 
     def _graded(self) -> Iterator[str]:
         if self.grading is None:
-            yield "Nothing was checked. Run `grader submit` without --no-check to see the points of the public checks."
+            yield say(
+                "Nothing was checked. Run `grader submit` without --no-check to see the points of the public checks."
+            )
             return
         card = self.grading.scorecard
-        yield "The public checks give:"
+        yield say("The public checks give:")
         for criterion in card.criteria:
             if criterion.max:
-                yield f"  {criterion.criterion.title:<20} {points(criterion.points):>5} of {points(criterion.max)}"
+                yield _row(criterion.criterion.title, criterion.points, criterion.max)
         total, worth = sum(c.points for c in card.criteria), sum(c.max for c in card.criteria)
         rest = at_hand_in(score.requirement for score in card.requirements)
-        yield f"  {'Together':<20} {points(total):>5} of {points(worth)}{' that can be judged here' if rest else ''}"
+        yield _row(say("Together"), total, worth) + (say(" that can be judged here") if rest else "")
         if rest:
             yield f"  {rest}"
         lost = [s.requirement.id for s in card.requirements if s.outcome not in (Outcome.PASSED, Outcome.NOT_GRADED)]
         if lost:
-            yield f"  points lost in {', '.join(lost)}; `check(...)` in the notebook says why"
-        yield "Your instructor grades with other speeds, places and seeds, so the points can differ."
+            yield "  " + say("points lost in {ids}; `check(...)` in the notebook says why", ids=", ".join(lost))
+        yield say("Your instructor grades with other speeds, places and seeds, so the points can differ.")
 
 
 def submit(
@@ -102,8 +106,11 @@ def submit(
     package = (package or _workspace_package()).resolve()
     if not (package / "package.xml").is_file():
         raise SubmissionError(
-            f"There is nothing to hand in: {package.name} holds no package.xml. "
-            "Write one in notebook 01, or name another folder with `--package`."
+            say(
+                "There is nothing to hand in: {name} holds no package.xml. Write one in notebook 01, or name another "
+                "folder with `--package`.",
+                name=package.name,
+            )
         )
     course = workspace.course()
     target = (out or _beside(package) / f"{course.package}.zip").resolve()
@@ -169,9 +176,11 @@ def _own_files(package: Path) -> dict[str, Path]:
     return {str(name): package / name for name in sorted(shown)}
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+def _row(title: str, reached: float, worth: float) -> str:
+    return f"  {title:<20} {say('{reached:>5} of {max}', reached=points(reached), max=points(worth))}"
 
 
 def _size(size: int) -> str:
-    return f"{size} B" if size < 1000 else f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1e6:.1f} MB"
+    return localized(
+        f"{size} B" if size < 1000 else f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1e6:.1f} MB"
+    )

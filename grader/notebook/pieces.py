@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import python_ast
+from grader.words import say
 
 MAGIC = "into"
 
@@ -122,19 +123,28 @@ def into(line: str, cell: str) -> None:
     name = line.strip()
     path = Path(name).expanduser()
     if not path.is_file():
-        print(f"There is no {name or 'file'} yet. Run the cell above that writes it, then this one again.")
+        print(
+            say("There is no {name} yet. Run the cell above that writes it, then this one again.", name=name or "file")
+        )
         return
     try:
         before = path.read_text(encoding="utf-8")
         text = merged(before, cell)
     except SyntaxError as error:
         where, text = (error.lineno or 0) + 1, (error.text or "").strip()
-        print(f"Nothing was written. Line {where} of this cell: {error.msg}: {text}")
+        print(
+            say(
+                "Nothing was written. Line {where} of this cell: {error.msg}: {text_}",
+                where=where,
+                error=error,
+                text_=text,
+            )
+        )
         return
     except (ValueError, *python_ast.TOO_COMPLEX) as error:
-        print(f"Nothing was written: {error}.")
+        print(say("Nothing was written: {error}.", error=error))
         return
     path.write_text(text, encoding="utf-8")
     there = {found.name for found in definitions(before)}
-    names = [found.name + ("" if found.name in there else " (added)") for found in definitions(cell)]
-    print(f"{name} has now: {', '.join(names)}")
+    names = [found.name + ("" if found.name in there else say(" (added)")) for found in definitions(cell)]
+    print(say("{name} has now: {names}", name=name, names=", ".join(names)))

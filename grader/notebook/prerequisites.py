@@ -15,19 +15,20 @@ from grader.checks import build_log
 from grader.evidence import Build, Kind, Reason
 from grader.notebook import checkpoints, so_far
 from grader.notebook.workspace import course
+from grader.words import mark, say
 
-_RUN_IT = "look at what the node does and prints: `run_node()`, then `run.output`"
-_LET_A_TIMER = "return at once and let a timer do the next step; where an answer is needed, `await` the future"
-_LAST_OUTPUT = "the node ended by itself; its last output says where"
-_PROVIDE_IT = "complete the exercise that provides it, and run its cell"
+_RUN_IT = mark("look at what the node does and prints: `run_node()`, then `run.output`")
+_LET_A_TIMER = mark("return at once and let a timer do the next step; where an answer is needed, `await` the future")
+_LAST_OUTPUT = mark("the node ended by itself; its last output says where")
+_PROVIDE_IT = mark("complete the exercise that provides it, and run its cell")
 _ADVICE = {
-    Kind.UNTRIED: "make the robot drive first, then check again",
-    Kind.UNWRITTEN: "write it, in that folder of the package",
-    Kind.NO_FILE: "install it with {files}; {built}",
-    Kind.NO_PROGRAM: "install it with {programs}; {built}",
+    Kind.UNTRIED: mark("make the robot drive first, then check again"),
+    Kind.UNWRITTEN: mark("write it, in that folder of the package"),
+    Kind.NO_FILE: mark("install it with {files}; {built}"),
+    Kind.NO_PROGRAM: mark("install it with {programs}; {built}"),
     Kind.NO_SERVICE: _PROVIDE_IT,
     Kind.NO_ACTION: _PROVIDE_IT,
-    Kind.NO_RESPONSE: "a service's callback must return the response that it was given",
+    Kind.NO_RESPONSE: mark("a service's callback must return the response that it was given"),
     Kind.HANGS: _LET_A_TIMER,
     Kind.NO_ANSWER: _LET_A_TIMER,
     Kind.NO_VERDICT: _LET_A_TIMER,
@@ -65,13 +66,17 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
     Where they have to be `finished`, a stub counts as a gap.
     """
     if not package.is_dir() or not any(_is_student_file(path) for path in package.iterdir()):
-        return Gap("your package is empty", _expected("package.xml"), _how_to_get("package.xml", notebook))
+        return Gap(say("your package is empty"), _expected("package.xml"), _how_to_get("package.xml", notebook))
     for name in wanted:
         if not (package / name).is_file():
-            return Gap(f"there is no {name}", _expected(name), _how_to_get(name, notebook))
+            return Gap(say("there is no {name}", name=name), _expected(name), _how_to_get(name, notebook))
     if finished and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
-        try_ = "do the exercise that writes it, replace the `TODO`, and run its cell"
-        return Gap(f"{stub} is still a stub: it has a `TODO`", "the files of the layout so far, each finished", try_)
+        try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
+        return Gap(
+            say("{stub} is still a stub: it has a `TODO`", stub=stub),
+            say("the files of the layout so far, each finished"),
+            try_,
+        )
     modules = [name for name in wanted if name.startswith(f"{course().package}/")]
     return _broken_module(package, modules, notebook)
 
@@ -87,48 +92,58 @@ def _is_student_file(path: Path) -> bool:
 def first_error(found: Build) -> str:
     """Return why a build failed: the first error of its log, and what to do about it if that is known."""
     if found.timed_out:
-        return "`colcon build` ran out of time"
+        return say("`colcon build` ran out of time")
     if found.exit_code == 0:
-        return "`colcon build` succeeded but installed no package; does CMakeLists.txt end with ament_package()?"
+        return say("`colcon build` succeeded but installed no package; does CMakeLists.txt end with ament_package()?")
     error = build_log.find_error(found.log_tail)
-    said = error.said or f"`colcon build` ended with exit status {found.exit_code}"
+    said = error.said or say("`colcon build` ended with exit status {found.exit_code}", found=found)
     return f"{said} ({error.cure})" if error.cure else said
 
 
 def advice(reason: Reason | None) -> str:
     """Return what to do about the reason why a check could not be judged."""
     if reason is None:
-        return _RUN_IT
+        return say(_RUN_IT)
     if reason.requirements:
         first = reason.requirements[0]
-        return f'fix {first} first: `check("{first}")` says more'
+        return say('fix {first} first: `check("{first}")` says more', first=first)
     if reason.launch:
-        return f"start the file yourself, with the YAML files beside it: `!ros2 launch {course().package} ...`"
+        return say(
+            "start the file yourself, with the YAML files beside it: `!ros2 launch {package} ...`",
+            package=course().package,
+        )
     if reason.kind in _NEEDS_PLACE and not reason.place:
-        return _RUN_IT
+        return say(_RUN_IT)
     built = course().requirement_of("check_build")
     by_cmake = "CMakeLists.txt" in course().layout
-    return _ADVICE.get(reason.kind, _RUN_IT).format(
-        built=f'`check("{built}")` says more',
-        files="install(DIRECTORY launch config ...) in CMakeLists.txt" if by_cmake else "data_files in setup.py",
-        programs="install(PROGRAMS ...) in CMakeLists.txt" if by_cmake else "entry_points in setup.py",
+    return say(
+        _ADVICE.get(reason.kind, _RUN_IT),
+        built=say('`check("{built}")` says more', built=built),
+        files=say("install(DIRECTORY launch config ...) in CMakeLists.txt")
+        if by_cmake
+        else say("data_files in setup.py"),
+        programs=say("install(PROGRAMS ...) in CMakeLists.txt") if by_cmake else say("entry_points in setup.py"),
     )
 
 
 def _expected(name: str) -> str:
-    return f"{name} in the package's folder"
+    return say("{name} in the package's folder", name=name)
 
 
 def _how_to_get(name: str, notebook: str) -> str:
     """Return what to do about a missing file: which notebook writes it, or how else to get it."""
     writer = checkpoints.written_in(name)
     if not writer:
-        return "write it; the handout shows the package's layout"
+        return say("write it; the handout shows the package's layout")
     if writer == notebook:
-        return "write it in this notebook's exercise, and run that cell"
+        return say("write it in this notebook's exercise, and run that cell")
     if writer < notebook:
-        return f'notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave'
-    return f"notebook {writer} writes it"
+        return say(
+            'notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave',
+            writer=writer,
+            notebook=notebook,
+        )
+    return say("notebook {writer} writes it", writer=writer)
 
 
 def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | None:
@@ -146,8 +161,12 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
             if not (package / path).is_file():
                 there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
                 meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
-                try_ = f"did you mean {meant[0]}?" if meant else _how_to_get(path, notebook)
-                return Gap(f"{name} imports {module}, and there is no {path}", _expected(path), try_)
+                try_ = say("did you mean {meant[0]}?", meant=meant) if meant else _how_to_get(path, notebook)
+                return Gap(
+                    say("{name} imports {module}, and there is no {path}", name=name, module=module, path=path),
+                    _expected(path),
+                    try_,
+                )
             seen.add(path)
             todo.append(path)
     return None
@@ -161,9 +180,9 @@ def _parsed(package: Path, name: str) -> ast.Module | Gap:
     except python_ast.UNPARSABLE as error:
         line = getattr(error, "lineno", None)
         text = (getattr(error, "text", "") or "").strip()
-        where = f"{name}, line {line}" if line else name
+        where = say("{name}, line {line}", name=name, line=line) if line else name
         problem = f"{where}: {getattr(error, 'msg', error)}" + (f": `{text}`" if text else "")
-        return Gap(problem, "valid Python", "look at that line, and at the end of the line before it")
+        return Gap(problem, say("valid Python"), say("look at that line, and at the end of the line before it"))
 
 
 def _own_imports(tree: ast.Module) -> Iterator[str]:

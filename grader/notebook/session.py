@@ -28,6 +28,7 @@ from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
 from grader.notebook.workspace import Workspace, course, prepare
 from grader.tracebacks import last_words
+from grader.words import mark, say
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from sim.live import Live
 
 TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
-_FIRST_TIME = "; the first time takes about a minute, where it has interfaces"
+_FIRST_TIME = mark("; the first time takes about a minute, where it has interfaces")
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,7 +118,10 @@ class Run:
         if self._process is not None and self._sources != (now := _sources(self._workspace.package)):
             self._sources = now
             print(
-                "your package has changed since this run began, and the node is still the old one; call run_node again"
+                say(
+                    "your package has changed since this run began, and the node is still the old one; call run_node "
+                    "again"
+                )
             )
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
@@ -149,7 +153,9 @@ class Run:
         services = {} if name.startswith("_") else _services()
         service = next((service for service in services if name in (service, service.removeprefix("get_"))), None)
         if service is None:
-            raise AttributeError(f"a run has no {name}; its services are {', '.join(services)}")
+            raise AttributeError(
+                say("a run has no {name}; its services are {services}", name=name, services=", ".join(services))
+            )
         return partial(self.call, service)
 
     def __dir__(self) -> list[str]:
@@ -177,7 +183,7 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is None or not stage.takes_goals:
-                print(f"not yet: {_no_action()}")
+                print(say("not yet: {no_action}", no_action=_no_action()))
                 return GoalResult("no server", False, _pose())
             goal = self._asked(lambda: stage.navigate(x, y, tolerance))
             if goal is None:
@@ -189,7 +195,7 @@ class Run:
                 canceled = True
             self._tick()
         if goal.problem:
-            print(f"not yet: {goal.problem}")
+            print(say("not yet: {goal.problem}", goal=goal))
         facts, result = goal.facts(), goal.result
         return GoalResult(
             status=facts.status,
@@ -203,7 +209,7 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is None:
-                return False, "there is no node"
+                return False, say("there is no node")
             answer = self._asked(lambda: stage.set_parameter(name, value))
         return (False, self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
@@ -253,7 +259,13 @@ class Run:
         self.close()
 
     def __repr__(self) -> str:
-        state = f"not yet: {self.trouble}" if self.trouble else "closed" if self._closed else "running"
+        state = (
+            say("not yet: {trouble}", trouble=self.trouble)
+            if self.trouble
+            else say("closed")
+            if self._closed
+            else say("running")
+        )
         return f"Run({self.node} in {self.simulator.world.name!r}: {state})"
 
     # ------------------------------------------------------------- inside
@@ -326,7 +338,7 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is None:
-                return None, f"no node offers {service}"
+                return None, say("no node offers {service}", service=service)
             return self._asked(lambda: stage.ask(service, fields)) or (None, self.trouble)
 
     def _click(self, x: float, y: float) -> str:
@@ -340,8 +352,8 @@ class Run:
         if goal is None:
             return self.trouble
         if goal.accepted:
-            return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
-        return str(goal.problem or "the node rejected the goal")
+            return say("goal sent: ({x:z.2f}, {y:z.2f}) m", x=x, y=y)
+        return str(goal.problem or say("the node rejected the goal"))
 
     def _restart(self) -> None:
         """Start the node anew after the simulator was reset: in a node, time must not go back."""
@@ -352,7 +364,7 @@ class Run:
 
     def _give_up(self, why: str) -> None:
         self.trouble = why
-        print(f"not yet: {why}")
+        print(say("not yet: {why}", why=why))
         self._end()
 
     def _why(self, ended: Reason) -> str:
@@ -391,7 +403,7 @@ def _last_line(process: NodeProcess | None) -> str:
     """Return the last line that the node printed and where it was, if it has ended by itself."""
     if process is None or process.exit_code() is None or not (said := last_words(process.output)):
         return ""
-    return f"; its last output: {said}"
+    return say("; its last output: {said}", said=said)
 
 
 def _published() -> list[str]:
@@ -411,7 +423,7 @@ def _blank(type_: str, why: str) -> Any:
 
 def _no_action() -> str:
     names = [name for node in course().nodes.values() for name in node.actions]
-    return f"no node offers the action {' or '.join(names)}"
+    return say("no node offers the action {names}", names=" or ".join(names))
 
 
 def _pose() -> Any:

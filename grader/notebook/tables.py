@@ -18,6 +18,7 @@ from types import FrameType
 from grader import building
 from grader.notebook import interface_types, workspace
 from grader.notebook.feedback import Progress
+from grader.words import say
 
 LIMIT_S = 10.0  # wall time of one call in a table
 _PLACE = f"/{workspace.course().package}/"
@@ -39,7 +40,7 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
     """
     names = sys._getframe(1).f_globals
     if of and (why := _read_in(Path(of), names)):
-        print(f"NOT YET  {of} cannot be run: {why}")
+        print(say("NOT YET  {of} cannot be run: {why}", of=of, why=why))
         return
     width = max(map(len, table))
     right, hung = 0, False
@@ -60,19 +61,19 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
         right += fits
         print(
             f"{'right  ' if fits else 'NOT YET'}  {call:{width}}  {seen}"
-            + ("" if fits else f", wanted {shown(wanted)}")
+            + ("" if fits else say(", wanted {shown}", shown=shown(wanted)))
         )
-    print(f"{right} of {len(table)} right")
+    print(say("{right} of {n} right", right=right, n=len(table)))
 
 
 def _said(error: Exception, names: Mapping[str, object]) -> str:
     """Return an exception in a line, with what is behind it where Python's words do not say so."""
     said = f"{type(error).__name__}: {error}"
     if "task.Future object" in said or "'coroutine' object" in said:
-        return f"{said}: a future is not yet its result; `await` it"
+        return say("{said}: a future is not yet its result; `await` it", said=said)
     inside = any(_PLACE in frame.filename for frame in traceback.extract_tb(error.__traceback__))
     if isinstance(error, NameError) and not inside and error.name not in names:
-        return f"{said}: run the cells above this one first"
+        return say("{said}: run the cells above this one first", said=said)
     return said
 
 
@@ -84,7 +85,7 @@ def limited() -> Iterator[None]:
         return
 
     def stop(_signal: int, frame: FrameType | None) -> None:
-        raise HangError(f"hangs at {_place(frame)}; `await` the future, or end the loop")
+        raise HangError(say("hangs at {place}; `await` the future, or end the loop", place=_place(frame)))
 
     before, timer = signal.signal(signal.SIGALRM, stop), threading.Timer(LIMIT_S, _interrupt)
     timer.start()
@@ -134,9 +135,9 @@ def _read_in(file: Path, names: dict[str, object]) -> str:
             try:
                 exec(module, names)
             except ImportError as error:
-                print(f"{file.name}, line {statement.lineno}: {error}")
+                print(say("{file.name}, line {statement.lineno}: {error}", file=file, statement=statement, error=error))
     except FileNotFoundError:
-        return "it is not there; run the cell above that writes it"
+        return say("it is not there; run the cell above that writes it")
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""

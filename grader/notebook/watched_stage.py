@@ -17,6 +17,7 @@ from grader.trials.messages import fill
 from grader.trials.observation import Program, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
 from grader.trials.stage import Stage
+from grader.words import say
 from sim import Recorder, Simulator
 from sim.sensors import Reading
 
@@ -64,12 +65,12 @@ class WatchedStage(Stage):
         """Return a service's response, or None and the reason."""
         client = self._clients.get(service)
         if client is None or not self._found(service, client.service_is_ready):
-            return None, f"no node offers {service}"
+            return None, say("no node offers {service}", service=service)
         future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
-            return None, f"{service} gave no answer"
+            return None, say("{service} gave no answer", service=service)
         self.bridge.settle()
         return future.result(), ""
 

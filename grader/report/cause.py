@@ -12,9 +12,10 @@ from grader.evidence import Evidence, Kind, Reason, Trial
 from grader.sanitize import one_line
 from grader.scoring.grading import Grading, Loss, foremost, points
 from grader.scoring.scorecard import CheckResult, Outcome
+from grader.words import mark, say
 
 _LIMIT = 400  # characters of a sentence
-_BUILD = "The package does not build"
+_BUILD = mark("The package does not build")
 _FRAME = re.compile(r'^\s*File "([^"\n]+)", line (\d+)')
 _RAISED = re.compile(r"^(?:\w+\.)*(\w*(?:Error|Exception|Exit|Interrupt)): *(.*)")
 _MISSING = re.compile(r"No module named '([\w.]+)'")
@@ -38,7 +39,7 @@ class Cause:
         return not reached and any(loss.result.id == result.id for loss in self.losses)
 
     def __str__(self) -> str:
-        return f"{self.sentence}; {points(self.lost)} points follow from it"
+        return say("{cause}; {lost} points follow from it", cause=self.sentence, lost=points(self.lost))
 
 
 def find(grading: Grading) -> Cause | None:
@@ -112,7 +113,7 @@ def _exception(output: str, package: str) -> str:
     for line in output.splitlines():
         if frame := _FRAME.match(line):
             path = PurePosixPath(frame[1])
-            here = f", {path.name} line {frame[2]}" if package in path.parts else here
+            here = say(", {file} line {line}", file=path.name, line=frame[2]) if package in path.parts else here
         elif raised := _RAISED.match(line):
             said, place, here = f"{raised[1]}: {_MISSING.sub(lambda name: name[1], raised[2])}", here, ""
     return said + place
@@ -125,17 +126,17 @@ def _sentence(why: str | Reason, found: Sequence[Loss], grading: Grading) -> str
             return f"{why} {score.requirement.title}: {first.seen or first.because}".rstrip(".")
     if why == _BUILD:
         seen = next((loss.result.seen for loss in found if loss.result.outcome is Outcome.FAILED), "")
-        return f"{why}: {seen.splitlines()[0]}" if seen else why
+        return f"{say(_BUILD)}: {seen.splitlines()[0]}" if seen else say(_BUILD)
     trials = grading.evidence.trials
     started = {trial.node for trial in trials.values() if trial.ready}
     tried = {trials[loss.result.trial].node for loss in found if loss.result.trial in trials}
     graphs = [trial.graph for trial in trials.values() if trial.graph is not None]
     running = {name.rpartition("/")[2] for graph in graphs for name in graph.nodes}
     if tried and not started and all(name.startswith("launch_ros") for name in running):
-        return f"No node started: {why}"
+        return say("No node started: {why}", why=why)
     # A node that started by itself was not what kept a launch file from starting both.
     nodes = sorted(tried - started)
     if nodes:
-        return f"{' and '.join(nodes)} did not start: {why}"
+        return say("{nodes} did not start: {why}", nodes=say(" and ").join(nodes), why=why)
     words = why if isinstance(why, str) else found[0].result.because or str(why)
     return words[:1].upper() + words[1:]

@@ -9,17 +9,18 @@ from typing import TextIO
 from grader.report.cause import Cause, find
 from grader.scoring.grading import Grading, Loss, count_graded, place, points
 from grader.scoring.scorecard import CriterionScore, Outcome, RequirementScore
+from grader.words import mark, say
 
 WIDTH = 100
 BAR = 20
 
 WORDS = {
-    Outcome.PASSED: "passed",
-    Outcome.PARTIAL: "PARTIAL",
-    Outcome.FAILED: "FAILED",
-    Outcome.NOT_REACHED: "not reached",
-    Outcome.ERROR: "ERROR",
-    Outcome.NOT_GRADED: "to be graded",
+    Outcome.PASSED: mark("passed"),
+    Outcome.PARTIAL: mark("PARTIAL"),
+    Outcome.FAILED: mark("FAILED"),
+    Outcome.NOT_REACHED: mark("not reached"),
+    Outcome.ERROR: mark("ERROR"),
+    Outcome.NOT_GRADED: mark("to be graded"),
 }
 COLOURS = {
     Outcome.PASSED: "32",  # green
@@ -77,37 +78,39 @@ class _Page:
 
     def head(self) -> Iterator[str]:
         intake = self.grading.evidence.intake
-        found = f"package {intake.package}" if intake.package else "no package found"
+        found = say("package {name}", name=intake.package) if intake.package else say("no package found")
         yield from self.wrap(f"{self.grading.submission}: {found}")
         if intake.others:
-            because = f", because {intake.chosen_because}" if intake.chosen_because else ""
-            yield from self.wrap(f"graded: {intake.package_path}{because}", indent=2)
-            yield from self.wrap(f"not graded: {', '.join(intake.others)}", indent=2)
-            yield from self.wrap("`--package-path PATH` grades another", indent=2)
+            because = say(", because {because}", because=intake.chosen_because) if intake.chosen_because else ""
+            graded = say("graded: {path}{because}", path=intake.package_path, because=because)
+            yield from self.wrap(graded, indent=2)
+            yield from self.wrap(say("not graded: {others}", others=", ".join(intake.others)), indent=2)
+            yield from self.wrap(say("`--package-path PATH` grades another"), indent=2)
         for note in intake.notes:
-            yield from self.wrap(f"note: {note}", indent=2)
+            yield from self.wrap(say("note: {note}", note=note), indent=2)
         yield from self.unchanged()
 
     def unchanged(self) -> Iterator[str]:
         if self.grading.unchanged:
-            yield from self.wrap(f"{self.grading.unchanged} `--fresh` collects everything anew.")
+            yield from self.wrap(f"{self.grading.unchanged} {say('`--fresh` collects everything anew.')}")
 
     def first_cause(self) -> Iterator[str]:
         if self.cause is not None:
-            yield from self.wrap(f"First cause: {self.cause}")
+            yield from self.wrap(say("First cause: {cause}", cause=self.cause))
 
     def flags(self) -> Iterator[str]:
         if self.grading.evidence.flags:
             yield ""
-            yield self.paint("Integrity: an instructor should look at this.", "31")
+            yield self.paint(say("Integrity: an instructor should look at this."), "31")
         for flag in self.grading.evidence.flags:
             where = f" ({flag.where})" if flag.where else ""
             yield from self.wrap(f"{flag.kind}: {flag.what}{where}", indent=2)
 
     def criterion(self, score: CriterionScore) -> Iterator[str]:
         if not score.max:
-            waits = " and ".join(dict.fromkeys(s.requirement.waits for s in score.requirements))
-            yield f"{score.criterion.title:<20} {waits} ({points(score.criterion.points)} points)"
+            waits = say(" and ").join(dict.fromkeys(s.requirement.waits for s in score.requirements))
+            worth = say("({worth} points)", worth=points(score.criterion.points))
+            yield f"{score.criterion.title:<20} {waits} {worth}"
             return
         share = score.points / score.max
         filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
@@ -121,7 +124,7 @@ class _Page:
 
     def requirement(self, score: RequirementScore) -> str:
         of = "" if not score.max else points(score.points).rjust(5) + " / " + points(score.max)
-        word = self.paint(f"{WORDS[score.outcome]:<12}", COLOURS[score.outcome])
+        word = self.paint(f"{say(WORDS[score.outcome]):<12}", COLOURS[score.outcome])
         return f"  {word} {score.requirement.id:<4} {score.requirement.title:<34} {of}".rstrip()
 
     def not_graded(self, score: CriterionScore) -> Iterator[str]:
@@ -134,25 +137,26 @@ class _Page:
         for loss in self.grading.losses:
             result = loss.result
             if result.outcome is Outcome.NOT_REACHED:
-                because = result.because or result.seen or "a requirement that it depends on failed"
+                because = result.because or result.seen or say("a requirement that it depends on failed")
                 if self.cause is not None and self.cause.explains(result):
-                    because = "of the first cause, above"
+                    because = say("of the first cause, above")
                 waiting.setdefault(because, []).append(loss.requirement.id)
                 continue
             yield ""
             yield from self.block(loss)
         for because, names in waiting.items():
             yield ""
-            yield self.paint("not reached", "2") + f"  {', '.join(dict.fromkeys(names))}"
-            yield from self.rows({"because": because})
+            yield self.paint(say("not reached"), "2") + f"  {', '.join(dict.fromkeys(names))}"
+            yield from self.rows({say("because"): because})
 
     def block(self, loss: Loss) -> Iterator[str]:
         result = loss.result
-        word = self.paint(WORDS[result.outcome], COLOURS.get(result.outcome, "35"))
+        word = self.paint(say(WORDS[result.outcome]), COLOURS.get(result.outcome, "35"))
         yield f"{word}  {loss.requirement.id}  {loss.heading or loss.requirement.title} ({loss.price})"
-        rows = {"seen": result.seen, "expected": result.expected, "try": result.try_, "because": result.because}
+        rows = {say("seen"): result.seen, say("expected"): result.expected, say("try"): result.try_}
+        rows[say("because")] = result.because
         if result.outcome is not Outcome.ERROR and loss.requirement.section:
-            rows["learn"] = place(loss.requirement.section)
+            rows[say("learn")] = place(loss.requirement.section)
         yield from self.rows(rows)
 
     def rows(self, rows: Mapping[str, str]) -> Iterator[str]:
@@ -165,13 +169,15 @@ class _Page:
     def total(self) -> Iterator[str]:
         card, worth = self.grading.scorecard, points(self.grading.worth)
         graded, every = count_graded(card)
-        so_far = f" graded so far; {worth} when all is" if graded < every else ""
-        yield f"Points    {points(card.points)} of {points(card.max)}{so_far}"
+        said = say("{reached} of {max}", reached=points(card.points), max=points(card.max))
+        so_far = say(" graded so far; {worth} when all is", worth=worth) if graded < every else ""
+        yield f"{say('Points'):<10}{said}{so_far}"
         if graded < every:
-            yield f"          {graded} of {every} requirements are graded so far"
+            yield " " * 10 + say("{graded} of {every} requirements are graded so far", graded=graded, every=every)
         if not card.complete:
             names = ", ".join(score.requirement.id for score in self.grading.unjudged)
-            yield from self.wrap(f"Incomplete: an error of the grader left {names} without a full verdict.", indent=10)
+            words = say("Incomplete: an error of the grader left {names} without a full verdict.", names=names)
+            yield from self.wrap(words, indent=10)
 
     def wrap(self, text: str, indent: int = 0) -> Iterable[str]:
         """Return the lines of `text`, indented and no longer than the width."""

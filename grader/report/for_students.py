@@ -15,6 +15,7 @@ from grader.evidence import Flag, Reason, Trial
 from grader.scoring.grading import Grading
 from grader.scoring.rubric import Requirement
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
+from grader.words import say
 
 FOLDER = "for_student"
 """The folder of a student's report, in that of the instructor's; it is there if anything is held back."""
@@ -80,7 +81,7 @@ def _veiled(score: RequirementScore, veiled: Callable[[str], str]) -> Requiremen
 def _result(result: CheckResult, name: str, requirement: Requirement, veiled: Callable[[str], str]) -> CheckResult:
     """Return the result of a check that is held back, with the requirement's text in place of the check's sentence."""
     because = veiled(str(result.reason)) if result.outcome is Outcome.NOT_REACHED and result.reason else ""
-    seen = "an error of the grader" if result.outcome is Outcome.ERROR else veiled(result.seen)
+    seen = say("an error of the grader") if result.outcome is Outcome.ERROR else veiled(result.seen)
     return CheckResult(
         name, result.outcome, result.fraction, requirement.text, seen, requirement.text, veiled(result.try_), because,
         reason=_reason(result.reason, veiled) if result.reason else None,

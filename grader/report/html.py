@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grader import words
 from grader.evidence import Trial
 from grader.report import cause, figures
 from grader.report.console import WORDS
@@ -17,6 +18,7 @@ from grader.report.mutants import matrix
 from grader.sanitize import one_line, shown
 from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points
 from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.words import say
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -63,12 +65,15 @@ def render(
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {"code": _code, "points": points, "place": place}
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        extensions=["jinja2.ext.i18n"],
+    )  # fmt: skip
+    words.install(environment)
+    environment.filters |= {"code": _code, "points": points, "place": place, "localized": words.localized}
     style = (HERE / "style.css").read_text(encoding="utf-8")
     script = (HERE / "replay.js").read_text(encoding="utf-8")
     environment.globals |= {"style": style, "style_hash": _hash(style), "script": script, "script_hash": _hash(script)}
+    environment.globals["language"] = words.spoken()
     about = shown(hand_in or HandIn())
     if isinstance(result, Refusal):
         return environment.get_template("refusal.html.j2").render(refusal=result.shown(), hand_in=about)
@@ -146,10 +151,10 @@ def _row(trial: Trial) -> TrialRow:
         name=one_line(trial.name),
         node=one_line(trial.node),
         world=one_line(trial.world),
-        pace=one_line(trial.pace),
-        sim_seconds=f"{trial.samples[-1].t:.1f}" if trial.samples else "",
-        wall_seconds=f"{trial.wall_seconds:.1f}",
-        ended=one_line(str(trial.ended or ("complete" if trial.ready else "the node did not come up"))),
+        pace=say(one_line(trial.pace)),
+        sim_seconds=say("{t:.1f}", t=trial.samples[-1].t) if trial.samples else "",
+        wall_seconds=say("{t:.1f}", t=trial.wall_seconds),
+        ended=one_line(str(trial.ended or (say("complete") if trial.ready else say("the node did not come up")))),
     )
 
 

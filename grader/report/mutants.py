@@ -6,14 +6,16 @@ from collections import Counter
 from dataclasses import dataclass
 
 from grader.evidence import Mutant, Mutation, short_name
+from grader.words import mark, say
 
 _TESTS_AT_MOST = 3
 
+# In words, without tests that follow and with them.
 OUTCOMES = {
-    "noticed": "noticed by",
-    "unnoticed": "not noticed by",
-    "unreached": "no test reaches this line",
-    "not tried": "not tried",
+    "noticed": (mark("noticed"), mark("noticed by")),
+    "unnoticed": (mark("not noticed"), mark("not noticed by")),
+    "unreached": (mark("no test reaches this line"),) * 2,
+    "not tried": (mark("not tried"),) * 2,
 }
 
 
@@ -33,8 +35,7 @@ class Row:
     @property
     def said(self) -> str:
         """Return the outcome as text, to be followed by the tests."""
-        said = OUTCOMES.get(self.outcome, self.outcome)
-        return said if self.tests else said.removesuffix(" by")
+        return say(OUTCOMES.get(self.outcome, (self.outcome,) * 2)[bool(self.tests)])
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from grader.evidence import Trial
+from grader.words import mark, say
 from sim.geometry import Pose
 from sim.robot import COURSE
 from sim.views import COLORS, THRESHOLDS, draw_obstacles, draw_robot
@@ -51,15 +52,20 @@ def data_uri(trial: Trial) -> str:
 def describe(trial: Trial) -> str:
     """Return a description of the picture in a sentence or two, for readers who cannot see it."""
     first, last = trial.samples[0], trial.samples[-1]
-    way = f"from ({first.x:.2f}, {first.y:.2f}) to ({last.x:.2f}, {last.y:.2f}) m"
-    said = [f"The robot went {way} in {last.t:.1f} s of simulated time."]
-    said += [f"It was sent to ({goal.x:.2f}, {goal.y:.2f}) m; the goal {goal.status}." for goal in trial.goals[:1]]
+    way = mark(
+        "The robot went from ({first.x:.2f}, {first.y:.2f}) to ({last.x:.2f}, {last.y:.2f}) m in {last.t:.1f} s of "
+        "simulated time."
+    )
+    said = [say(way, first=first, last=last)]
+    sent = mark("It was sent to ({goal.x:.2f}, {goal.y:.2f}) m; the goal {status}.")
+    said += [say(sent, goal=goal, status=say(goal.status)) for goal in trial.goals[:1]]
     if trial.touches:
         touch = trial.touches[0]
-        said.append(f"It touched {touch.obstacle} at {touch.t:.1f} s, moving at {abs(touch.speed):.2f} m/s.")
+        words = mark("It touched {touch.obstacle} at {touch.t:.1f} s, moving at {speed:.2f} m/s.")
+        said.append(say(words, touch=touch, speed=abs(touch.speed)))
     nearest = min((scan.ahead for scan in trial.scans), default=math.inf)
     if math.isfinite(nearest):
-        said.append(f"The closest reading ahead was {nearest:.2f} m.")
+        said.append(say("The closest reading ahead was {d:.2f} m.", d=nearest))
     return " ".join(said)
 
 
@@ -103,23 +109,32 @@ def _draw_map(axes: Axes, trial: Trial) -> None:
         passing = [o for o in world.obstacles if o.motion or o.appears is not None or o.vanishes is not None]
         draw_obstacles(axes, [o for o in world.obstacles if o not in passing])
         draw_obstacles(axes, passing, alpha=0.4)
-    axes.plot([s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label="path driven")
+    axes.plot(
+        [s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label=say("path driven")
+    )
     first, last = samples[0], samples[-1]
-    axes.plot(first.x, first.y, "o", color=INK, markersize=5, label="start")
+    axes.plot(first.x, first.y, "o", color=INK, markersize=5, label=say("start"))
     draw_robot(axes, Pose(last.x, last.y, last.yaw), COURSE.radius)
     goals = [goal for goal in trial.goals if math.hypot(goal.x, goal.y) < FAR_M]  # false for NaN
     for goal in goals:
-        axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=9, label="goal", zorder=7)
+        axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=9, label=say("goal"), zorder=7)
         if 0 < goal.tolerance < FAR_M:
             circle = Circle((goal.x, goal.y), goal.tolerance, facecolor="none", edgecolor=COLORS["goal"], zorder=6)
             axes.add_patch(circle)
     for touch in trial.touches[:TOUCHES]:
         at = min(samples, key=lambda sample: abs(sample.t - touch.t))
         axes.plot(
-            at.x, at.y, "X", color=COLORS["contact"], markersize=10, markeredgecolor="white", label="contact", zorder=7
+            at.x,
+            at.y,
+            "X",
+            color=COLORS["contact"],
+            markersize=10,
+            markeredgecolor="white",
+            label=say("contact"),
+            zorder=7,
         )
     _frame(axes, [(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in goals])
-    axes.set_xlabel("x (m), odom frame", fontsize=8, color=INK)
+    axes.set_xlabel(say("x (m), odom frame"), fontsize=8, color=INK)
     axes.set_ylabel("y (m)", fontsize=8, color=INK)
     _legend(axes, columns=3)
 
@@ -144,8 +159,10 @@ def _world(trial: Trial) -> World | None:
 def _draw_speeds(axes: Axes, trial: Trial) -> None:
     commands, samples = _thin(trial.commands), _thin(trial.samples)
     times, speeds = [c.t for c in commands], [_within(c.v, SPEED_LIMIT) for c in commands]
-    axes.plot([s.t for s in samples], [s.v for s in samples], color=COLORS["path"], linewidth=1.6, label="true v")
-    axes.step(times, speeds, where="post", color=COLORS["command"], linestyle="--", linewidth=1.2, label="commanded v")
+    axes.plot([s.t for s in samples], [s.v for s in samples], color=COLORS["path"], linewidth=1.6, label=say("true v"))
+    axes.step(
+        times, speeds, where="post", color=COLORS["command"], linestyle="--", linewidth=1.2, label=say("commanded v")
+    )
     axes.set_ylabel("v (m/s)", fontsize=8, color=INK)
     _legend(axes, columns=2)
 
@@ -154,16 +171,22 @@ def _draw_ranges(axes: Axes, trial: Trial) -> None:
     scans = _thin(trial.scans)
     # A scan without a valid reading ahead (inf) leaves a gap.
     ahead = [scan.ahead if scan.ahead <= RANGE_LIMIT else math.nan for scan in scans]
-    axes.plot([scan.t for scan in scans], ahead, color=COLORS["closest"], linewidth=1.6, label="closest reading ahead")
+    axes.plot(
+        [scan.t for scan in scans], ahead, color=COLORS["closest"], linewidth=1.6, label=say("closest reading ahead")
+    )
     axes.axhline(
-        THRESHOLD_M, color=COLORS["threshold"], linewidth=1.0, linestyle=":", label=f"threshold {THRESHOLD_M} m"
+        THRESHOLD_M,
+        color=COLORS["threshold"],
+        linewidth=1.0,
+        linestyle=":",
+        label=say("threshold {d} m", d=THRESHOLD_M),
     )
     if all(map(math.isnan, ahead)):
-        said = f"nothing ahead within {RANGE_LIMIT:g} m" if scans else "no scan was published"
+        said = say("nothing ahead within {d:g} m", d=RANGE_LIMIT) if scans else say("no scan was published")
         axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", fontsize=8, color=INK)
     axes.set_ylim(0.0, max([THRESHOLD_M, *(r for r in ahead if math.isfinite(r))]) * 1.15)
-    axes.set_xlabel("simulated time (s)", fontsize=8, color=INK)
-    axes.set_ylabel("range (m)", fontsize=8, color=INK)
+    axes.set_xlabel(say("simulated time (s)"), fontsize=8, color=INK)
+    axes.set_ylabel(say("range (m)"), fontsize=8, color=INK)
     _legend(axes, columns=2)
 
 

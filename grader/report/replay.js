@@ -2,6 +2,9 @@
 // Plays the seconds around a failure: each figure with data-replay gets a map, a button, a slider and a clock.
 // The data are numbers only (replay.py). Without this script the figure shows its picture.
 const SVG = "http://www.w3.org/2000/svg";
+const WORDS = { play: "Play", pause: "Pause", time: "simulated time", commanded: "commanded {v}", ahead: "{d} m ahead",
+  point: ".", ...document.currentScript.dataset };
+const fixed = value => value.toFixed(2).replace(".", WORDS.point);
 
 function make(parent, kind, attributes) {
   const element = document.createElementNS(SVG, kind);
@@ -38,9 +41,9 @@ function addReplay(figure) {
   const controls = document.createElement("div"), play = document.createElement("button");
   const slider = document.createElement("input"), clock = document.createElement("output");
   controls.className = "controls";
-  Object.assign(play, { type: "button", textContent: "Play" });
+  Object.assign(play, { type: "button", textContent: WORDS.play });
   Object.assign(slider, { type: "range", min: 0, max: last, step: 1 });
-  slider.setAttribute("aria-label", "simulated time");
+  slider.setAttribute("aria-label", WORDS.time);
   controls.append(play, slider, clock);
   figure.querySelector("figcaption").before(svg, controls);
 
@@ -54,15 +57,15 @@ function addReplay(figure) {
       t < data.since[i] || (data.until[i] !== null && data.until[i] <= t)));
     for (const [at, mark] of touches) mark.classList.toggle("gone", at > t + 1e-9);
     slider.value = index;
-    const words = [`${t.toFixed(2)} s`, `${data.v[index].toFixed(2)} m/s`];
-    if (data.command[index] !== null) words.push(`commanded ${data.command[index].toFixed(2)}`);
-    if (ahead !== null) words.push(`${ahead.toFixed(2)} m ahead`);
+    const words = [`${fixed(t)} s`, `${fixed(data.v[index])} m/s`];
+    if (data.command[index] !== null) words.push(WORDS.commanded.replace("{v}", fixed(data.command[index])));
+    if (ahead !== null) words.push(WORDS.ahead.replace("{d}", fixed(ahead)));
     clock.textContent = words.join(" · ");
     slider.setAttribute("aria-valuetext", clock.textContent);
   }
   function setPlaying(on) {
     playing = on;
-    play.textContent = on ? "Pause" : "Play";
+    play.textContent = on ? WORDS.pause : WORDS.play;
     if (!on) return;
     if (frame >= last) show(0);
     begun = performance.now() - 1000 * (data.t[frame] - data.t[0]);

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from grader.evidence import Command, Sample, ScanSummary, Trial
+from grader.words import say
 from sim.inventory import Presence
 from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart
 from sim.robot import COURSE
@@ -27,13 +28,14 @@ FAR_M = 30.0  # a goal farther away is meant to be refused; drawn, it would shri
 _MARGIN_M = 0.9  # around the path driven, so that obstacles near it are visible
 _EXACT_M = 0.002  # two distances between the same things differ less
 _SPEED_LIMIT = 99.0  # m/s, for showing a command
-_MOMENT = re.compile(r"\bat (\d+(?:\.\d+)?) s\b")
 
 
 def moment(trial: Trial, seen: str) -> float | None:
     """Return when a check failed: the first time that it names, else the first contact, else None. Simulated s."""
     end = trial.samples[-1].t if trial.samples else 0.0
-    named = (float(number) for number in _MOMENT.findall(seen))
+    # Language by language: "at 7.3 s", "bei 7,3 s".
+    moments = re.escape(say("at {t} s")).replace(r"\{t\}", r"(\d+(?:[.,]\d+)?)")
+    named = (float(number.replace(",", ".")) for number in re.findall(rf"\b{moments}\b", seen))
     return next((t for t in [*named, *(touch.t for touch in trial.touches)] if 0 <= t <= end), None)
 
 

@@ -9,6 +9,7 @@ from grader import sanitize
 from grader.evidence import Evidence
 from grader.scoring.rubric import Check, Criterion, Requirement
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore, Scorecard, earned, hundredths
+from grader.words import localized, say, say_count
 
 # The order in which a reader should see lost checks: what the student can fix first, then what needs the maintainers.
 _FIRST = (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR, Outcome.NOT_GRADED, Outcome.NOT_REACHED)
@@ -37,8 +38,8 @@ class Loss:
     def price(self) -> str:
         """Return the cost of the loss as text."""
         if self.result.outcome is Outcome.ERROR:
-            return "an error of the grader: costs no points"
-        return f"{points(self.lost)} of {points(self.check.points)} points lost"
+            return say("an error of the grader: costs no points")
+        return say("{lost} of {max} points lost", lost=points(self.lost), max=points(self.check.points))
 
 
 @dataclass(frozen=True)
@@ -142,9 +143,10 @@ class Grading:
         if not kept:
             return ""
         trials = sum(what.startswith("trial ") for what in kept)
-        named = [f"{trials} trial{'s' if trials > 1 else ''}"] if trials else []
-        named += [what for what in kept if not what.startswith("trial ")]
-        return f"Unchanged since {min(kept.values())}, so not collected again: {', '.join(named)}."
+        named = [say_count("{n} trial", "{n} trials", trials)] if trials else []
+        named += [say(what) for what in kept if not what.startswith("trial ")]
+        when, what = min(kept.values()), ", ".join(named)
+        return say("Unchanged since {when}, so not collected again: {what}.", when=when, what=what)
 
     @property
     def unjudged(self) -> tuple[RequirementScore, ...]:
@@ -213,15 +215,18 @@ def at_hand_in(requirements: Iterable[Requirement]) -> str:
     """Return a line about those requirements that are held back, with their points; "" if there are none."""
     found = [requirement for requirement in requirements if requirement.held_back]
     worth = points(sum(requirement.points for requirement in found))
-    return f"Judged at hand-in, not here: {', '.join(r.id for r in found)} ({worth} points)." if found else ""
+    ids = ", ".join(r.id for r in found)
+    return say("Judged at hand-in, not here: {ids} ({worth} points).", ids=ids, worth=worth) if found else ""
 
 
 def points(value: float) -> str:
     """Return points as text, such as "2.5" or "3", with two decimals at most."""
-    return f"{hundredths(value):.2f}".rstrip("0").rstrip(".")
+    return localized(f"{hundredths(value):.2f}".rstrip("0").rstrip("."))
 
 
 def place(section: str) -> str:
     """Return a rubric's section as text: notebook 05_moving_safely, section "Stop" for "05_moving_safely#Stop"."""
     notebook, _, title = section.partition("#")
-    return f'notebook {notebook}, section "{title}"' if title else f"notebook {notebook}"
+    if not title:
+        return say("notebook {notebook}", notebook=notebook)
+    return say('notebook {notebook}, section "{title}"', notebook=notebook, title=title)

@@ -13,6 +13,7 @@ import yaml
 from grader import KIT, yaml_reader
 from grader.errors import GraderError
 from grader.scoring import rubric_changes
+from grader.words import say
 from grader.yaml_reader import YamlReader, line_of
 
 RUBRIC = KIT / "rubric.yaml"
@@ -59,7 +60,7 @@ class Requirement:
     @property
     def waits(self) -> str:
         """Return what happens to it where it has no checks."""
-        return "judged at hand-in" if self.held_back else "to be graded by a person"
+        return say("judged at hand-in") if self.held_back else say("to be graded by a person")
 
     @property
     def level(self) -> str:
@@ -202,7 +203,7 @@ class _Reader(YamlReader):
         scale = self._scale(given["scale"]) if "scale" in given else ()
         league = self.every(given["league"], self._figure) if "league" in given else ()
         dropped = tuple(map(self.text, self.items(given["dropped"]))) if "dropped" in given else ()
-        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale, league, dropped=dropped)
+        return Rubric(self._said(given["title"]), self.text(given["version"]), criteria, scale, league, dropped=dropped)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
         steps: list[Step] = []
@@ -229,10 +230,10 @@ class _Reader(YamlReader):
         requirements = self.every(given["requirements"], lambda item: self._requirement(item, name))
         return Criterion(
             id=name,
-            title=self.text(given["title"]),
+            title=self._said(given["title"]),
             points=self._points(given["points"]) if "points" in given else _sum(requirements),
             levels={
-                level: self.text(words)
+                level: self._said(words)
                 for level, words in self.fields(
                     given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion"
                 ).items()
@@ -252,13 +253,17 @@ class _Reader(YamlReader):
             id=name,
             criterion=criterion,
             points=self._points(given["points"]) if "points" in given else _sum(checks),
-            text=" ".join(self.text(given["text"]).split()),
+            text=self._said(given["text"]),
             section=self.text(given["section"]) if "section" in given else "",
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
-            title=self.text(given["title"]) if "title" in given else name,
+            title=self._said(given["title"]) if "title" in given else name,
             held_back="held_back" in given and self._yes(given["held_back"]),
         )
+
+    def _said(self, node: yaml.Node) -> str:
+        """Return a text in the language in use."""
+        return say(" ".join(self.text(node).split()))
 
     def _yes(self, node: yaml.Node) -> bool:
         self.require_known(self.text(node), node, ("true", "false"), "a value of `held_back`")

@@ -35,6 +35,7 @@ def test_a_copied_course_has_the_same_contract(folder: Path):
         ("contract/contract.yaml", "answers_on: cmd_vel", "answers_on: cmd_vle", "Did you mean cmd_vel"),
         ("contract/contract.yaml", "telltale: 0.375,", "telltale: fast,", "fast is not a number"),
         ("course.yaml", "rubric.yaml", "rubrik.yaml", "line 3: there is no .*rubrik.yaml"),
+        ("course.yaml", "title: x", "title: x\nlanguage: deu", "line 2: deu is not a language .* Did you mean de"),
         ("course.yaml", "title: x", "titel: x", "line 1: titel is not allowed here. Did you mean title"),
     ],
 )  # fmt: skip

@@ -4,6 +4,7 @@ from grader.checks.check_clock import TRY, expect_standing
 from grader.checks.findings import place
 from grader.checks.judge import Judge
 from grader.evidence import Trial
+from grader.words import say
 
 from . import motion
 
@@ -14,13 +15,17 @@ def test_timers_and_stamps_follow_the_clock(judge: Judge) -> None:
     trial = judge.trial("standing_clock_robot_controller")
     _expect_one_pace(judge, trial)
     hertz = motion.rate(trial.commands, 0.5, trial.samples[-1].t)
-    judge.expect(bool(trial.commands), "no cmd_vel under simulated time", TRY)
-    judge.expect(hertz > 2.0, f"cmd_vel at {hertz:.1f} Hz of simulated time", TRY)
+    judge.expect(bool(trial.commands), say("no cmd_vel under simulated time"), TRY)
+    judge.expect(hertz > 2.0, say("cmd_vel at {hertz:.1f} Hz of simulated time", hertz=hertz), TRY)
     fusion = judge.trial("fusion", complete=False)
     for message in (m for m in fusion.messages if m.topic == "sensor_fusion_data"):
         stamp = message.data["header"]["stamp"]
         t = float(stamp["sec"]) - 100.0 + float(stamp["nanosec"]) * 1e-9
-        judge.expect(abs(t - message.t) < 1.0, f"a stamp of {t:.1f} s at {message.t:.1f} s of simulated time", TRY)
+        judge.expect(
+            abs(t - message.t) < 1.0,
+            say("a stamp of {t:.1f} s at {message.t:.1f} s of simulated time", t=t, message=message),
+            TRY,
+        )
 
 
 def _expect_one_pace(judge: Judge, trial: Trial) -> None:
@@ -30,14 +35,17 @@ def _expect_one_pace(judge: Judge, trial: Trial) -> None:
     # A node that does not take the zero in between has nothing to speed up from: that is F2's.
     if {"fast", "slow"} <= set(trial.marks) and all(_stands(trial, trial.marks[name]) for name in ("fast", "slow")):
         fast, slow = (_rise_s(trial, trial.marks[name]) for name in ("fast", "slow"))
-        seen = (
-            f"the same speed was reached in {fast:.1f} s of simulated time, and in {slow:.1f} s when the simulator was "
-            f"slowed down{shown}"
+        seen = say(
+            "the same speed was reached in {fast:.1f} s of simulated time, and in {slow:.1f} s when the "
+            "simulator was slowed down{shown}",
+            fast=fast,
+            slow=slow,
+            shown=shown,
         )
         judge.expect(abs(fast - slow) <= _SAME_S, seen, TRY)
     # A callback that sleeps takes the time that its wall clock shows, so the two paces look alike.
     waited = trial.measured.get("waited", 0.0)
-    seen = f"the node goes by another clock, and sleeps until that has gone on{shown}"
+    seen = say("the node goes by another clock, and sleeps until that has gone on{shown}", shown=shown)
     judge.expect(not clocks or waited <= _SLEEPS, seen, TRY)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from grader.checks.judge import Failed, Judge, NotReached, last_output, near_topic
 from grader.evidence import Message, Trial
+from grader.words import mark, say
 
 _TICK_S = 0.05
 # How late a message may be. In lockstep it answers its tick; in real time a busy machine delays it: by three ticks,
@@ -13,13 +14,13 @@ _TICK_S = 0.05
 _LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
 _BATTERY_S = 1.0  # between battery messages: an alarm may wait for the next one
 _SLOWEST_HZ, _FASTEST_HZ = 16.0, 24.0
-_TRY_RATE = "publish both from one timer with the period 1 / fusion_frequency"
+_TRY_RATE = mark("publish both from one timer with the period 1 / fusion_frequency")
 _WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
 
 
 def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     """`closest_obstacle_distance` is the closest valid reading, inf where there is none."""
-    try_ = "leave out readings that are not finite or outside [range_min, range_max]; inf when none is left"
+    try_ = say("leave out readings that are not finite or outside [range_min, range_max]; inf when none is left")
     trial, fused = _fused(judge)
     edge = trial.marks.get("at range_min", math.inf)
     _expect_distances(trial, [message for message in fused if message.t < edge], try_)
@@ -27,8 +28,8 @@ def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     try:
         _expect_distances(trial, [message for message in fused if message.t >= edge], try_)
     except Failed as failed:
-        seen = f"{failed.seen}, which is range_min itself"
-        judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
+        seen = say("{failed.seen}, which is range_min itself", failed=failed)
+        judge.share(0.5, seen, say("range_min <= reading <= range_max: the limits themselves are valid"))
 
 
 def test_fuses_the_battery_in_percent(judge: Judge) -> None:
@@ -38,7 +39,7 @@ def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     measured += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     _expect_followed(
         trial, fused, "battery_level", "battery/state", measured, lambda said, true: _same(said, true, 0.1),
-        "BatteryState.percentage is 0 to 1; start with 100.0",
+        say("BatteryState.percentage is 0 to 1; start with 100.0"),
     )  # fmt: skip
 
 
@@ -48,7 +49,7 @@ def test_fuses_the_latest_imu_message(judge: Judge) -> None:
     for field in ("linear_acceleration", "angular_velocity"):
         measured: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
         measured += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
-        try_ = "keep the latest Imu message and copy both vectors from it"
+        try_ = say("keep the latest Imu message and copy both vectors from it")
         _expect_followed(trial, fused, field, "imu/data", measured, _same_vector, try_)
 
 
@@ -58,24 +59,30 @@ def test_battery_alarms_are_logged_once(judge: Judge) -> None:
     if deaf_to := judge.deaf_to:
         raise NotReached(deaf_to)
     logs = [m for m in trial.messages if m.topic == "rosout" and m.data.get("name", "").endswith("sensor_processor")]
-    for level, word, threshold in ((_WARN, "warning", 30), (_ERROR, "error", 15)):
+    for level, word, kind, threshold in (
+        (_WARN, "warning", mark("warnings"), 30), (_ERROR, "error", mark("errors"), 15),
+    ):  # fmt: skip
         found = [m for m in logs if m.data["level"] == level]
         about = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
-        seen = f"{len(about)} {word}s while the battery fell from 60 to 5 %"
+        seen = say("{n} {kind} while the battery fell from 60 to 5 %", n=len(about), kind=say(kind))
         if about:
-            seen += f", the first at {about[0].t:.1f} s: {about[0].data['msg']!r}"
-        seen += "; the thresholds were set to 30 and 15 %"
+            seen += say(", the first at {about[0].t:.1f} s: {about[0].data[msg]!r}", about=about)
+        seen += say("; the thresholds were set to 30 and 15 %")
         levels = [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
         crossed = next(t for t, percent in levels if percent < threshold)
         then = [m for m in logs if crossed - 1e-9 <= m.t <= crossed + _BATTERY_S + _LATE_S[trial.pace]]
         other = next((m for m in then if "batter" in str(m.data["msg"]).lower()), None)
         if other and not any(m.data["level"] == level for m in then):
-            seen += f"; at {other.t:.1f} s it logged {other.data['msg']!r} at another level"
-            raise Failed(seen, f"log it with self.get_logger().{word}(...)")
-        judge.expect(len(about) == 1, seen, f"log when the level crosses {threshold} %, not at every message")
-        seen += f"; the level fell below {threshold} % at {crossed:.1f} s"
-        try_ = "compare percent with percent: BatteryState.percentage is 0 to 1"
-        late = "compare with the parameter's value, not with its default"
+            seen += say("; at {other.t:.1f} s it logged {other.data[msg]!r} at another level", other=other)
+            raise Failed(seen, say("log it with self.get_logger().{word}(...)", word=word))
+        judge.expect(
+            len(about) == 1,
+            seen,
+            say("log when the level crosses {threshold} %, not at every message", threshold=threshold),
+        )
+        seen += say("; the level fell below {threshold} % at {crossed:.1f} s", threshold=threshold, crossed=crossed)
+        try_ = say("compare percent with percent: BatteryState.percentage is 0 to 1")
+        late = say("compare with the parameter's value, not with its default")
         judge.expect(about[0] in then, seen, try_ if about[0].t < crossed else late)
 
 
@@ -84,14 +91,23 @@ def test_publishes_at_the_fusion_frequency(judge: Judge) -> None:
     trial, _ = _fused(judge)
     for topic in ("sensor_fusion_data", "obstacle_distance"):
         hertz = _rate(trial, topic, trial.marks["scans"] + 0.4)
-        seen = f"{topic} at {hertz:.1f} Hz of simulated time{near_topic(trial.graph, topic) if not hertz else ''}"
+        seen = say(
+            "{topic} at {hertz:.1f} Hz of simulated time{near_topic}",
+            topic=topic,
+            hertz=hertz,
+            near_topic=near_topic(trial.graph, topic) if not hertz else "",
+        )
         judge.expect(_SLOWEST_HZ <= hertz <= _FASTEST_HZ, seen, _TRY_RATE)
     fine = judge.trial("fine_clock")
     if fine.measured["held"] > 1:
         return  # I7's: by a timer on wall time any rate shows above
     for topic in ("sensor_fusion_data", "obstacle_distance"):
         hertz = _rate(fine, topic, fine.marks["fine"])
-        judge.expect(hertz <= _FASTEST_HZ, f"{topic} at {hertz:.1f} Hz of simulated time", _TRY_RATE)
+        judge.expect(
+            hertz <= _FASTEST_HZ,
+            say("{topic} at {hertz:.1f} Hz of simulated time", topic=topic, hertz=hertz),
+            _TRY_RATE,
+        )
 
 
 def _rate(trial: Trial, topic: str, start: float) -> float:
@@ -103,12 +119,12 @@ def test_publishes_nothing_before_the_first_scan(judge: Judge) -> None:
     """Nothing is published before the first scan; the stamp is the node's clock and the frame is `base_link`."""
     trial, fused = _fused(judge)
     early = [m for m in trial.messages if m.t < trial.marks["scans"] + 1e-9]
-    seen = f"{len(early)} messages before the first scan"
-    judge.expect(not early, seen, "remember whether a scan has come, and publish nothing before")
+    seen = say("{n} messages before the first scan", n=len(early))
+    judge.expect(not early, seen, say("remember whether a scan has come, and publish nothing before"))
     frames = {m.data["header"]["frame_id"] for m in fused}
-    judge.expect(frames == {"base_link"}, f"frame_id {sorted(frames)}", "set header.frame_id")
+    judge.expect(frames == {"base_link"}, say("frame_id {frames}", frames=sorted(frames)), say("set header.frame_id"))
     worst = max(fused, key=lambda m: abs(_stamp(m) - m.t))
-    seen = f"a stamp of {_stamp(worst):.2f} s at {worst.t:.2f} s of simulated time"
+    seen = say("a stamp of {stamp:.2f} s at {worst.t:.2f} s of simulated time", stamp=_stamp(worst), worst=worst)
     judge.expect(abs(_stamp(worst) - worst.t) <= _LATE_S[trial.pace] + 1e-6, seen, "self.get_clock().now().to_msg()")
 
 
@@ -124,7 +140,11 @@ def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
         raise NotReached(deaf_to)
     fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
     if not fused:
-        raise NotReached(f"no message on sensor_fusion_data{near_topic(trial.graph, 'sensor_fusion_data')}")
+        raise NotReached(
+            say(
+                "no message on sensor_fusion_data{near_topic}", near_topic=near_topic(trial.graph, "sensor_fusion_data")
+            )
+        )
     return trial, fused
 
 
@@ -142,12 +162,18 @@ def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
         if kind == "end":
             continue
         over = index + 1 < len(marks)
-        seen = f"scans with {kind}: {trial.ended}{last_output(trial)}"
-        judge.expect(over, seen, "min() of nothing raises: min(readings, default=math.inf)")
+        seen = say(
+            "scans with {kind}: {trial.ended}{last_output}", kind=kind, trial=trial, last_output=last_output(trial)
+        )
+        judge.expect(over, seen, say("min() of nothing raises: min(readings, default=math.inf)"))
         if not any(m.t <= start + 1e-9 for m in fused):
             continue
         came = any(start + _LATE_S[trial.pace] < m.t <= marks[index + 1][1] + 1e-9 for m in fused)
-        judge.expect(came, f"scans with {kind}: no fused data came", "that nothing is near is data, too: publish inf")
+        judge.expect(
+            came,
+            say("scans with {kind}: no fused data came", kind=kind),
+            say("that nothing is near is data, too: publish inf"),
+        )
     return trial, fused
 
 
@@ -167,11 +193,17 @@ def _expect_followed(
         recent = [value for t, value in measured if message.t - _LATE_S[trial.pace] <= t <= message.t + 1e-9]
         candidates = known[-1 - len(recent) :]
         if candidates and not any(same(said, value) for value in candidates):
-            seen = f"{field} {_show(said)} at {message.t:.2f} s, when {_show(candidates[-1])} had been measured"
+            seen = say(
+                "{field} {show} at {message.t:.2f} s, when {show2} had been measured",
+                field=field,
+                show=_show(said),
+                message=message,
+                show2=_show(candidates[-1]),
+            )
             heard = {e.topic for e in trial.graph.endpoints if e.kind == "subscription"} if trial.graph else {topic}
             if topic not in heard:
-                seen = f"the node does not subscribe to {topic}: {seen}"
-                try_ = "compare the names of the subscriptions with the contract's table letter by letter"
+                seen = say("the node does not subscribe to {topic}: {seen}", topic=topic, seen=seen)
+                try_ = say("compare the names of the subscriptions with the contract's table letter by letter")
             raise Failed(seen, try_)
 
 

@@ -5,6 +5,7 @@ import math
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Goal, Trial
+from grader.words import say
 
 from . import motion
 
@@ -21,12 +22,14 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
         seconds = end - goal.t
         # A timer need not fire at both ends, so 2 Hz may be one message fewer.
         hertz = (len(goal.feedback) + 1) / seconds if seconds > 0 else 0.0
-        seen = f"{len(goal.feedback)} feedback messages in {seconds:.1f} s of simulated time"
-        judge.expect(bool(goal.feedback) and hertz >= 1.9, seen, "publish_feedback from a timer on the node's clock")
+        seen = say("{n} feedback messages in {seconds:.1f} s of simulated time", n=len(goal.feedback), seconds=seconds)
+        judge.expect(
+            bool(goal.feedback) and hertz >= 1.9, seen, say("publish_feedback from a timer on the node's clock")
+        )
         times = [goal.t, *(entry[0] for entry in goal.feedback), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
-        seen = f"no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on"
-        judge.expect(gap <= _SILENT_S, seen, "publish feedback also while the robot turns or waits")
+        seen = say("no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on", gap=gap, start=start)
+        judge.expect(gap <= _SILENT_S, seen, say("publish feedback also while the robot turns or waits"))
     blocked = judge.trial("blocked_goal", complete=False)
     start, end = blocked.marks.get("blocked", math.inf), blocked.marks.get("free", math.inf)
     waiting = blocked.goals[0] if blocked.goals and math.isfinite(end) else None
@@ -34,19 +37,26 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
         times = [start, *(entry[0] for entry in waiting.feedback if start < entry[0] < end), end]
         gap = max(b - a for a, b in itertools.pairwise(times))
         if gap > _SILENT_S:
-            seen = f"no feedback for {gap:.1f} s of simulated time while the way was blocked"
-            judge.share(0.5, seen, "publish feedback while the robot waits, too")
+            seen = say("no feedback for {gap:.1f} s of simulated time while the way was blocked", gap=gap)
+            judge.share(0.5, seen, say("publish feedback while the robot waits, too"))
 
 
 def test_feedback_is_the_true_distance(judge: Judge) -> None:
     """`distance_remaining` is the true distance within 0.15 m."""
     for trial, goal in _accepted(judge):
-        judge.expect(bool(goal.feedback), "no feedback came", "call goal_handle.publish_feedback while driving")
+        judge.expect(
+            bool(goal.feedback), say("no feedback came"), say("call goal_handle.publish_feedback while driving")
+        )
         # NaN compares False, so ask whether it is near, never whether it is far.
         wrong = [entry for entry in goal.feedback if not _is_near(trial, goal, *entry)]
         t, said, true = max(wrong or goal.feedback, key=lambda entry: abs(entry[1] - entry[2]))
-        seen = f"distance_remaining {said:.2f} m at {t:.1f} s, the true distance was {true:.2f} m"
-        judge.expect(not wrong, seen, "math.hypot of the differences in x and y, from the latest odometry")
+        seen = say(
+            "distance_remaining {said:.2f} m at {t:.1f} s, the true distance was {true:.2f} m",
+            said=said,
+            t=t,
+            true=true,
+        )
+        judge.expect(not wrong, seen, say("math.hypot of the differences in x and y, from the latest odometry"))
 
 
 def test_a_cancelled_goal_ends_as_canceled(judge: Judge) -> None:
@@ -54,18 +64,26 @@ def test_a_cancelled_goal_ends_as_canceled(judge: Judge) -> None:
     for name in ("cancel_early", "cancel_late"):
         trial = judge.trial(name)
         goal = judge.goal(trial)
-        words = f"the goal was cancelled {goal.cancel_t - goal.t:.1f} s after its start"
-        seen = f"{words}; the node refused"
-        judge.expect(bool(goal.cancel_accepted), seen, "give the ActionServer a cancel_callback")
-        seen = f"{words}; it ended as {goal.status} with success = {goal.success}"
-        judge.expect(goal.status == "canceled", seen, "call goal_handle.canceled() when is_cancel_requested")
-        judge.expect(goal.success is False, seen, "return a result with success = False")
+        words = say("the goal was cancelled {cancel_t:.1f} s after its start", cancel_t=goal.cancel_t - goal.t)
+        seen = say("{words}; the node refused", words=words)
+        judge.expect(bool(goal.cancel_accepted), seen, say("give the ActionServer a cancel_callback"))
+        seen = say("{words}; it ended as {goal.status} with success = {goal.success}", words=words, goal=goal)
+        judge.expect(goal.status == "canceled", seen, say("call goal_handle.canceled() when is_cancel_requested"))
+        judge.expect(goal.success is False, seen, say("return a result with success = False"))
     blocked = _blocked_and_cancelled(judge)
     free = judge.trial("cancel_blocked", complete=False).marks.get("free", math.inf)
     if blocked is not None and not (blocked.status == "canceled" and blocked.ended_t <= free):
-        after = f"{blocked.ended_t - blocked.cancel_t:.1f} s later" if math.isfinite(blocked.ended_t) else "in the end"
-        seen = f"cancelled while its way was blocked, the goal was {blocked.status} {after}, not canceled within 1 s"
-        judge.share(0.5, seen, "look at is_cancel_requested in every cycle, while the robot waits, too")
+        after = (
+            say("{ended_t:.1f} s later", ended_t=blocked.ended_t - blocked.cancel_t)
+            if math.isfinite(blocked.ended_t)
+            else say("in the end")
+        )
+        seen = say(
+            "cancelled while its way was blocked, the goal was {blocked.status} {after}, not canceled within 1 s",
+            blocked=blocked,
+            after=after,
+        )
+        judge.share(0.5, seen, say("look at is_cancel_requested in every cycle, while the robot waits, too"))
 
 
 def test_stands_still_after_a_cancel(judge: Judge) -> None:
@@ -78,17 +96,23 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
             continue  # a robot that turns gently has hardly begun when the early cancel comes
         moved += 1
         last = trial.samples[-1]
-        seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.cancel_t:.1f} s after the cancel"
+        seen = say(
+            "v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {t:.1f} s after the cancel",
+            last=last,
+            t=last.t - goal.cancel_t,
+        )
         still = motion.stays_still(trial.samples, goal.cancel_t + 1.0)
-        judge.expect(still, seen, "publish zero as soon as the goal is no longer active")
+        judge.expect(still, seen, say("publish zero as soon as the goal is no longer active"))
     if not moved:
-        raise NotReached("the robot had not begun to move when the goals were cancelled", "F8")
+        raise NotReached(say("the robot had not begun to move when the goals were cancelled"), "F8")
     blocked = _blocked_and_cancelled(judge)
     if blocked is not None and blocked.cancel_accepted:
         trial = judge.trial("cancel_blocked")
         if not motion.stays_still(trial.samples, blocked.cancel_t + 1.0):
-            seen = f"v = {trial.samples[-1].v:.2f} m/s 2 s after a goal was cancelled that came after a set_speed"
-            try_ = "after a cancelled goal the robot stands still: forget the speed that was set before it"
+            seen = say(
+                "v = {v:.2f} m/s 2 s after a goal was cancelled that came after a set_speed", v=trial.samples[-1].v
+            )
+            try_ = say("after a cancelled goal the robot stands still: forget the speed that was set before it")
             judge.share(0.5, seen, try_)
 
 
@@ -97,21 +121,29 @@ def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
     trial, goal = _blocked(judge)
     if trial.touches:
         touch = trial.touches[0]
-        seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
-        raise Failed(seen, "stop for obstacles during navigation, too")
+        seen = say("touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s", touch=touch)
+        raise Failed(seen, say("stop for obstacles during navigation, too"))
     if motion.has_succeeded(goal) and goal.ended_t < trial.marks["free"] and not _was_reached(trial, goal):
-        raise NotReached("the goal was called reached before the robot was there, so its way was not blocked any more")
+        raise NotReached(
+            say("the goal was called reached before the robot was there, so its way was not blocked any more")
+        )
 
 
 def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
     """A goal whose way is blocked is completed once the way is free."""
     trial, goal = _blocked(judge)
-    seen = f"the goal ended as {goal.status} with success = {goal.success}"
+    seen = say("the goal ended as {goal.status} with success = {goal.success}", goal=goal)
     if math.isfinite(goal.ended_t):
-        seen += f" at {goal.ended_t:.1f} s; the way was blocked from {trial.marks['blocked']:.1f} s"
-        seen += f", {motion.distance_at_end(goal, trial.samples):.2f} m off (tolerance {goal.tolerance:g} m)"
+        seen += say(
+            " at {goal.ended_t:.1f} s; the way was blocked from {trial.marks[blocked]:.1f} s", goal=goal, trial=trial
+        )
+        seen += say(
+            ", {distance_at_end:.2f} m off (tolerance {goal.tolerance:g} m)",
+            distance_at_end=motion.distance_at_end(goal, trial.samples),
+            goal=goal,
+        )
     done = motion.has_succeeded(goal) and _was_reached(trial, goal)
-    judge.expect(done, seen, "wait before the obstacle and then go on; do not give up the goal")
+    judge.expect(done, seen, say("wait before the obstacle and then go on; do not give up the goal"))
 
 
 def _was_reached(trial: Trial, goal: Goal) -> bool:
@@ -134,7 +166,7 @@ def _accepted(judge: Judge) -> list[tuple[Trial, Goal]]:
     trials = [judge.trial(name) for name in motion.ROUTES]
     pairs = [(trial, judge.goal(trial)) for trial in trials]
     if not any(motion.reach(trial.samples, goal.t, goal.ended_t) >= _ON_THE_WAY_M for trial, goal in pairs):
-        raise NotReached("the robot never moved towards a target, so there was no way to report on", "F8")
+        raise NotReached(say("the robot never moved towards a target, so there was no way to report on"), "F8")
     return pairs
 
 
@@ -143,7 +175,7 @@ def _blocked(judge: Judge) -> tuple[Trial, Goal]:
     goal = judge.goal(trial)
     start, blocked = trial.samples[0], motion.at(trial.samples, trial.marks["blocked"])
     if math.hypot(blocked.x - start.x, blocked.y - start.y) < 0.1:
-        raise NotReached("the robot had not begun to drive when the way was blocked", "F8")
+        raise NotReached(say("the robot had not begun to drive when the way was blocked"), "F8")
     return trial, goal
 
 

@@ -1,24 +1,25 @@
 """F1: the controller without a command."""
 
 from grader.checks.judge import Failed, Judge
+from grader.words import mark, say
 
 from . import motion
 
-_TRY = "publish from the control timer's callback in every cycle, moving or not"
+_TRY = mark("publish from the control timer's callback in every cycle, moving or not")
 
 
 def test_publishes_zero_without_a_command(judge: Judge) -> None:
     """With no command, `robot_controller` publishes a zero `cmd_vel`."""
     trial = judge.trial("idle_robot_controller")
-    judge.expect(bool(trial.commands), "no message on cmd_vel in 5 s", _TRY)
+    judge.expect(bool(trial.commands), say("no message on cmd_vel in 5 s"), _TRY)
     bad = next((command for command in trial.commands if not command.is_zero), None)
     if bad is not None:
-        seen = f"v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command"
-        raise Failed(seen, "which value does the speed start with, and where is it changed?")
+        seen = say("v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command", bad=bad)
+        raise Failed(seen, say("which value does the speed start with, and where is it changed?"))
     scans = trial.marks["scans"]
     if not motion.between(trial.commands, 0.0, scans):
-        seen = f"no message on cmd_vel before the first scan, in {scans:g} s"
-        judge.share(0.5, seen, "let the control timer publish before the first scan, too")
+        seen = say("no message on cmd_vel before the first scan, in {scans:g} s", scans=scans)
+        judge.share(0.5, seen, say("let the control timer publish before the first scan, too"))
 
 
 def test_publishes_at_the_control_rate(judge: Judge) -> None:
@@ -26,15 +27,20 @@ def test_publishes_at_the_control_rate(judge: Judge) -> None:
     trial = judge.trial("idle_robot_controller")
     start, end = trial.marks["scans"] + 1.0, trial.samples[-1].t
     hertz = motion.rate(trial.commands, start, end)
-    seen = f"{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time"
-    try_ = "create the timer with 1 / laser_processing_rate on the node's clock"
+    seen = say("{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time", hertz=hertz, start=start, end=end)
+    try_ = say("create the timer with 1 / laser_processing_rate on the node's clock")
     if hertz > 12.0:
-        try_ += "; does another callback publish cmd_vel as well?"
+        try_ += say("; does another callback publish cmd_vel as well?")
     judge.expect(8.0 <= hertz <= 12.0, seen, try_)
     # The simulator's clock waits for a callback that sleeps; that of a robot does not.
     waited = trial.measured.get("waited", 0.0)
-    seen = (
-        f"the control loop sleeps: for each second of the simulator's clock, which waits for it, {waited:.1f} s passed "
-        f"in which it computed nothing. On a robot cmd_vel would come at {hertz / max(waited, 1.0):.1f} Hz"
+    seen = say(
+        "the control loop sleeps: for each second of the simulator's clock, which waits for it, "
+        "{waited:.1f} s passed in which it computed nothing. On a robot cmd_vel would come at "
+        "{hertz:.1f} Hz",
+        waited=waited,
+        hertz=hertz / max(waited, 1.0),
     )
-    judge.expect(hertz / max(waited, 1.0) >= 8.0, seen + judge.holding_on, "let the timer set the pace, not a sleep")
+    judge.expect(
+        hertz / max(waited, 1.0) >= 8.0, seen + judge.holding_on, say("let the timer set the pace, not a sleep")
+    )

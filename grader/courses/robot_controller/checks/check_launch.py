@@ -1,6 +1,7 @@
 """I5: a remapping in a launch file."""
 
 from grader.checks.judge import NAMESPACE, Judge, NotReached, absolute
+from grader.words import say
 
 NEEDS = ("idle",)
 
@@ -23,8 +24,18 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
             if old not in usual[without]:
                 continue
             tried += 1
-            still = f"still has {'/' if absolute(graph, old) else ''}{old}" if old in topics else "has neither"
-            seen = f"in the namespace /{NAMESPACE}, with {old} remapped to {new}, the node {still}"
-            judge.expect(new in topics, seen, "use relative names: 'scan', not '/scan'")
+            still = (
+                say("still has {absolute}{old}", absolute="/" if absolute(graph, old) else "", old=old)
+                if old in topics
+                else say("has neither")
+            )
+            seen = say(
+                "in the namespace /{namespace}, with {old} remapped to {new}, the node {still}",
+                namespace=NAMESPACE,
+                old=old,
+                new=new,
+                still=still,
+            )
+            judge.expect(new in topics, seen, say("use relative names: 'scan', not '/scan'"))
     if not tried:
-        raise NotReached("the nodes have none of the topics that would be remapped", "I4")
+        raise NotReached(say("the nodes have none of the topics that would be remapped"), "I4")

@@ -6,6 +6,7 @@ from functools import partial
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Command, Trial
+from grader.words import say
 
 from . import motion
 
@@ -26,13 +27,17 @@ def test_limits_hold_throughout(judge: Judge) -> None:
         if not any(not command.is_zero for command in trial.commands):
             if name in ("wall_backward", "wall_fast"):
                 continue  # it may drive only forwards, or only below the limit; F2 judges that
-            raise NotReached(f"the robot never moved in the trial {name}", "F2", "F8")
+            raise NotReached(say("the robot never moved in the trial {name}", name=name), "F2", "F8")
         if excess := _excess(trial):
             raise Failed(*excess)
     changed = judge.trial("changed_limits", complete=False)
     if excess := _excess(changed):
         seen, try_ = excess
-        judge.share(0.5, f"after a change of the parameters: {seen}", f"{try_}; read the parameters in each cycle")
+        judge.share(
+            0.5,
+            say("after a change of the parameters: {seen}", seen=seen),
+            say("{advice}; read the parameters in each cycle", advice=try_),
+        )
 
 
 def limit_at(trial: Trial, name: str, start: float, end: float) -> float:
@@ -69,17 +74,31 @@ def _excess(trial: Trial) -> tuple[str, str] | None:
         # A command may still be that of the cycle before a change.
         v, omega = (limit_at(trial, n, command.t - _CYCLES_S - late, command.t) for n in MAXIMA)
         if not (abs(command.v) <= v + 1e-3 and abs(command.omega) <= omega + 1e-3):
-            seen = f"v = {command.v:.3f} m/s, omega = {command.omega:.3f} rad/s at {command.t:.2f} s"
-            limits = "" if (v, omega) == tuple(_LIMITS[n] for n in MAXIMA) else f"; the limits were {v:g} and {omega:g}"
-            return seen + limits, "clamp both to max_linear_speed and max_angular_speed"
+            seen = say(
+                "v = {command.v:.3f} m/s, omega = {command.omega:.3f} rad/s at {command.t:.2f} s", command=command
+            )
+            limits = (
+                ""
+                if (v, omega) == tuple(_LIMITS[n] for n in MAXIMA)
+                else say("; the limits were {v:g} and {omega:g}", v=v, omega=omega)
+            )
+            return seen + limits, say("clamp both to max_linear_speed and max_angular_speed")
     for letter, unit, name in ACCELERATIONS:
         jump = steepest(trial.commands, letter, partial(_limit_of_rise, trial, name), late)
         if jump is not None:
             a, b = jump
             rise = abs(getattr(b, letter)) - _base(a, b, letter)
             limit = _limit_of_rise(trial, name, a.t, b.t)
-            seen = f"{letter} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²"
-            return seen, "approach the wanted speed by at most acceleration * dt in each cycle"
+            seen = say(
+                "{letter} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²",
+                letter=letter,
+                rise=rise,
+                unit=unit,
+                a=a,
+                b=b,
+                limit=limit,
+            )
+            return seen, say("approach the wanted speed by at most acceleration * dt in each cycle")
     return None
 
 

@@ -4,6 +4,7 @@ import math
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Goal, Trial
+from grader.words import say
 
 from . import motion
 
@@ -36,8 +37,12 @@ def test_final_pose_agrees_with_odometry(judge: Judge) -> None:
         sample = motion.at(trial.samples, goal.ended_t)
         meant = motion.meant_by(trial, goal.ended_t)
         off = min(math.hypot(goal.final_x - each.odom_x, goal.final_y - each.odom_y) for each in meant)
-        seen = f"final_pose ({goal.final_x:.2f}, {goal.final_y:.2f}), odom ({sample.odom_x:.2f}, {sample.odom_y:.2f})"
-        judge.expect(off <= _AGREE_M, seen, "fill result.final_pose from the latest odometry, not from the target")
+        seen = say(
+            "final_pose ({goal.final_x:.2f}, {goal.final_y:.2f}), odom ({sample.odom_x:.2f}, {sample.odom_y:.2f})",
+            goal=goal,
+            sample=sample,
+        )
+        judge.expect(off <= _AGREE_M, seen, say("fill result.final_pose from the latest odometry, not from the target"))
 
 
 def test_stands_still_after_arrival(judge: Judge) -> None:
@@ -45,10 +50,14 @@ def test_stands_still_after_arrival(judge: Judge) -> None:
     for trial, goal in _arrived(judge):
         still = motion.stays_still(trial.samples, goal.ended_t + 1.0)
         last = trial.samples[-1]
-        seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.ended_t:.1f} s after the result"
-        judge.expect(still, seen, "publish zero when the goal ends, however it ends")
+        seen = say(
+            "v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {t:.1f} s after the result",
+            last=last,
+            t=last.t - goal.ended_t,
+        )
+        judge.expect(still, seen, say("publish zero when the goal ends, however it ends"))
     if died := motion.died_after(3, judge, judge.trial("navigate_again", complete=False)):
-        judge.share(0.5, f"get_status after a goal: {died}", motion.TRY_TYPES)
+        judge.share(0.5, say("get_status after a goal: {died}", died=died), motion.TRY_TYPES)
 
 
 def again(trial: Trial) -> list[tuple[str, str]]:
@@ -61,11 +70,11 @@ def again(trial: Trial) -> list[tuple[str, str]]:
     goals = [*trial.goals, None, None, None]
     first, second, third = goals[:3]
     if first is not None and (seen := _shortfall(trial, first)):
-        try_ = "a goal that is already reached succeeds at once"
-        wrong.append((f"a target where the robot already was: {seen}", try_))
+        try_ = say("a goal that is already reached succeeds at once")
+        wrong.append((say("a target where the robot already was: {seen}", seen=seen), try_))
     if third is not None and second is not None and _is_over(second, third.t) and (seen := _shortfall(trial, third)):
-        try_ = "start each goal afresh, and keep nothing of the last one"
-        wrong.append((f"a target that came after others: {seen}", try_))
+        try_ = say("start each goal afresh, and keep nothing of the last one")
+        wrong.append((say("a target that came after others: {seen}", seen=seen), try_))
     return wrong
 
 
@@ -78,9 +87,9 @@ def _shortfall(trial: Trial, goal: Goal) -> str:
     off = motion.distance_at_end(goal, trial.samples)
     if goal.success is True and goal.status == "succeeded" and off <= goal.tolerance + _DRIFT_M:
         return ""
-    far = f", {off:.2f} m off (tolerance {goal.tolerance:g} m)" if math.isfinite(off) else ""
-    said = "" if goal.success is None else f" with success = {goal.success}"
-    return str(trial.ended or f"it ended as {goal.status}{said}{far}")
+    far = say(", {off:.2f} m off (tolerance {goal.tolerance:g} m)", off=off, goal=goal) if math.isfinite(off) else ""
+    said = "" if goal.success is None else say(" with success = {goal.success}", goal=goal)
+    return str(trial.ended or say("it ended as {goal.status}{said}{far}", goal=goal, said=said, far=far))
 
 
 def _expect_reached(judge: Judge, name: str) -> None:
@@ -89,15 +98,23 @@ def _expect_reached(judge: Judge, name: str) -> None:
     if goal.success is None:
         last = trial.samples[-1]
         left = math.hypot(goal.x - last.x, goal.y - last.y)
-        seen = f"no result within 40 s; the robot is {left:.2f} m from the target"
-        raise Failed(seen, "when is the goal reached, and which line ends the action then?")
+        seen = say("no result within 40 s; the robot is {left:.2f} m from the target", left=left)
+        raise Failed(seen, say("when is the goal reached, and which line ends the action then?"))
     off = motion.distance_at_end(goal, trial.samples)
-    words = f"the goal ended as {goal.status} with success = {goal.success} at {goal.ended_t:.1f} s, {off:.3f} m off"
-    judge.expect(goal.success is True and goal.status == "succeeded", words, "set result.success, call succeed()")
-    try_ = "compare the distance with tolerance"
+    words = say(
+        "the goal ended as {goal.status} with success = {goal.success} at {goal.ended_t:.1f} s, {off:.3f} m off",
+        goal=goal,
+        off=off,
+    )
+    judge.expect(goal.success is True and goal.status == "succeeded", words, say("set result.success, call succeed()"))
+    try_ = say("compare the distance with tolerance")
     if off >= 1.0:
-        try_ = "the target and the pose from odom are both in the frame odom: compare those"
-    judge.expect(off <= goal.tolerance + _DRIFT_M, f"{words}; the tolerance was {goal.tolerance:g} m", try_)
+        try_ = say("the target and the pose from odom are both in the frame odom: compare those")
+    judge.expect(
+        off <= goal.tolerance + _DRIFT_M,
+        say("{words}; the tolerance was {goal.tolerance:g} m", words=words, goal=goal),
+        try_,
+    )
 
 
 def _arrived(judge: Judge) -> list[tuple[Trial, Goal]]:
@@ -109,7 +126,7 @@ def _arrived(judge: Judge) -> list[tuple[Trial, Goal]]:
     pairs = [(trial, trial.goals[0]) for trial in trials if trial.goals and not trial.ended]
     arrived = [(trial, goal) for trial, goal in pairs if _is_there(trial, goal)]
     if not arrived:
-        raise NotReached("no goal ended with success and the robot at its target, so there is no arrival to judge")
+        raise NotReached(say("no goal ended with success and the robot at its target, so there is no arrival to judge"))
     return arrived
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Trial
+from grader.words import say
 
 from . import motion
 
@@ -18,13 +19,16 @@ def test_never_touches_the_obstacle(judge: Judge) -> None:
     for trial in _driven(judge):
         if trial.touches:
             touch = trial.touches[0]
-            seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
-            raise Failed(seen, "which readings look ahead, and what happens when one of them is near?")
+            seen = say("touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s", touch=touch)
+            raise Failed(seen, say("which readings look ahead, and what happens when one of them is near?"))
         last = trial.samples[-1]
-        seen = f"still moving {motion.closest_ahead(trial):.2f} m before the obstacle when the trial ended"
+        seen = say(
+            "still moving {closest_ahead:.2f} m before the obstacle when the trial ended",
+            closest_ahead=motion.closest_ahead(trial),
+        )
         # F2 judges how long it takes to get there.
         still = motion.first_near(trial) > last.t - 1.5 or motion.stays_still(trial.samples, last.t - 1.0)
-        judge.expect(still, seen + _where(trial), "publish zero as long as there is an obstacle")
+        judge.expect(still, seen + _where(trial), say("publish zero as long as there is an obstacle"))
 
 
 def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
@@ -35,9 +39,17 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
             continue  # it stopped before it had to
         zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and c.is_zero), math.inf)
         delay = zero - near
-        zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
-        seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
-        try_ = "stop in the cycle that sees the scan, without averaging or waiting"
+        zero_came = (
+            say("a zero came {delay:.2f} s after", delay=delay) if math.isfinite(delay) else say("no zero came after")
+        )
+        seen = say(
+            "{zero_came} the first scan below {THRESHOLD_M} m (at {near:.2f} s){where}",
+            zero_came=zero_came,
+            THRESHOLD_M=motion.THRESHOLD_M,
+            near=near,
+            where=_where(trial),
+        )
+        try_ = say("stop in the cycle that sees the scan, without averaging or waiting")
         judge.expect(delay <= 0.3 + _SLACK_S, seen, try_)
 
 
@@ -47,26 +59,32 @@ def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
     judge.call(trial, "set_speed", 0)
     marks, wanted = trial.marks, trial.choices["speed"]
     if motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"]) < 0.05:
-        raise NotReached("the robot did not drive before the obstacle came", "F2")
+        raise NotReached(say("the robot did not drive before the obstacle came"), "F2")
     stood = motion.odometry_speed(trial.samples, marks["blocked"] + 1.0, marks["free"])
     if abs(stood) > 0.05:
-        raise NotReached(f"the robot did not stop for the obstacle: it drove at {stood:.2f} m/s", "F4")
+        raise NotReached(say("the robot did not stop for the obstacle: it drove at {stood:.2f} m/s", stood=stood), "F4")
     speed = motion.odometry_speed(trial.samples, marks["cruise"], marks["cruise_end"])
     before = motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"])
-    seen = (
-        f"{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone on, after set_speed "
-        f"{wanted:g}"
+    seen = say(
+        "{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone on, after "
+        "set_speed {wanted:g}",
+        before=before,
+        speed=speed,
+        wanted=wanted,
     )
     # F2 judges whether it drove at the set speed before.
     holds = abs(speed - before) <= 0.05 * max(abs(before), 0.1)
-    judge.expect(holds, seen, "where is the obstacle flag cleared, and where is the set speed kept?")
+    judge.expect(holds, seen, say("where is the obstacle flag cleared, and where is the set speed kept?"))
     again = motion.odometry_speed(trial.samples, marks["again"], marks["again_end"])
     if abs(again - before) > 0.05 * max(abs(before), 0.1):
-        seen = (
-            f"{before:.3f} m/s before an obstacle came; later the robot had slowed down and stopped for one, and drove "
-            f"at {again:.3f} m/s from 1 s after it was gone on, after set_speed {wanted:g}"
+        seen = say(
+            "{before:.3f} m/s before an obstacle came; later the robot had slowed down and stopped for one, "
+            "and drove at {again:.3f} m/s from 1 s after it was gone on, after set_speed {wanted:g}",
+            before=before,
+            again=again,
+            wanted=wanted,
         )
-        judge.share(0.5, seen, "keep the set speed apart from the speed that is commanded at the moment")
+        judge.share(0.5, seen, say("keep the set speed apart from the speed that is commanded at the moment"))
 
 
 def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
@@ -74,7 +92,11 @@ def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
     trial = judge.trial("obstacle_behind")
     judge.call(trial, "set_speed", 0)
     way = abs(motion.odometry_speed(trial.samples, trial.marks["start"], trial.marks["end"])) * 2.0
-    seen = f"drove {way:.2f} m in 2 s at set_speed 0.25 with something {trial.choices['distance']:g} m behind"
+    seen = say(
+        "drove {way:.2f} m in 2 s at set_speed 0.25 with something {trial.choices[distance]:g} m behind",
+        way=way,
+        trial=trial,
+    )
     wrong_way = motion.goes_the_wrong_way(trial, trial.marks["start"], trial.marks["end"])
     try_ = motion.TRY_DIRECTION if wrong_way else motion.TRY_SECTOR
     judge.expect(way >= 0.3, seen + wrong_way, try_)
@@ -84,7 +106,7 @@ def _where(trial: Trial) -> str:
     degrees = trial.choices.get("degrees")
     if degrees is None:
         return ""
-    return f"; the obstacle was {degrees:.0f} degrees to one side, and up to 60 count as ahead"
+    return say("; the obstacle was {degrees:.0f} degrees to one side, and up to 60 count as ahead", degrees=degrees)
 
 
 def _driven(judge: Judge) -> list[Trial]:
@@ -98,7 +120,9 @@ def _driven(judge: Judge) -> list[Trial]:
         if nearest <= 1.0 or trial.touches:
             trials += _each_obstacle(trial)
         elif trial.choices["speed"] > 0:
-            raise NotReached(f"the robot never came near the obstacle: {nearest:.2f} m at best", "F2")
+            raise NotReached(
+                say("the robot never came near the obstacle: {nearest:.2f} m at best", nearest=nearest), "F2"
+            )
     return trials
 
 

@@ -4,6 +4,7 @@ import math
 
 from grader.checks import check_parameters
 from grader.checks.judge import Judge, NotReached
+from grader.words import say
 
 from . import motion
 
@@ -20,8 +21,8 @@ def test_overrides_change_the_behaviour(judge: Judge) -> None:
         raise unreached[0]
     if wrong or unreached:
         lost = len(wrong) + len(unreached)
-        seen = "; ".join([*wrong, *(f"not reached: {because}" for because in unreached)])
-        judge.share(1 - lost / 3, seen, "read the parameter where you use it, not a constant")
+        seen = "; ".join([*wrong, *(say("not reached: {because}", because=because) for because in unreached)])
+        judge.share(1 - lost / 3, seen, say("read the parameter where you use it, not a constant"))
 
 
 def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
@@ -36,9 +37,13 @@ def _remark_on_a_change_without_effect(judge: Judge) -> None:
     start = trial.marks.get("changed", math.inf) + 0.5  # a timer that is made anew takes a moment
     hertz = sum(m.t > start for m in trial.messages) / (trial.samples[-1].t - start) if math.isfinite(start) else 0.0
     if abs(hertz - 20.0) <= 2.0:
-        seen = f"fusion_frequency := 10.0 was accepted at run time, and fused data still came at {hertz:.1f} Hz"
+        seen = say(
+            "fusion_frequency := 10.0 was accepted at run time, and fused data still came at {hertz:.1f} Hz",
+            hertz=hertz,
+        )
         judge.remark(
-            f"{seen} (this costs no points)", "make the timer anew when its rate changes, or refuse the change"
+            say("{seen} (this costs no points)", seen=seen),
+            say("make the timer anew when its rate changes, or refuse the change"),
         )
 
 
@@ -47,8 +52,12 @@ def _slow_robot(judge: Judge) -> list[str]:
     refused = judge.call(trial, "set_speed", 0).response or {}
     accepted = judge.call(trial, "set_speed", 1).response or {}
     if refused["success"] is not False or accepted["success"] is not True:
-        answers = f"0.375 answered {refused['success']} and 0.1875 answered {accepted['success']}"
-        return [f"with max_linear_speed 0.25, set_speed {answers}"]
+        answers = say(
+            "0.375 answered {refused[success]} and 0.1875 answered {accepted[success]}",
+            refused=refused,
+            accepted=accepted,
+        )
+        return [say("with max_linear_speed 0.25, set_speed {answers}", answers=answers)]
     return []
 
 
@@ -58,11 +67,11 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
     came, end = trial.marks["obstacle"], trial.marks["end"]
     before = motion.odometry_speed(trial.samples, came - 0.5, came)
     if before < 0.05:
-        raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came", "F2")
+        raise NotReached(say("the robot drove at {before:.2f} m/s before the obstacle came", before=before), "F2")
     last = motion.between(trial.commands, end - 0.3, end)  # F4 judges how soon it stops
     if any(not command.is_zero for command in last):
-        seen = f"the robot drove on with an obstacle {trial.choices['distance']:g} m ahead"
-        return [f"with obstacle_detection_threshold 1.0 {seen}"]
+        seen = say("the robot drove on with an obstacle {trial.choices[distance]:g} m ahead", trial=trial)
+        return [say("with obstacle_detection_threshold 1.0 {seen}", seen=seen)]
     return []
 
 
@@ -75,7 +84,13 @@ def _slow_fusion(judge: Judge) -> list[str]:
     start = max([1.0, *(m.t for m in trial.messages[:1])])
     after = sum(start < m.t <= 2.5 for m in trial.messages) / max(2.5 - start, 0.1)
     if not before:
-        raise NotReached("no fused data came with the default fusion_frequency", "F13")
+        raise NotReached(say("no fused data came with the default fusion_frequency"), "F13")
     if 0.4 * before <= after <= 0.6 * before:
         return []
-    return [f"fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz"]
+    return [
+        say(
+            "fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz",
+            before=before,
+            after=after,
+        )
+    ]

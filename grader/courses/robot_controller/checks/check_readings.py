@@ -4,6 +4,7 @@ import math
 
 from grader.checks.judge import Judge, NotReached, last_output
 from grader.evidence import Trial
+from grader.words import say
 
 from . import motion
 
@@ -24,10 +25,10 @@ def test_bad_readings_are_not_an_obstacle(judge: Judge) -> None:
             if not commands or not min(command.v for command in commands) >= 0.9 * speed:
                 stopped.append(kind)
     if stopped:
-        seen = f"the robot did not drive on through scans full of: {', '.join(stopped)}"
-        try_ = "count a reading only if it is finite and range_min <= reading <= range_max"
+        seen = say("the robot did not drive on through scans full of: {stopped}", stopped=", ".join(stopped))
+        try_ = say("count a reading only if it is finite and range_min <= reading <= range_max")
         if stopped == ["no readings"]:
-            try_ = "a scan with no readings is data, too: nothing is in the way"
+            try_ = say("a scan with no readings is data, too: nothing is in the way")
         judge.share(1 - len(stopped) / max(kinds, 7), seen, try_)
 
 
@@ -40,10 +41,17 @@ def test_bad_readings_do_not_crash_the_node(judge: Judge) -> None:
             raise judge.not_reached(trial.ended, trial)
         if trial.ended:
             phase = max(trial.marks.items(), key=lambda item: item[1])[0]
-            crashes.append(f"after {phase}: {trial.ended}{last_output(trial)}")
+            crashes.append(
+                say(
+                    "after {phase}: {trial.ended}{last_output}",
+                    phase=phase,
+                    trial=trial,
+                    last_output=last_output(trial),
+                )
+            )
     _expect_scans(judge)
     seen = "; ".join(crashes)
-    judge.expect(not crashes, seen, "min() of nothing raises: min(readings, default=math.inf)")
+    judge.expect(not crashes, seen, say("min() of nothing raises: min(readings, default=math.inf)"))
 
 
 def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
@@ -52,21 +60,22 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
     _speed_before(judge, trial)
     since = trial.marks["obstacle"]
     zero = next((c.t for c in trial.commands if c.t > since and c.is_zero), math.inf)
-    came = f"a zero cmd_vel {zero - since:.2f} s" if math.isfinite(zero) else "no zero cmd_vel"
-    seen = (
-        f"{came} after an obstacle appeared 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, "
-        "0.22 and 11 m"
+    came = say("a zero cmd_vel {zero:.2f} s", zero=zero - since) if math.isfinite(zero) else say("no zero cmd_vel")
+    seen = say(
+        "{came} after an obstacle appeared 0.45 m ahead, seen by one beam in four; the others read NaN, "
+        "inf, 0, 0.22 and 11 m",
+        came=came,
     )
-    judge.expect(zero - since <= 1.0, seen, "what does min() return for a list that starts with NaN?")
+    judge.expect(zero - since <= 1.0, seen, say("what does min() return for a list that starts with NaN?"))
     free, true = trial.marks["nothing in range"], trial.marks["true scans"]
     if not _drives(trial, free + 0.8, true) and _drives(trial, true + 0.2, trial.marks["at range_min"]):
-        seen = "the obstacle was gone and all beams read +inf: the robot stood still until some read less again"
-        judge.share(0.5, seen, "where no reading is valid, nothing is in the way: forget the earlier scan")
+        seen = say("the obstacle was gone and all beams read +inf: the robot stood still until some read less again")
+        judge.share(0.5, seen, say("where no reading is valid, nothing is in the way: forget the earlier scan"))
     edge = trial.marks["at range_min"]
     before = [c for c in trial.commands if c.t <= edge]
     if before[-1].v > 0.05 and not any(c.is_zero for c in motion.between(trial.commands, edge, math.inf)):
-        seen = "the robot drove on through scans that read 0.25 m, exactly their range_min"
-        judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
+        seen = say("the robot drove on through scans that read 0.25 m, exactly their range_min")
+        judge.share(0.5, seen, say("range_min <= reading <= range_max: the limits themselves are valid"))
 
 
 def _expect_scans(judge: Judge) -> None:
@@ -76,7 +85,7 @@ def _expect_scans(judge: Judge) -> None:
     subscribed = graph is None or any(e.topic == "scan" and e.kind == "subscription" for e in graph.endpoints)
     stops = _drives(trial, 0.0, came) and any(c.t > came and c.is_zero for c in trial.commands)
     if not (subscribed or stops):
-        raise NotReached("the node does not subscribe to scan, so no bad reading came to it", "I4")
+        raise NotReached(say("the node does not subscribe to scan, so no bad reading came to it"), "I4")
 
 
 def _drives(trial: Trial, start: float, end: float) -> bool:
@@ -90,5 +99,5 @@ def _speed_before(judge: Judge, trial: Trial) -> float:
     before = min(trial.marks.values(), default=math.inf)
     last = next((c for c in reversed(trial.commands) if c.t <= before), None)
     if last is None or not last.v > 0.05:
-        raise NotReached("the robot did not drive before the bad readings came", "F2")
+        raise NotReached(say("the robot did not drive before the bad readings came"), "F2")
     return last.v

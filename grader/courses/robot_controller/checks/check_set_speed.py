@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import Call, Trial
+from grader.words import say
 
 from . import motion
 
@@ -20,13 +21,17 @@ def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
         for index in range(sum(call.service == "set_speed" for call in trial.calls)):
             call = judge.call(trial, "set_speed", index)
             response = call.response or {}
-            seen = f"speed {_asked(call):g} answered success = {response['success']}, message {response['message']!r}"
-            try_ = "compare abs(speed) with the limit; the limit itself is allowed"
+            seen = say(
+                "speed {asked:g} answered success = {response[success]}, message {response[message]!r}",
+                asked=_asked(call),
+                response=response,
+            )
+            try_ = say("compare abs(speed) with the limit; the limit itself is allowed")
             judge.expect(response["success"] is True, seen, try_)
-            judge.expect(bool(str(response["message"]).strip()), seen, "fill response.message too")
+            judge.expect(bool(str(response["message"]).strip()), seen, say("fill response.message too"))
     trials = [judge.trial(name) for name in ("drive_forward", "drive_backward")]
-    seen = "success = True was answered to every speed, and the robot never moved"
-    judge.expect(any(_moved(trial) for trial in trials), seen, "put the accepted speed into cmd_vel")
+    seen = say("success = True was answered to every speed, and the robot never moved")
+    judge.expect(any(_moved(trial) for trial in trials), seen, say("put the accepted speed into cmd_vel"))
 
 
 def test_drives_at_the_set_speed(judge: Judge) -> None:
@@ -45,32 +50,43 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
     _expect_the_limit(judge, trial)
     stopped = judge.call(trial, "set_speed", 2).response or {}
     if stopped["success"] is True and not motion.stays_still(trial.samples, trial.marks["stopped"]):
-        seen = f"v = {trial.samples[-1].v:.2f} m/s 1.5 s after set_speed 0 was accepted"
-        judge.share(0.5, seen, "0 is a speed like any other, not a sign that none was given")
+        seen = say("v = {v:.2f} m/s 1.5 s after set_speed 0 was accepted", v=trial.samples[-1].v)
+        judge.share(0.5, seen, say("0 is a speed like any other, not a sign that none was given"))
 
 
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
     """`set_speed` above the limit, forwards or backwards, answers success = false."""
-    _expect_refused(judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, "compare abs(speed) with the limit")
+    _expect_refused(
+        judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, say("compare abs(speed) with the limit")
+    )
     wrong = []
     call = motion.on_the_way(judge.trial("navigate_again", complete=False), "set_speed")
     if call is not None and call.response is not None and call.response["success"] is not False:
-        wrong.append(f"speed {_asked(call):g} answered success = {call.response['success']} on the way to a goal")
+        wrong.append(
+            say(
+                "speed {asked:g} answered success = {call.response[success]} on the way to a goal",
+                asked=_asked(call),
+                call=call,
+            )
+        )
     changed = judge.trial("changed_limits", complete=False)
     lowered = any(p.name == "max_linear_speed" and p.accepted is True for p in changed.parameters)
     call = next((c for c in changed.calls if c.request.get("speed") == 0.375), None)
     if lowered and call is not None and call.response is not None and call.response["success"] is not False:
         wrong.append(
-            f"speed 0.375 answered success = {call.response['success']} after max_linear_speed was set to 0.25"
+            say(
+                "speed 0.375 answered success = {call.response[success]} after max_linear_speed was set to 0.25",
+                call=call,
+            )
         )
     if wrong:
-        try_ = "the limit is the parameter's value at the time of the call, during a goal, too"
+        try_ = say("the limit is the parameter's value at the time of the call, during a goal, too")
         judge.share(1 - 0.5 * len(wrong), "; ".join(wrong), try_)
 
 
 def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:
     """`set_speed` with NaN or infinity answers success = false."""
-    try_ = "NaN compares False with everything: use math.isfinite"
+    try_ = say("NaN compares False with everything: use math.isfinite")
     _expect_refused(judge, lambda speed: not math.isfinite(speed), try_)
 
 
@@ -80,16 +96,22 @@ def test_a_refusal_states_the_limit(judge: Judge) -> None:
         response = call.response or {}
         if response["success"] is False:
             message = str(response["message"])
-            seen = f"speed {_asked(call):g} was refused with the message {message!r}"
-            judge.expect("0.5" in message or "0,5" in message, seen, "say in the message which limit holds, in m/s")
+            seen = say("speed {asked:g} was refused with the message {message!r}", asked=_asked(call), message=message)
+            judge.expect(
+                "0.5" in message or "0,5" in message, seen, say("say in the message which limit holds, in m/s")
+            )
     # I6 judges whether another limit takes effect; where it does, it is the one to state.
     slow = judge.started("slow_robot")
     asked = next((call for call in slow.calls if call.service == "set_speed" and call.response), None)
     response = (asked and asked.response) or {}
     message = str(response.get("message"))
     if asked and response.get("success") is False and not states(message, 0.25):
-        seen = f"with max_linear_speed 0.25, speed {_asked(asked):g} was refused with the message {message!r}"
-        judge.share(0.5, seen, "put the parameter's value into the message, not a fixed number")
+        seen = say(
+            "with max_linear_speed 0.25, speed {asked:g} was refused with the message {message!r}",
+            asked=_asked(asked),
+            message=message,
+        )
+        judge.share(0.5, seen, say("put the parameter's value into the message, not a fixed number"))
 
 
 def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
@@ -97,16 +119,20 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
     calls = _refusals(judge)
     trial = judge.trial("refuse_speed")
     accepted = [_asked(call) for call in calls if (call.response or {}).get("success") is not False]
-    judge.expect(not accepted, f"the speeds {accepted} were not refused", "refuse them first; then this can be judged")
+    judge.expect(
+        not accepted,
+        say("the speeds {accepted} were not refused", accepted=accepted),
+        say("refuse them first; then this can be judged"),
+    )
     start, end = trial.marks["refusals"], trial.marks["refusals_end"]
     # F2 judges whether it drove at the set speed before.
     before = motion.odometry_speed(trial.samples, start - 0.4, start)
     after = motion.odometry_speed(trial.samples, end - 0.5, end)
-    seen = f"{before:.3f} m/s before the refusals, {after:.3f} m/s after them"
+    seen = say("{before:.3f} m/s before the refusals, {after:.3f} m/s after them", before=before, after=after)
     if abs(before) < _MOVING_MPS:
-        raise NotReached("the robot did not drive at the speed that was set before the refusals", "F2")
+        raise NotReached(say("the robot did not drive at the speed that was set before the refusals"), "F2")
     holds = abs(after - before) <= 0.05 * max(abs(before), 0.1)
-    judge.expect(holds, seen, "change the speed in force only after every test of the request has passed")
+    judge.expect(holds, seen, say("change the speed in force only after every test of the request has passed"))
 
 
 def states(message: str, limit: float) -> bool:
@@ -123,19 +149,22 @@ def _expect_the_limit(judge: Judge, trial: Trial) -> None:
 
 def _expect_speed(judge: Judge, trial: Trial, wanted: float, start: str, end: str) -> None:
     speed = motion.odometry_speed(trial.samples, trial.marks[start], trial.marks[end])
-    seen = (
-        f"{speed:.3f} m/s by odometry from {trial.marks[start]:.1f} to {trial.marks[end]:.1f} s, "
-        f"after set_speed {wanted:g}"
+    seen = say(
+        "{speed:.3f} m/s by odometry from {marks:.1f} to {marks2:.1f} s, after set_speed {wanted:g}",
+        speed=speed,
+        marks=trial.marks[start],
+        marks2=trial.marks[end],
+        wanted=wanted,
     )
     holds = abs(speed - wanted) <= 0.05 * abs(wanted)
-    judge.expect(holds, seen, "does every control cycle publish the set speed, in m/s?")
+    judge.expect(holds, seen, say("does every control cycle publish the set speed, in m/s?"))
 
 
 def _expect_refused(judge: Judge, which: Callable[[float], bool], try_: str) -> None:
     for call in _refusals(judge):
         if which(_asked(call)):
             response = call.response or {}
-            seen = f"speed {_asked(call):g} answered success = {response['success']}"
+            seen = say("speed {asked:g} answered success = {response[success]}", asked=_asked(call), response=response)
             judge.expect(response["success"] is False, seen, try_)
 
 
@@ -147,7 +176,7 @@ def _refusals(judge: Judge) -> list[Call]:
     trial = judge.trial("refuse_speed")
     first = judge.call(trial, "set_speed", 0)
     if (first.response or {})["success"] is False:
-        raise NotReached(f"speed {_asked(first):g}, within the limit, was refused as well", "F2")
+        raise NotReached(say("speed {asked:g}, within the limit, was refused as well", asked=_asked(first)), "F2")
     count = sum(call.service == "set_speed" for call in trial.calls)
     return [judge.call(trial, "set_speed", index) for index in range(1, count)]
 

@@ -5,10 +5,16 @@ from typing import Any
 
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import Call, Trial
+from grader.words import mark, say
 
 from . import motion
 
-_MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
+_MOMENTS = (
+    mark("standing"),
+    mark("driving"),
+    mark("before an obstacle 0.45 m ahead"),
+    mark("when the obstacle is gone"),
+)
 _OBSTACLES = (False, False, True, False)
 _LATER = range(len(_MOMENTS), len(_MOMENTS) + 3)  # beside a pole, then backwards with an obstacle ahead and behind
 _AGREES_M, _AGREES_RAD = 0.1, 0.2  # the pose may be a message old
@@ -19,42 +25,60 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     trial, calls = _calls(judge)
     judge.call(trial, "set_speed", 0)
     if abs(motion.odometry_speed(trial.samples, calls[1].t - 0.4, calls[1].t)) < 0.02:
-        raise NotReached("the robot stood still after set_speed, so no speed was in force", "F2")
-    for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
+        raise NotReached(say("the robot stood still after set_speed, so no speed was in force"), "F2")
+    for moment, call, wanted in zip(map(say, _MOMENTS), calls, (0.0, trial.choices["speed"]), strict=False):
         speed = float(_answer(call)["speed"])
-        seen = f"speed {speed:g} while {moment}, after set_speed {wanted:g}"
-        judge.expect(abs(speed - wanted) <= 0.01, seen, "answer with the speed that set_speed put in force")
+        seen = say(
+            "speed {speed:g} while {moment}, after set_speed {wanted:g}", speed=speed, moment=moment, wanted=wanted
+        )
+        judge.expect(abs(speed - wanted) <= 0.01, seen, say("answer with the speed that set_speed put in force"))
     backwards = judge.trial("wall_backward", complete=False)
     asked = next((call for call in backwards.calls if call.service == "get_status" and call.response), None)
     put = next((call for call in backwards.calls if call.service == "set_speed" and call.response), None)
     if asked is not None and put is not None and _answer(put)["success"] is True:
         speed = float(_answer(asked)["speed"])
         if abs(speed - float(put.request["speed"])) > 0.01:
-            seen = f"speed {speed:g} while driving backwards, after set_speed {put.request['speed']:g}"
-            judge.share(0.5, seen, "report the speed with its sign")
+            seen = say(
+                "speed {speed:g} while driving backwards, after set_speed {put.request[speed]:g}", speed=speed, put=put
+            )
+            judge.share(0.5, seen, say("report the speed with its sign"))
     if died := motion.died_after(3, judge, judge.trial("navigate_again", complete=False)):
-        judge.share(0.5, f"get_status after a goal: {died}", motion.TRY_TYPES)
+        judge.share(0.5, say("get_status after a goal: {died}", died=died), motion.TRY_TYPES)
 
 
 def test_status_reports_an_obstacle(judge: Judge) -> None:
     """`get_status` reports whether there is an obstacle."""
     trial, calls = _calls(judge)
-    for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
+    for moment, call, wanted in zip(map(say, _MOMENTS), calls, _OBSTACLES, strict=True):
         flag = _answer(call)["obstacle_detected"]
         # Before the obstacle came it drove: which way tells where its sector should look.
         wrong_way = motion.goes_the_wrong_way(trial, calls[1].t - 0.5, calls[1].t) if wanted else ""
-        try_ = motion.TRY_DIRECTION if wrong_way else "set the flag from every scan, to True or to False"
-        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}{wrong_way}", try_)
+        try_ = motion.TRY_DIRECTION if wrong_way else say("set the flag from every scan, to True or to False")
+        judge.expect(
+            flag is wanted,
+            say("obstacle_detected = {flag} {moment}{wrong_way}", flag=flag, moment=moment, wrong_way=wrong_way),
+            try_,
+        )
     aside, ahead, behind = (_answer(judge.call(trial, "get_status", index))["obstacle_detected"] for index in _LATER)
     wrong = []
     if aside is not False:
-        wrong = [f"obstacle_detected = {aside} while driving past a pole 0.4 m away, more than 60 degrees to one side"]
+        wrong = [
+            say(
+                "obstacle_detected = {aside} while driving past a pole 0.4 m away, more than 60 degrees to one side",
+                aside=aside,
+            )
+        ]
     since = trial.marks["backwards"]
     if motion.odometry_speed(trial.samples, since - 0.2, since) < -0.05:  # F2 judges whether it drives backwards
         if ahead is not False:
-            wrong.append(f"obstacle_detected = {ahead} while driving backwards, away from an obstacle")
+            wrong.append(say("obstacle_detected = {ahead} while driving backwards, away from an obstacle", ahead=ahead))
         if behind is not True:
-            wrong.append(f"obstacle_detected = {behind} after driving backwards, with an obstacle 0.45 m behind")
+            wrong.append(
+                say(
+                    "obstacle_detected = {behind} after driving backwards, with an obstacle 0.45 m behind",
+                    behind=behind,
+                )
+            )
     if wrong and not (behind is True and _stops_for_what_is_behind(judge)):
         judge.share(0.5, "\n".join(wrong), motion.TRY_SECTOR)
 
@@ -62,31 +86,44 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
 def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
     """`get_status` reports the pose from `odom`."""
     trial, calls = _calls(judge)
-    for moment, call in zip(_MOMENTS, calls, strict=True):
+    for moment, call in zip(map(say, _MOMENTS), calls, strict=True):
         position, yaw = _answer(call)["pose"]["position"], _yaw(_answer(call)["pose"]["orientation"])
         sample = motion.at(trial.samples, call.t)
         off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
         turned = abs(math.remainder(yaw - sample.odom_yaw, math.tau))
-        seen = (
-            f"pose ({float(position['x']):.2f}, {float(position['y']):.2f}), yaw {yaw:.2f} {moment}, "
-            f"odom said ({sample.odom_x:.2f}, {sample.odom_y:.2f}), yaw {sample.odom_yaw:.2f}"
+        seen = say(
+            "pose ({x:.2f}, {y:.2f}), yaw {yaw:.2f} {moment}, odom said ({sample.odom_x:.2f}, "
+            "{sample.odom_y:.2f}), yaw {sample.odom_yaw:.2f}",
+            x=float(position["x"]),
+            y=float(position["y"]),
+            yaw=yaw,
+            moment=moment,
+            sample=sample,
         )
         agrees = off <= _AGREES_M and turned <= _AGREES_RAD
-        judge.expect(agrees, seen, "keep the pose of the latest odometry message and answer with all of it")
+        judge.expect(agrees, seen, say("keep the pose of the latest odometry message and answer with all of it"))
 
 
 def test_status_is_active_or_obstacle_detected(judge: Judge) -> None:
     """The status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
     _, calls = _calls(judge)
-    for moment, call, obstacle in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
+    for moment, call, obstacle in zip(map(say, _MOMENTS), calls, _OBSTACLES, strict=True):
         status, wanted = _answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
-        judge.expect(status == wanted, f"status {status!r} {moment}", f"the status should be {wanted} here")
+        judge.expect(
+            status == wanted,
+            say("status {status!r} {moment}", status=status, moment=moment),
+            say("the status should be {wanted} here", wanted=wanted),
+        )
     asked = motion.on_the_way(judge.trial("navigate_again", complete=False), "get_status")
     if asked is not None and asked.response is None:
-        judge.share(0.5, f"{asked.problem} on the way to a goal", "do not let a callback wait for the end of a goal")
+        judge.share(
+            0.5,
+            say("{asked.problem} on the way to a goal", asked=asked),
+            say("do not let a callback wait for the end of a goal"),
+        )
     elif asked is not None and _answer(asked)["status"] != "ACTIVE":
-        seen = f"status {_answer(asked)['status']!r} on the way to a goal"
-        judge.share(0.5, seen, "the status during a goal is ACTIVE, too")
+        seen = say("status {status!r} on the way to a goal", status=_answer(asked)["status"])
+        judge.share(0.5, seen, say("the status during a goal is ACTIVE, too"))
 
 
 def _stops_for_what_is_behind(judge: Judge) -> bool:

@@ -9,17 +9,20 @@ from pathlib import Path
 from grader.checks.judge import Judge
 from grader.course import load
 from grader.evidence import Call, Command, Goal, Sample, Trial
+from grader.words import mark, say
 
 ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 """The trials that drive to a target in the open."""
 
 _LATE_S = 0.3
-TRY_SECTOR = (
+TRY_SECTOR = mark(
     "use only the beams within 60 degrees of the direction of travel: ahead for a positive speed, behind for a "
     "negative one; is that direction used at all?"
 )
-TRY_DIRECTION = "a positive set_speed drives forwards (F2): is the sign of cmd_vel's linear.x that of the speed?"
-TRY_TYPES = "give each field a value of its own type, as `0.0` for a float64: ROS ends a node that sends an int there"
+TRY_DIRECTION = mark("a positive set_speed drives forwards (F2): is the sign of cmd_vel's linear.x that of the speed?")
+TRY_TYPES = mark(
+    "give each field a value of its own type, as `0.0` for a float64: ROS ends a node that sends an int there"
+)
 COURSE = load(Path(__file__).parents[1])
 DEFAULTS = COURSE.nodes["robot_controller"].defaults
 """The defaults of the controller's numeric parameters."""
@@ -66,7 +69,11 @@ def goes_the_wrong_way(trial: Trial, start: float, end: float) -> str:
     speed = odometry_speed(trial.samples, start, end) if trial.samples else 0.0
     if speed * float(wanted) >= 0.0 or abs(speed) < 0.02:
         return ""
-    return f"; after set_speed {wanted:g} the robot drove at {speed:.2f} m/s: what is behind it is in its way"
+    return say(
+        "; after set_speed {wanted:g} the robot drove at {speed:.2f} m/s: what is behind it is in its way",
+        wanted=wanted,
+        speed=speed,
+    )
 
 
 def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.03, turn_rad: float = 0.05) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 from grader.evidence import Trial
+from grader.words import say
 
 from . import motion
 from .check_limits import LATE_S, steepest
@@ -27,7 +28,11 @@ def without_effect(trial: Trial) -> dict[str, str]:
         "emergency_stop_distance": _emergency(trial),
         "safety_margin": _margin(trial),
     }
-    return {name: f"with {name} = {trial.choices[name]:g}, {words}" for name, words in seen.items() if words}
+    return {
+        name: say("with {name} = {choices:g}, {words}", name=name, choices=trial.choices[name], words=words)
+        for name, words in seen.items()
+        if words
+    }
 
 
 def _rate(trial: Trial) -> str:
@@ -35,7 +40,7 @@ def _rate(trial: Trial) -> str:
         return ""
     hertz = motion.rate(trial.commands, trial.marks["idle"], trial.marks["start"])
     usual = _DEFAULTS["laser_processing_rate"]
-    return f"cmd_vel still came at {hertz:.1f} Hz" if abs(hertz - usual) <= 0.2 * usual else ""
+    return say("cmd_vel still came at {hertz:.1f} Hz", hertz=hertz) if abs(hertz - usual) <= 0.2 * usual else ""
 
 
 def _rise(trial: Trial, letter: str, name: str) -> str:
@@ -47,7 +52,9 @@ def _rise(trial: Trial, letter: str, name: str) -> str:
     jumps = any(b - a > usual * (1.1 * period + late) for a, b in steps)
     if jump is None or jumps or steepest(trial.commands, letter, lambda _a, _b: usual, late) is not None:
         return ""
-    return f"{letter} still rose as fast as with {usual:g}, at {jump[0].t:.2f} s"
+    return say(
+        "{letter} still rose as fast as with {usual:g}, at {jump[0].t:.2f} s", letter=letter, usual=usual, jump=jump
+    )
 
 
 def _turning(trial: Trial) -> str:
@@ -55,7 +62,7 @@ def _turning(trial: Trial) -> str:
     name = "max_angular_speed"
     if not trial.choices[name] + 1e-3 < fastest <= _DEFAULTS[name] + 1e-3:
         return ""
-    return f"the robot still turned at {fastest:.2f} rad/s"
+    return say("the robot still turned at {fastest:.2f} rad/s", fastest=fastest)
 
 
 def _emergency(trial: Trial) -> str:
@@ -64,7 +71,7 @@ def _emergency(trial: Trial) -> str:
     stopped = any(
         command.is_zero for command in motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])
     )
-    return "" if stopped else "the robot drove on with an obstacle 0.3 m away, to one side"
+    return "" if stopped else say("the robot drove on with an obstacle 0.3 m away, to one side")
 
 
 def _margin(trial: Trial) -> str:
@@ -72,7 +79,11 @@ def _margin(trial: Trial) -> str:
     if "slowed" not in trial.marks or before < 0.3:  # how much slower is left open; a slow robot may be slow enough
         return ""
     slowest = min((c.v for c in motion.between(trial.commands, trial.marks["ahead"], trial.marks["slowed"])), default=0)
-    return "" if slowest < 0.98 * before else f"the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead"
+    return (
+        ""
+        if slowest < 0.98 * before
+        else say("the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead", slowest=slowest)
+    )
 
 
 def _speed_before(trial: Trial, mark: str) -> float:

@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from grader.words import say
+
 Signs = Iterator[tuple[bool, str, str, str]]
 """For each sign: whether it is as it should be, what was seen, what was expected, and where to look next."""
 
@@ -14,8 +16,13 @@ def c1(patient: Any) -> Signs:
     """It takes the new limit."""
     with patient.run() as run:
         answer, v = run.set_speed(0.4), run.drive(2.0).v[-1]
-    seen = f"asked for 0.4 m/s: {answer.message}; driven {v:.1f} m/s"
-    yield bool(answer.success) and v > 0.39, seen, "0.4 m/s accepted and driven", "which file does the node import?"
+    seen = say("asked for 0.4 m/s: {answer.message}; driven {v:.1f} m/s", answer=answer, v=v)
+    yield (
+        bool(answer.success) and v > 0.39,
+        seen,
+        say("0.4 m/s accepted and driven"),
+        say("which file does the node import?"),
+    )
 
 
 def c2(patient: Any) -> Signs:
@@ -24,18 +31,33 @@ def c2(patient: Any) -> Signs:
         run.set_speed(0.4)
         recording = run.drive(8.0)
     fastest, gap = max(recording.v), 2.0 - recording.x[-1]
-    look = "compare both ends of `scan` in `ros2 topic info -v`"
-    yield fastest > 0.39, f"asked for 0.4 m/s, driven at most {fastest:.1f} m/s", "0.4 m/s on a free way", look
-    look = "what the node knows of a wall comes from `scan` alone"
-    yield gap > 0.3, f"the robot's centre {gap:.2f} m before the wall", "a stop 0.5 m before the wall", look
+    look = say("compare both ends of `scan` in `ros2 topic info -v`")
+    yield (
+        fastest > 0.39,
+        say("asked for 0.4 m/s, driven at most {fastest:.1f} m/s", fastest=fastest),
+        say("0.4 m/s on a free way"),
+        look,
+    )
+    look = say("what the node knows of a wall comes from `scan` alone")
+    yield (
+        gap > 0.3,
+        say("the robot's centre {gap:.2f} m before the wall", gap=gap),
+        say("a stop 0.5 m before the wall"),
+        look,
+    )
 
 
 def c3(patient: Any) -> Signs:
     """Its settings are the file's."""
     with patient.launched("launch", patient.name, "robot_controller_launch.py", nodes=2) as graph:
         value = graph.parameter("/robot_controller", "max_linear_speed")
-    look = "does the key of the file match the node's full name? And where does the node read the file?"
-    yield value == "0.2", f"max_linear_speed is {value or 'unknown'} after the launch", "0.2, as in the file", look
+    look = say("does the key of the file match the node's full name? And where does the node read the file?")
+    yield (
+        value == "0.2",
+        say("max_linear_speed is {value} after the launch", value=value or say("unknown")),
+        say("0.2, as in the file"),
+        look,
+    )
 
 
 def c4(patient: Any) -> Signs:
@@ -43,7 +65,12 @@ def c4(patient: Any) -> Signs:
     with patient.launched("launch", patient.name, "robot_controller_launch.py", nodes=2) as graph:
         names = sorted(graph.nodes())
     wanted = ["/robot_controller", "/sensor_processor"]
-    yield names == wanted, f"nodes: {', '.join(names) or 'none'}", ", ".join(wanted), "who gives a node its name?"
+    yield (
+        names == wanted,
+        say("nodes: {names}", names=", ".join(names) or say("none")),
+        ", ".join(wanted),
+        say("who gives a node its name?"),
+    )
 
 
 def c5(patient: Any) -> Signs:
@@ -51,8 +78,13 @@ def c5(patient: Any) -> Signs:
     with patient.launched("run", patient.name, "sensor_processor", "--ros-args", "-r", "__ns:=/left", nodes=1) as graph:
         topics = graph.published("sensor_processor", "/left", count=2)
     wanted = ["/left/obstacle_distance", "/left/sensor_fusion_data"]
-    look = "which of the node's names did the namespace not move?"
-    yield topics == wanted, f"in /left it publishes {', '.join(topics) or 'nothing'}", ", ".join(wanted), look
+    look = say("which of the node's names did the namespace not move?")
+    yield (
+        topics == wanted,
+        say("in /left it publishes {topics}", topics=", ".join(topics) or say("nothing")),
+        ", ".join(wanted),
+        look,
+    )
 
 
 def c6(patient: Any) -> Signs:
@@ -63,13 +95,23 @@ def c6(patient: Any) -> Signs:
         run.set_speed(0.3)
         recording = run.drive(5.0)
     slowest = min(v for t, v in zip(recording.t, recording.v, strict=True) if t > 1.5)
-    look = "which time does the node take for that of a scan? Print it beside the scan's stamp"
-    yield slowest > 0.29, f"at 0.3 m/s it slows down to {slowest:.1f} m/s", "0.3 m/s all the time", look
+    look = say("which time does the node take for that of a scan? Print it beside the scan's stamp")
+    yield (
+        slowest > 0.29,
+        say("at 0.3 m/s it slows down to {slowest:.1f} m/s", slowest=slowest),
+        say("0.3 m/s all the time"),
+        look,
+    )
     node = patient.bench("robot_controller.RobotController")
     node.ask("set_speed", speed=0.3)
     node.set_clock(10.9)
     old = [v for v, _ in [*node.hear("scan", LaserScan(), age=0.8), *node.advance(0.2)]]
-    yield not any(old), f"after a scan of 0.8 s ago: {max(old):.1f} m/s", "a stop: such a scan is too old", look
+    yield (
+        not any(old),
+        say("after a scan of 0.8 s ago: {old:.1f} m/s", old=max(old)),
+        say("a stop: such a scan is too old"),
+        look,
+    )
 
 
 def c7(patient: Any) -> Signs:
@@ -78,9 +120,9 @@ def c7(patient: Any) -> Signs:
         with patient.run() as run:
             end = run.go_to(x, y, limit=20.0)
             gap = ((run.simulator.pose.x - x) ** 2 + (run.simulator.pose.y - y) ** 2) ** 0.5
-        seen = f"the goal ({x:g}, {y:g}): {end.status}, {gap:.1f} m away"
-        look = "compare the yaw that the node computes with the true one, all the way round"
-        yield end.status == "succeeded" and gap < 0.15, seen, "succeeded, at most 0.15 m away", look
+        seen = say("the goal ({x:g}, {y:g}): {end.status}, {gap:.1f} m away", x=x, y=y, end=end, gap=gap)
+        look = say("compare the yaw that the node computes with the true one, all the way round")
+        yield end.status == "succeeded" and gap < 0.15, seen, say("succeeded, at most 0.15 m away"), look
 
 
 def c8(patient: Any) -> Signs:
@@ -90,13 +132,23 @@ def c8(patient: Any) -> Signs:
         start = time.monotonic()
         node.ask("get_status")
         times.append(time.monotonic() - start)
-    look = "who could bring a newer pose while a callback waits for it?"
-    yield min(times) < 0.2, f"`get_status` takes {round(min(times), 1)} s", "an answer at once", look
+    look = say("who could bring a newer pose while a callback waits for it?")
+    yield (
+        min(times) < 0.2,
+        say("`get_status` takes {times} s", times=round(min(times), 1)),
+        say("an answer at once"),
+        look,
+    )
     with patient.run() as run:
         run.set_speed(0.3)
         x = run.drive(3.0).x[-1]
         gap = abs(run.status().pose.position.x - x)
-    yield gap < 0.1, f"the pose of the status is {gap:.1f} m from the robot", "the last pose of `odom`", look
+    yield (
+        gap < 0.1,
+        say("the pose of the status is {gap:.1f} m from the robot", gap=gap),
+        say("the last pose of `odom`"),
+        look,
+    )
 
 
 def c9(patient: Any) -> Signs:
@@ -105,9 +157,14 @@ def c9(patient: Any) -> Signs:
         run.go_to(3.0, 0.0, limit=2.0)
         end = run.go_to(1.0, 0.5, limit=30.0)
         v = abs(run.drive(1.0).v[-1])
-    look = "write down, line by line, what `self._goal` is when the second goal comes in, and who writes it last"
-    yield end.status == "succeeded", f"a goal that replaces another one: {end.status}", "succeeded", look
-    yield v < 0.01, f"afterwards it drives at {v:.1f} m/s", "a standstill: however a goal ends, the speed is 0", look
+    look = say("write down, line by line, what `self._goal` is when the second goal comes in, and who writes it last")
+    yield end.status == "succeeded", say("a goal that replaces another one: {end.status}", end=end), "succeeded", look
+    yield (
+        v < 0.01,
+        say("afterwards it drives at {v:.1f} m/s", v=v),
+        say("a standstill: however a goal ends, the speed is 0"),
+        look,
+    )
 
 
 def c10(patient: Any) -> Signs:
@@ -119,8 +176,13 @@ def c10(patient: Any) -> Signs:
         before = len(run.messages("cmd_vel"))
         run.drive(2.0)
         count = len(run.messages("cmd_vel")) - before
-    look = "count the node's timers after each change: `len(list(node.timers))` on a bench"
-    yield abs(count - 10) <= 1, f"{count} commands in 2 s at 5 Hz", "10, or one more or less", look
+    look = say("count the node's timers after each change: `len(list(node.timers))` on a bench")
+    yield (
+        abs(count - 10) <= 1,
+        say("{count} commands in 2 s at 5 Hz", count=count),
+        say("10, or one more or less"),
+        look,
+    )
 
 
 SIGNS: dict[str, Callable[[Any], Signs]] = {
