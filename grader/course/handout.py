@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import jinja2
 
 from grader.course import packages
@@ -15,11 +17,13 @@ def render(rubric: Rubric, course: Course) -> str:
 
     Each line of the frame is a text for the catalogue.
     """
-    environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
-    frame = course.path("handout.md.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: _said(course.path(name))),
+        trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
+    )  # fmt: skip
     files = map(course.interface_file, course.interfaces)
     interfaces = {file: fields((course.contract / file).read_text()) for file in files}
-    template = environment.from_string("\n".join(map(say, frame.split("\n"))))
+    template = environment.get_template("handout.md.j2")
     return (
         template.render(
             rubric=rubric,
@@ -34,6 +38,13 @@ def render(rubric: Rubric, course: Course) -> str:
         )
         + "\n"
     )
+
+
+def _said(frame: Path) -> tuple[str, str, None] | None:
+    """Return a frame in the language in use, line by line, and where it is, for jinja2 to name."""
+    if not frame.is_file():
+        return None
+    return "\n".join(map(say, frame.read_text(encoding="utf-8").split("\n"))), str(frame), None
 
 
 def _span(criterion: Criterion) -> str:
