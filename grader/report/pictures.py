@@ -74,7 +74,7 @@ def png(trial: Trial) -> bytes:
     figure = Figure(figsize=(9.6, 3.7), dpi=120, facecolor=PAPER)
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
-        2, 2, width_ratios=(1.0, 1.5), left=0.06, right=0.99, bottom=0.12, top=0.93, wspace=0.12, hspace=0.25
+        2, 2, width_ratios=(1.0, 1.5), left=0.06, right=0.99, bottom=0.12, top=0.9, wspace=0.12, hspace=0.25
     )
     chart = figure.add_subplot(grid[:, 0])
     speeds = figure.add_subplot(grid[0, 1])
