@@ -31,8 +31,8 @@ def test_a_checkpoint_holds_the_files_of_the_notebooks_so_far() -> None:
 
 
 def test_the_error_for_an_unknown_notebook_names_the_known_ones() -> None:
-    with pytest.raises(ValueError, match=r"no notebook '12'; there are 00_first_drive, 01_anatomy"):
-        checkpoints.checkpoint("12")
+    with pytest.raises(ValueError, match=r"no notebook '99'; there are 00_first_drive, 01_anatomy"):
+        checkpoints.checkpoint("99")
 
 
 def test_every_file_knows_the_notebook_that_writes_it_first() -> None:
