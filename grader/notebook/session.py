@@ -191,7 +191,8 @@ class Run:
         begin, canceled = self.t, False
         while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
-                goal.cancel()
+                with self._lock:
+                    goal.cancel()
                 canceled = True
             self._tick()
         if goal.problem:

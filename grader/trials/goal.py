@@ -17,6 +17,7 @@ _STATUS = {
     GoalStatus.STATUS_CANCELED: "canceled",
     GoalStatus.STATUS_ABORTED: "aborted",
 }
+ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 _SILENT_S = 0.6
 _FEEDBACK_KEPT = 20_000  # a flood must not fill our memory
 
@@ -85,10 +86,15 @@ class SentGoal:
         return None if self._result is None else self._result.result
 
     def cancel(self) -> None:
-        """Ask the node to cancel the goal."""
+        """Ask the node to cancel the goal; in lockstep, with the clock standing still until it answers.
+
+        Else it would be chance whether the request reaches the node before or after the next tick.
+        """
         self._cancel_t = self._observer.t
         if self.accepted:
             self._cancel = self._handle.cancel_goal_async()
+            if self._observer.bridge.pace == "lockstep":
+                self._observer.bridge.spin_until(self._cancel.done, ANSWER_WALL_S)
 
     def facts(self) -> evidence.Goal:
         """Return what has become of the goal so far."""

@@ -23,7 +23,7 @@ from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import hear_at_once
-from grader.trials.goal import SentGoal
+from grader.trials.goal import ANSWER_WALL_S, SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
 from grader.trials.observation import Observation, Program
@@ -37,7 +37,6 @@ _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unjudged, and costs no points
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
-_ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 LOG_TOPIC = "rosout"
 
 ChangeRanges = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
@@ -366,7 +365,7 @@ class Stage(Observation):
 
     def _await(self, condition: Callable[[], bool]) -> None:
         """Wait with the clock standing still, which keeps the answer's time exact; if that fails, let time pass."""
-        if self.bridge.pace == "lockstep" and self.bridge.spin_until(condition, _ANSWER_WALL_S):
+        if self.bridge.pace == "lockstep" and self.bridge.spin_until(condition, ANSWER_WALL_S):
             return
         self.run_until(condition, _ANSWER_WITHIN_S)
 

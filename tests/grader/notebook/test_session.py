@@ -135,6 +135,10 @@ pose = run.simulator.pose
 report(went=[went.status, went.success], missed=((pose.x - 0.6) ** 2 + (pose.y + 0.4) ** 2) ** 0.5,
      final=[went.final_pose.position.x, went.final_pose.position.y], feedback=len(went.feedback),
      first_feedback=went.feedback[0][1])
+goal = run._active_stage().navigate(-3.0, 0.0)
+goal.cancel()
+report(answered=goal.facts().cancel_accepted)
+run.drive(0.2)
 report(canceled=run.go_to(-3.0, 0.0, cancel_after=1.0).status, limit=run.go_to(-3.0, 0.0, limit=0.5).status)
 report(refused=run.set_parameter("max_linear_speed", -1.0), taken=run.set_parameter("max_linear_speed", 0.25))
 report(clicked=run._click(0.5, 0.5))
@@ -226,6 +230,11 @@ def test_a_goal_is_reached(driven: Facts) -> None:
     assert driven["final"] == pytest.approx([0.6, -0.4], abs=0.2)
     assert driven["feedback"] > 10
     assert driven["first_feedback"] == pytest.approx(0.98, abs=0.15)
+
+
+def test_a_cancel_is_answered_before_time_goes_on(driven: Facts) -> None:
+    """Whether it came before the next tick was chance, and so was how far the robot rolled."""
+    assert driven["answered"] is True
 
 
 def test_a_goal_is_canceled_or_left_unfinished(driven: Facts) -> None:
