@@ -73,6 +73,8 @@ def test_an_alarm_at_another_level_is_named():
     assert "at 7.0 s it logged 'Battery low' at another level, log it with self.get_logger().warning(...)" in said
     exchanged = battery_judged((7.0, 40, "Battery low"), (10.0, 30, "Battery critical"))
     assert "at 7.0 s it logged 'Battery low' at another level" in exchanged
+    both_warn = battery_judged((7.0, 30, "Battery low"), (10.0, 30, "Battery critical"))
+    assert "at 10.0 s it logged 'Battery critical' at another level, log it with self.get_logger().error(" in both_warn
 
 
 def test_right_alarms_and_other_logs_lose_nothing():

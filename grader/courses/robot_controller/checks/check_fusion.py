@@ -65,9 +65,11 @@ def test_battery_alarms_are_logged_once(judge: Judge) -> None:
     logs = [
         m for m in trial.messages if m.topic == "rosout" and "sensor_processor" in m.data.get("name", "").split(".")
     ]
-    for level, word, kind, threshold in (
-        (_WARN, "warning", mark("warnings"), 30), (_ERROR, "error", mark("errors"), 15),
-    ):  # fmt: skip
+    alarms = [(_WARN, "warning", mark("warnings"), 30), (_ERROR, "error", mark("errors"), 15)]
+    logged = [m.data["level"] for m in logs]
+    if logged.count(_WARN) > 1 and _ERROR not in logged:
+        alarms.reverse()  # one of the warnings should be the error
+    for level, word, kind, threshold in alarms:
         found = [m for m in logs if m.data["level"] == level]
         about = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
         seen = say("{n} {kind} while the battery fell from 60 to 5 %", n=len(about), kind=say(kind))
