@@ -377,14 +377,6 @@ _EDITS = (
         says=("to one side",),
     ),
     _edit(
-        "skips_beams",
-        "F4",
-        "Only every tenth reading is looked at.",
-        (_SCANS, "    for angle, distance in valid_readings(scan):\n",
-         "    for angle, distance in list(valid_readings(scan))[::10]:\n"),
-        says=("to one side",),
-    ),
-    _edit(
         "emergency_for_good",
         "F5",
         "An obstacle within the emergency distance stops the robot for good.",
@@ -727,7 +719,7 @@ _EDITS = (
         "The fused distance is that of the closest reading ahead.",
         (_PROCESSOR, "import closest_reading\n", "import measure_proximity\n"),
         (_PROCESSOR, "self._closest = closest_reading(scan)", "self._closest = measure_proximity(scan).ahead"),
-        says=("the closest of all readings counts, not only of those ahead",),
+        says=("of all beams, not only those ahead",),
     ),
     _edit(
         "logs_the_alarm_at_every_message",

@@ -55,13 +55,13 @@ def pole_aside(stage: Stage) -> None:
     # Few beams hit the pole, many the wall far behind it: the closest reading is one of the few.
     stage.add_obstacle(2.5, radius=6.0)
     bearing = side * math.radians(stage.between("degrees", 52.0, 54.0))
-    pole = stage.add_obstacle(0.44, bearing=bearing, radius=0.012)
+    pole = stage.add_obstacle(0.44, bearing=bearing, radius=0.025)
     stage.run(2.0)
     stage.mark("free")
     stage.remove_obstacle(pole)
     stage.run(1.0)
     stage.mark("other side")
-    stage.add_obstacle(0.44, bearing=-bearing, radius=0.012)
+    stage.add_obstacle(0.44, bearing=-bearing, radius=0.025)
     stage.run(2.0)
 
 
