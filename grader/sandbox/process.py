@@ -21,6 +21,7 @@ from grader.sandbox import users
 from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
+from grader.sandbox.process_guard import ProcessGuard
 from grader.sandbox.syscall_filter import open_filter
 from grader.sandbox.warm_python import leave_keyring
 from grader.sandbox.warm_start import CannotFork, Program, WarmPython
@@ -71,6 +72,7 @@ class Process:
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
         self._program: Program | None = None
         self._guard: DiskGuard | None = None
+        self._counter: ProcessGuard | None = None
         if warm is not None and not warm.suits(command, box):
             warm = None
         inside = HOLD if warm else (*WAIT_FOR_GO, *with_limits(command, limits))
@@ -112,6 +114,8 @@ class Process:
                 )  # fmt: skip
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
             self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
+        if self._init_pid and not self._group.folders:
+            self._counter = ProcessGuard(self._tree, limits.processes, self._kill_tree)
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -171,7 +175,8 @@ class Process:
 
     def stopped(self) -> str:
         """Return the limit of the whole sandbox that the command has exceeded: "memory", "processes", "disk" or ""."""
-        return self._stopped or (self._guard.exceeded if self._guard else "") or self._group.limit_hit()
+        guards = [guard.exceeded for guard in (self._guard, self._counter) if guard is not None]
+        return self._stopped or next(filter(None, guards), "") or self._group.limit_hit()
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""
@@ -203,8 +208,9 @@ class Process:
             GraderError: the host ran out of disk space or memory, so the result says nothing about the command.
         """
         self._kill_tree()
-        if self._guard is not None:
-            self._guard.close()
+        for guard in (self._guard, self._counter):
+            if guard is not None:
+                guard.close()
         self._output.close()
         if self._program is not None:
             self._program.exit_code()
