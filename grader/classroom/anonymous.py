@@ -104,7 +104,7 @@ def _numbered(kind: str, by: Mapping[_T, str]) -> dict[_T, str]:
 
 
 def _hider(aliases: Mapping[str, str], parts: Mapping[str, str]) -> Callable[[str, str], str]:
-    """Return what replaces the casefolded words in a text, whatever their case; `parts` of names as they are written."""
+    """Return what replaces the casefolded `aliases` in a text, whatever their case; `parts` of names as written."""
     folded = {word: alias for word, alias in aliases.items() if _long(word)}
     exact = {part: alias for part, alias in parts.items() if _long(part) and part.casefold() not in folded}
     found = naming.pattern([*folded, *exact])
