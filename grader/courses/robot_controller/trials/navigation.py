@@ -29,7 +29,7 @@ def _target(stage: Stage, bearing: float, distance: float) -> tuple[float, float
 
 @trial(serves=["F3", "F7", "F8"], takes_long=True)  # a goal without feedback runs in real time
 def navigate_again(stage: Stage) -> None:
-    """Send three goals: to its own place, one cancelled after service calls, one after a set_speed; ask for status."""
+    """Send three goals: to its own place, one cancelled after calls, one after a speed; ask for status."""
     stage.run(0.5)
     here = stage.navigate(*_target(stage, 0.0, 0.03), 0.25)
     if here.problem:

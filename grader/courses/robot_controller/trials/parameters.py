@@ -90,7 +90,7 @@ def other_settings(stage: Stage) -> None:
 
 @trial(serves=["F3", "F11"], takes_long=True)
 def changed_limits(stage: Stage) -> None:
-    """Lower the running controller's limits at full speed; drive backwards and to a goal; lower one on the way."""
+    """Lower the running controller's limits at full speed, then on the way to a goal; drive backwards."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.5)
     stage.run(1.0)
