@@ -49,6 +49,7 @@ class LaunchService:
         """Wait until a process has ended."""
         end = asyncio.Event()
         self._running.append((process, end))
+        self._reap()  # it may have ended before anybody watched it
         await end.wait()
 
     def parameter_file(self, text: str) -> Path:
