@@ -178,6 +178,20 @@ def test_it_ends_in_the_same_way_and_says_the_same(start: Start, text: str):
     assert (warm_code, forked) == (cold_code, cold)
 
 
+def test_no_thread_of_lttngs_waits_for_the_programs_children(start: Start):
+    """Each made its shared memory in a child and waited for any: the program's own was gone, with exit status 0."""
+    text = """
+        import time
+        end = time.monotonic() + 20.0
+        while open("/proc/self/maps").read().count("/dev/shm/lttng-ust-wait-") < 2 and time.monotonic() < end:
+            time.sleep(0.01)
+        mapped = open("/proc/self/maps").read().count("/dev/shm/lttng-ust-wait-")
+        faults_of_children = int(open("/proc/self/stat").read().rpartition(")")[2].split()[8])
+        print(mapped, faults_of_children)
+    """
+    assert ended(start("warm", text)) == (0, "2 0\n")
+
+
 def test_what_it_leaves_running_dies_with_it(start: Start):
     text = """
         import os, time
