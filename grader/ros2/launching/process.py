@@ -20,7 +20,6 @@ from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, Substitution, perform, substitutions, truth
 from .errors import LaunchError
 from .event_handling import EventHandler, OnProcessExit, OnShutdown
-from .guard import die_with_parent
 from .output import LineReader, routes
 from .substitutions import LaunchConfiguration
 
@@ -163,7 +162,6 @@ class ExecuteProcess(Action):
         self._started_s = time.monotonic()
         self._sent = []
         self.process_details["pid"] = self._process.pid
-        runner.guard.group(self._process.pid)
         self._readers = [reader for reader in self._readers if not reader.closed]
         for fd, channel in zip(ours, ("stdout", "stderr"), strict=True):
             self._readers.append(LineReader(fd, self._context.asyncio_loop, partial(self._written, channel)))
@@ -174,7 +172,9 @@ class ExecuteProcess(Action):
 
     def _started(self, cmd: list[str], streams: tuple[int, int]) -> subprocess.Popen[bytes] | forked.Forked:
         environment, cwd = self.process_details["env"], self.process_details["cwd"]
+        guard = self._context.runner.guard
         if not (self.shell or self._tty) and (process := forked.start(cmd, environment, cwd, *streams)):
+            guard.group(process.pid)
             return process
         return subprocess.Popen(
             " ".join(cmd) if self.shell else cmd,
@@ -185,7 +185,7 @@ class ExecuteProcess(Action):
             stdout=streams[0],
             stderr=streams[1],
             start_new_session=True,
-            preexec_fn=die_with_parent(),
+            preexec_fn=guard.joining(),
         )
 
     def _written(self, channel: str, text: bytes, lines: list[str]) -> None:
