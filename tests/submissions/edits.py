@@ -773,7 +773,7 @@ _EDITS = (
         "F12",
         "The alarms compare a ratio with percents.",
         (_PROCESSOR, "alarm_state(self._battery_low, percent,", "alarm_state(self._battery_low, battery.percentage,"),
-        says=("the level fell below 20 %",),
+        says=("the level fell below 30 %",),
     ),
     _edit(
         "publishes_nothing_when_nothing_is_near",
@@ -885,7 +885,7 @@ _EDITS = (
         "SensorFusionData calls the battery `battery`.",
         ("msg/SensorFusionData.msg", "float32 battery_level", "float32 battery"),
         (_PROCESSOR, "fused.battery_level = self._battery", "fused.battery = self._battery"),
-        says=("missing float32 battery_level",),
+        says=("`float32 battery` should be `float32 battery_level`",),
     ),
     _edit(
         "publishes_another_topic",
