@@ -736,7 +736,7 @@ _EDITS = (
          "    if near.anywhere < 0.2:\n        return STOP\n"),
         (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return True\n",
          "    if near.anywhere < 0.2:\n        return True\n"),
-        says=("with emergency_stop_distance = 0.4, the robot drove on",),
+        says=("emergency_stop_distance is declared, and its value is never used",),
     ),
     _edit(
         "hard_codes_the_safety_margin",
@@ -1068,7 +1068,7 @@ _EDITS = (
         "package.xml is of format 2, which has no groups.",
         (_PACKAGE_XML, '<package format="3">', '<package format="2">'),
         (_PACKAGE_XML, "  <member_of_group>rosidl_interface_packages</member_of_group>\n", ""),
-        says=('it is format "2"',),
+        says=("it is format",),
     ),
     _edit(
         "writes_out_its_licence",
