@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.archives import NODE, XML, below, write, zipped
+from helpers.course import COURSE
 from helpers.german import german_course
 from helpers.notebook_fixtures import workspace
 
-from grader import notebook
+from grader import cli, notebook
+from grader.course import find as find_course
+from grader.intake.submission import open_submission
 from grader.notebook import clinic, find, frames, packing, pieces
 from grader.notebook.workspace import Workspace
 
@@ -87,3 +92,66 @@ def test_a_notebook_of_a_german_course_says_it_in_german(
 ):
     notebook.course()  # as the import of grader.notebook in a kernel does
     assert german in said(call, capsys)
+
+
+def empty_file(place: Path) -> Path:
+    return write(place, {"team07.zip": ""}) / "team07.zip"
+
+
+def wrong_kind(place: Path) -> Path:
+    return write(place, {"team07.zip": "no zip"}) / "team07.zip"
+
+
+def documents_only(place: Path) -> Path:
+    return write(place / "team07", {"README.md": "My robot"})
+
+
+def archive_inside(place: Path) -> Path:
+    return zipped(write(place / "team07", {"a.zip": "no zip", "b.rar": "Rar!"}) / "c.zip", {"../x.md": ""}).parent
+
+
+HANDED_IN = [
+    (empty_file, ["team07.zip ist eine leere Datei.", "Packe den Ordner des Pakets in ein Zip-Archiv, und gib noch"]),
+    (wrong_kind, ["team07.zip ist weder ein Ordner noch ein Zip- oder Tar-Archiv."]),
+    (documents_only, ["team07 enthält nur Dokumente (README.md).", "Gib den Ordner des Pakets ab, den mit"]),
+    (
+        archive_inside,
+        [
+            "a.zip wurde nicht geöffnet: a.zip ist weder ein Ordner",
+            "b.rar wurde nicht geöffnet: Das Bewertungsprogramm öffnet nur Zip- und Tar-Archive.",
+            "Das Archiv c.zip darin wurde geöffnet.",
+            "../x.md: der Pfad führt mit '..' aus der Abgabe hinaus",
+        ],
+    ),
+]
+
+
+@pytest.mark.sandbox  # which must be there before anything is taken in
+@pytest.mark.parametrize(("hand_in", "german"), HANDED_IN)
+def test_the_report_of_what_cannot_be_opened_is_german(
+    hand_in: Callable[[Path], Path],
+    german: list[str],
+    german_course: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+):
+    out = tmp_path / "out"
+    assert cli.main(["grade", str(hand_in(tmp_path / "handed_in")), "--out", str(out)]) == 1
+    printed, page = capsys.readouterr().err, html.unescape((out / "report.html").read_text())
+    assert [words for words in german if words not in printed or words not in page] == []
+
+
+def test_the_choice_between_packages_is_explained_in_german(german_course: Path, tmp_path: Path):
+    find_course()
+    files = {
+        **below("a/"),
+        "a/data.zip": "",
+        "b/package.xml": XML.format("my_old_robot"),
+        "b/my_old_robot/driver.py": NODE,
+        "c/package.xml": XML.format("my_messages"),
+        "c/msg/A.msg": "",
+    }
+    intake = open_submission(zipped(tmp_path / "team07.zip", files), tmp_path / "in", COURSE).intake
+    assert intake.chosen_because == "es den Namen hat, den die Aufgabe verlangt"
+    assert intake.others == ["b (my_old_robot)", "c (my_messages; nur Nachrichten)"]
+    assert intake.notes == ["a/data.zip wurde nicht geöffnet: Es gibt ein Paket außerhalb davon."]
