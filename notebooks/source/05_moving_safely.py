@@ -1309,6 +1309,16 @@ compare_view(first, second, ("latched", "asked afresh"))
 # Keep apart what is *wanted* and what is *safe now*.
 # The obstacle changes what you publish, never what was asked for.
 #
+# And your node, before the same box? The film below shows its drive.
+
+# %%
+from sim.film import Film
+
+with run_node(world=room, parameters={"speed": 0.4}) as run:
+    recording = run.drive(10.0)
+Film(recording)
+
+# %% [markdown]
 # F5 puts an obstacle in front of your robot and takes it away again, and one *behind* it, which should not matter.
 
 # %% tags=["check"]
