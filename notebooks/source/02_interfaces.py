@@ -696,8 +696,8 @@ print("of them connected to this publisher:", sender.get_subscription_count())
 #
 # Or look at the whole **graph**: the nodes that run now on the left, their topics on the right.
 # A dashed link leads nowhere.
-# (ROS's own tool for this picture is `rqt_graph`, a window in which you can move the boxes.
-# It draws the same links, but does not say which of them are not connected.)
+# (ROS's own tool for this picture is `rqt_graph`, a window on a desktop.
+# It draws the same links, and paints a topic red whose qualities of service do not fit; more about those in notebook 04.)
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine the two may need longer than the picture waits.

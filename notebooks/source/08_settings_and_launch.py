@@ -1185,6 +1185,22 @@ yours
 check("I1", "I5")
 
 # %% [markdown]
+# ### Windows that others use
+#
+# On a desktop with ROS from apt people look at a running robot in windows. This kit has none, but something for each of them:
+#
+# | window | what it shows | here |
+# |---|---|---|
+# | `rviz2` | scans, maps, transforms and goals in three dimensions, from topics alone | the live view and its clicks, `map_view`, `Film` |
+# | Foxglove | the same in a browser, and bags | a bag from `ros2 bag record` can be opened there |
+# | `rqt_graph` | nodes and topics | `graph_view` |
+# | `rqt_plot` | a number over time | `run.messages(...)` and a plot |
+# | `rqt_console` | the log of all nodes, by level | `ros2 topic echo /rosout` |
+# | `rqt_reconfigure` | a slider for each parameter | `ros2 param set` |
+#
+# RViz is the first thing that you will open on a real robot.
+# It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan whose frame nobody publishes is simply not there (notebook 12).
+#
 # Passed?
 # Then try two of *your* robots, each in a namespace: write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
 #
