@@ -88,7 +88,7 @@ class WatchedStage(Stage):
         def take(message: Any) -> None:
             self._recorded[topic].append((self.t, message))
 
-        self.bridge.node.create_subscription(kind, topic, take, 10)
+        self.bridge.subscribe(kind, topic, take)
 
     def _take_command(self, t: float, message: Any) -> None:
         super()._take_command(t, message)

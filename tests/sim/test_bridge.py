@@ -18,10 +18,11 @@ from rclpy.node import Node
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import LaserScan
 from nav_msgs.msg import Odometry
+from rclpy.qos import qos_profile_sensor_data
 rclpy.init()
 node = Node("robot_controller", parameter_overrides=[rclpy.Parameter("use_sim_time", value=True)],
             start_parameter_services=sys.argv[1] != "no services")
-publisher = node.create_publisher(Twist, "cmd_vel", 10)
+publisher = node.create_publisher(Twist, "cmd_vel", qos_profile_sensor_data if sys.argv[1] == "best effort" else 10)
 heard = []
 node.create_subscription(LaserScan, "scan", lambda m: heard.append(m), 10)
 node.create_subscription(Odometry, "odom", lambda m: None, 10)
@@ -31,7 +32,7 @@ def control():
     twist.angular.z = float(len(heard))
     publisher.publish(twist)
 kind = sys.argv[1]
-if kind == "timer":
+if kind in ("timer", "best effort"):
     node.create_timer(0.1, control)
 if kind == "wall":
     def loop():
@@ -108,6 +109,14 @@ def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
     later = [t for t in times if t > 0.15]
     assert later == pytest.approx([0.2 + 0.1 * i for i in range(len(later))])
     assert later[-1] == pytest.approx(2.0)
+
+
+def test_a_node_that_publishes_best_effort_is_heard_as_well(tmp_path: Path):
+    """Its robot stood still: a reliable subscription receives nothing from such a publisher."""
+    found = run(tmp_path, "best effort")
+    assert found["pace"] == "lockstep"
+    later = [t for t, _, _ in found["commands"] if t > 0.15]
+    assert later == pytest.approx([0.2 + 0.1 * i for i in range(19)])
 
 
 def test_a_command_is_based_on_the_scan_of_its_own_tick(tmp_path: Path):
