@@ -255,7 +255,8 @@ def test_a_build_of_many_small_files_is_not_crashed_by_proot(tmp_path: Path):
     (tmp_path / "build.ninja").write_text(rule + "".join(f"build {n}.o: copy int.c\n" for n in range(40)))
     box = Sandbox(writable={tmp_path: "/ws/build"}, environment=ENVIRONMENT, cwd="/ws/build")
     ninja = [str(ros_env.PREFIX / "bin" / "ninja"), "-j4"]
-    assert [sandbox.run([*ninja, "-t", "clean"], box).exit_code, sandbox.run(ninja, box).exit_code] == [0, 0]
+    ended = [sandbox.run([*ninja, "-t", "clean"], box), sandbox.run(ninja, box)]
+    assert [each.exit_code for each in ended] == [0, 0], ended
 
 
 def test_a_fork_bomb_is_ended_at_once_where_no_cgroup_can_be_made(monkeypatch: pytest.MonkeyPatch):
