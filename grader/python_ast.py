@@ -24,14 +24,14 @@ _ONE_AT_A_TIME = threading.RLock()  # a finalizer may come to parse as well
 
 
 def tree_of(text: str | bytes) -> ast.Module:
-    """Return the syntax tree of a module. Warnings are silenced.
+    """Return the syntax tree of a module. Warnings are silenced, and a byte order mark is skipped, as Python does.
 
     Raises:
         SyntaxError, ValueError, RecursionError, MemoryError: Python cannot parse it; see UNPARSABLE.
     """
     with _ONE_AT_A_TIME, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a stray "\d" in a string is a matter for the linter
-        return ast.parse(text)
+        return ast.parse(text.removeprefix("\ufeff") if isinstance(text, str) else text)
 
 
 def parse(text: str | bytes) -> ast.Module | None:

@@ -13,6 +13,7 @@ _ASSERTION = re.compile(r"\b(\w+)__convert_from_py: (Assertion `(?:Py(\w+)_Check
 _INTERFACE = re.compile(r"__(?:msg|srv|action)__")
 _TYPES = {"Float": "float", "Long": "int", "Unicode": "str", "Bool": "bool"}
 _DUMP = "most recent call first"
+_RAISED = re.compile(r"^Traceback \(most recent call last\):\n(?:[ \t].*\n)*+(\S.*)", re.MULTILINE)
 BEGIN = "Traceback (most recent call last)"
 """How a traceback begins."""
 # The second is rclpy's, of a callback that was under way when its node was destroyed.
@@ -38,6 +39,13 @@ def last_words(output: str) -> str:
     said = lines[-1].strip()[:300]
     place = _raised_at(output)
     return f"{said} ({place})" if place and not said.startswith("[") else said
+
+
+def raised(output: str) -> str:
+    """Return what the last traceback in an output raised and, if known, where in the package; "" if there is none."""
+    *_, said = ["", *_RAISED.findall(output)]
+    place = _raised_at(output)
+    return f"{said[:200]} ({place})" if said and place else said[:200]
 
 
 def last_place(output: str) -> str:

@@ -27,6 +27,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Twist as TwistMessage
@@ -39,6 +40,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
@@ -55,7 +57,9 @@ NODE_NAME = "simulated_robot"
 
 TICK_S = 0.05  # 20 Hz: the odometry's rate, and twice the control loop's
 
-_ROUNDS = 2  # of the node's executor per tick: one for its messages, one for its timers
+# Of the node's executor per tick: one for its messages, one for its timers. A wait set looks for messages first and for
+# calls then: a call that comes between the two is served a round before the clock message that was sent before it.
+_ROUNDS = 2
 _BARRIER_CAP_S = 5.0  # of wall time, for a live node: long, so that a busy machine makes no difference
 _BLOCKED_CAP_S = 0.1  # the same, after it has left one unanswered
 _DUE_CAP_S = 0.3  # for a message that is due
@@ -66,6 +70,7 @@ _SILENCES_ALLOWED = 3  # how often a run probes a node that answers too rarely
 _UNEVEN = (0.6, 1.4, 1.0)  # lengths of a probe's ticks: uneven, so that a 20 Hz wall-time loop falls out of step
 _PROMPT_S = 0.01  # of wall time after a barrier: the tick did not cause messages that arrive later
 _LOOK_S = 0.05  # of waiting for the node, after which we look whether it lives
+_AS_PUBLISHED = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_AVAILABLE)
 _SENSOR_TYPES = frozenset({ScanReading, OdometryReading, ImuReading, BatteryReading})
 _wall_s = time.monotonic  # Bridge has a `time` of its own
 _QUIET_S = 0.5  # a node has come up when the graph has not changed for so long after its first answer
@@ -157,10 +162,11 @@ class Bridge:
         """The number of signs of life so far: messages of the node's and answers to calls."""
         self.served = 0
         """The number of answers to calls so far, which only a node gives whose executor is free."""
+        self._subscriptions: list[Subscription] = []
         if topics.command and stamped:
-            self.node.create_subscription(TwistStamped, topics.command, self._take_stamped, 10)
+            self.subscribe(TwistStamped, topics.command, self._take_stamped)
         elif topics.command:
-            self.node.create_subscription(TwistMessage, topics.command, self._take_command, 10)
+            self.subscribe(TwistMessage, topics.command, self._take_command)
 
     # -- life -----------------------------------------------------------------------------------------------------
 
@@ -172,7 +178,27 @@ class Bridge:
 
     def watch_answers(self, message_type: type) -> None:
         """Count messages of the answer topic as answers (the command topic is watched anyway)."""
-        self.node.create_subscription(message_type, self.topics.answer, lambda _: self._note_answer(), 10)
+        self.subscribe(message_type, self.topics.answer, lambda _: self._note_answer())
+
+    def subscribe(
+        self, message_type: type, topic: str, take: Callable[[Any], None], *, raw: bool = False
+    ) -> Subscription:
+        """Subscribe reliably, or best effort if somebody publishes the topic so, who would not be heard otherwise.
+
+        What is subscribed to before the node has come up is decided when it has: `await_node`. `raw` hands over bytes.
+        """
+        subscription = self.node.create_subscription(message_type, topic, take, _AS_PUBLISHED, raw=raw)
+        self._subscriptions.append(subscription)
+        return subscription
+
+    def _subscribe_again(self) -> None:
+        """Subscribe anew to what is published best effort: a subscription keeps the quality that it began with."""
+        for old in self._subscriptions:
+            published = self.node.get_publishers_info_by_topic(old.topic_name)
+            if any(each.qos_profile.reliability == QoSReliabilityPolicy.BEST_EFFORT for each in published):
+                self.node.create_subscription(old.msg_type, old.topic_name, old.callback, _AS_PUBLISHED, raw=old.raw)
+                self.node.destroy_subscription(old)
+        self._subscriptions.clear()
 
     @property
     def time(self) -> float:
@@ -211,9 +237,10 @@ class Bridge:
             self._executor.spin_once(timeout_sec=0.01)
         if not self._visible():
             return False
+        self._subscribe_again()
         self._publish_clock()
         if self.await_match():
-            self._barrier()
+            self._barrier(_ROUNDS + 1)  # an answer to this first time that is one round late is not waited for
         return True
 
     def await_match(self) -> bool:
@@ -355,12 +382,15 @@ class Bridge:
         if not self._barrier(rounds) and not self.alive():
             return
         self._repeatability.unanswered += self.blocked
-        if not self._answers.due(self._tick) or self._listen(self._answered, _RESENT_AFTER_S):
+        if not self._answers.due(self._tick) or self._answered():
             return
-        self._publish_clock()
-        self._barrier()
-        if not self._listen(self._answered, _DUE_CAP_S):
-            self._answers.missed()
+        if not self._listen(self._answered, _RESENT_AFTER_S):
+            self._publish_clock()
+            self._barrier()
+            if not self._listen(self._answered, _DUE_CAP_S):
+                self._answers.missed()
+                return
+        self._barrier()  # for what else the node has published with its answer
 
     def _answered(self) -> bool:
         return self._answers.last == self._tick

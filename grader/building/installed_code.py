@@ -38,7 +38,10 @@ _HERE = re.compile(
 )
 _NOTES = re.compile(r'(set -[a-z]+( pipefail)?|[A-Za-z]\w*="?HERE[\w./]*"?|export (PYTHONUNBUFFERED|RCUTILS_\w+)=\w+)')
 _STARTS_PYTHON = re.compile(
-    r"(exec +)?(/usr/bin/(env +)?)?python3?( +-[uBEs])*( +-m +(?P<module>[\w.]+)| +(?:[^\s;&|`()]*[^\w.\s;&|`()-])?"
+    r"(exec +)?(/usr/bin/(env +)?)?python3?( +-[uBEs])*( +-m +(?P<module>[\w.]+)"
+    r"| +-c +(?P<quote>[\"'])(import sys; *)?from +(?P<imported>[\w.]+) +import +(?P<function>\w+); *"
+    r"((raise +SystemExit|sys\.exit)\((?P=function)\(\)\)|(?P=function)\(\))(?P=quote)"
+    r"| +(?:[^\s;&|`()]*[^\w.\s;&|`()-])?"
     r"(?P<file>[\w.-]+)\"?)"
     r"( +\"?\$[@*]\"?)?"
 )
@@ -191,9 +194,10 @@ def _starts_read_code(script: str, path: Path, site: Path) -> bool:
     started = _STARTS_PYTHON.fullmatch(commands[0]) if len(commands) == 1 else None
     if started is None:
         return False
-    if module := started["module"]:
+    if module := started["module"] or started["imported"]:
         place = site.joinpath(*module.split("."))
-        return place.with_suffix(".py").is_file() or (place / "__main__.py").is_file()
+        inside = "__main__.py" if started["module"] else "__init__.py"
+        return place.with_suffix(".py").is_file() or (place / inside).is_file()
     return started["file"].endswith(".py") or bool(PYTHON.match(_read(path.with_name(started["file"]))))
 
 

@@ -17,6 +17,13 @@ _TRY_SOONER = mark(
 _TRY_SHUTDOWN = mark(
     "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
 )
+_TRY_FINISH = mark(
+    "once rclpy is shut down, nothing can be published or answered: first end what still runs, a goal or a thread"
+)
+_CURES = {
+    ("KeyboardInterrupt", "ExternalShutdownException"): _TRY_CATCH,
+    ("rcl_shutdown already called",): _TRY_SHUTDOWN,
+}
 _TRY_ZERO = mark("publish a zero before the context is shut down, and wait until it is sent")
 
 _TRY_COLLECTED = mark("call executor.shutdown() before rclpy shuts down")
@@ -63,11 +70,11 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
         if process.exit_code == 0 and (complaint := tracebacks.ignored(output)):
             collected[trial.node] = complaint
             output = tracebacks.without_ignored(output)
-        lines = output.splitlines()
         if tracebacks.BEGIN in output and not _is_a_race_in_rclpy(output):
-            uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
-            seen = say("a traceback after SIGINT, ending {line!r}", line=lines[-1].strip()[:200])
-            wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
+            line = tracebacks.raised(output) or output.rstrip().rpartition("\n")[2].strip()[:200]
+            seen = say("a traceback after SIGINT, ending {line!r}", line=line)
+            cures = (cure for words, cure in _CURES.items() if any(word in line for word in words))
+            wrong.append((f"{when}: {seen}", next(cures, _TRY_FINISH)))
         # Another check judges a robot that publishes nothing without a command.
         if node.command and (trial.commands or name != f"interrupted_{node.name}"):
             judge.expect(

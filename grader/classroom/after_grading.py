@@ -191,7 +191,7 @@ def _gradebook(options: argparse.Namespace) -> int:
 def _course_of(folder: Path) -> Course:
     """Return the course that a single grading was made with; of a refusal the one around here."""
     place = folder / EVIDENCE
-    origin = evidence.load(place).origin if place.is_dir() else {}
+    origin = evidence.load(place).origin if any(place.glob("*.json")) else {}  # a refusal's folder is empty
     return named(origin["course"]) if "course" in origin else find()
 
 

@@ -54,14 +54,15 @@ def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
     # By hashes, for an alias by the order of names would say something about them.
     people = _numbered("person", {row.person: repr(row.person.key) for row in book.rows})
     submissions = _numbered("hand-in", {entry.id: entry.content + entry.id for entry in facts.entries})
+    # By casefolded words: the login "alng" and "AlNg" of a name without its space are one word.
     aliases: dict[str, str] = {}
     for person, alias in people.items():
-        aliases |= {person.team: _HIDDEN} | dict.fromkeys(naming.words(person), alias)
+        aliases |= {person.team.casefold(): _HIDDEN} | {word.casefold(): alias for word in naming.words(person)}
     for entry in facts.entries:
-        own = [entry.id, entry.number, *naming.forms(entry.label)]
-        aliases |= {word: submissions[entry.id] for word in own if word not in aliases or word == entry.id}
+        own = [word.casefold() for word in (entry.id, entry.number, *naming.forms(entry.label))]
+        aliases |= {word: submissions[entry.id] for word in own if word not in aliases or word == own[0]}
     for name in (*(each.id for each in book.rubric.requirements), *(each.id for each in book.rubric.checks)):
-        aliases.pop(name, None)
+        aliases.pop(name.casefold(), None)
     hide = _hider(aliases, {part: alias for person, alias in people.items() for part in person.name.split()})
     nameless = _without_names(book, people)
     shown = sanitize.changed(replace(nameless, decisions=Decisions()), hide, _OURS)
@@ -103,8 +104,8 @@ def _numbered(kind: str, by: Mapping[_T, str]) -> dict[_T, str]:
 
 
 def _hider(aliases: Mapping[str, str], parts: Mapping[str, str]) -> Callable[[str, str], str]:
-    """Return what replaces the words in a text, whatever their case; `parts` of names only as they are written."""
-    folded = {word.casefold(): alias for word, alias in aliases.items() if _long(word)}
+    """Return what replaces the casefolded `aliases` in a text, whatever their case; `parts` of names as written."""
+    folded = {word: alias for word, alias in aliases.items() if _long(word)}
     exact = {part: alias for part, alias in parts.items() if _long(part) and part.casefold() not in folded}
     found = naming.pattern([*folded, *exact])
     begins = {re.split(r"[\W_]+", word.casefold())[0] for word in (*folded, *exact)}

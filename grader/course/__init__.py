@@ -2,17 +2,3 @@
 
 from grader.course.model import Course, Functions, Node, Parameter, launch_stem, role
 from grader.course.reader import find, kits_own, load, name_of, named
-
-__all__ = [
-    "Course",
-    "Functions",
-    "Node",
-    "Parameter",
-    "find",
-    "kits_own",
-    "launch_stem",
-    "load",
-    "name_of",
-    "named",
-    "role",
-]

@@ -7,16 +7,17 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from types import UnionType
+from typing import Any, TypeVar, get_args, get_type_hints
 
 import cattrs
 
-from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
-from grader.evidence.quality import Quality
-from grader.evidence.tests import Mutation, StudentTests
+from grader.evidence.model import Evidence
 from grader.evidence.trial import Trial
 
 T = TypeVar("T")
+
+_REQUIRED = ("intake", "build", "flags", "functions")
 
 
 def _float_to_json(value: float) -> float | str:
@@ -107,22 +108,17 @@ def from_json(text: str, kind: type[T]) -> T:
     return from_data(json.loads(text), kind)
 
 
+def _file(folder: Path, field: str) -> Path:
+    """Return where a field of Evidence is, but for the trials, of which each has a file."""
+    return folder / f"{'submission' if field == 'intake' else field}.json"
+
+
 def save(evidence: Evidence, folder: Path) -> None:
     """Write `evidence` below `folder`, one file for each kind of fact."""
     (folder / "trials").mkdir(parents=True, exist_ok=True)
-    (folder / "submission.json").write_text(to_json(evidence.intake))
-    (folder / "build.json").write_text(to_json(evidence.build))
-    (folder / "flags.json").write_text(to_json(evidence.flags))
-    (folder / "functions.json").write_text(to_json(evidence.functions))
-    (folder / "origin.json").write_text(to_json(evidence.origin))
-    if evidence.kept:
-        (folder / "kept.json").write_text(to_json(evidence.kept))
-    if evidence.tests is not None:
-        (folder / "tests.json").write_text(to_json(evidence.tests))
-    if evidence.mutation is not None:
-        (folder / "mutation.json").write_text(to_json(evidence.mutation))
-    if evidence.quality is not None:
-        (folder / "quality.json").write_text(to_json(evidence.quality))
+    for field, facts in vars(evidence).items():
+        if field != "trials" and (facts or field in (*_REQUIRED, "origin")):
+            _file(folder, field).write_text(to_json(facts))
     for trial in evidence.trials.values():
         (folder / "trials" / f"{trial.name}.json").write_text(to_json(trial))
 
@@ -140,23 +136,12 @@ def load(folder: Path) -> Evidence:
         ValueError: a file is damaged; the message names it.
         OSError: a file cannot be read.
     """
-    tests = folder / "tests.json"
-    mutation = folder / "mutation.json"
-    quality = folder / "quality.json"
-    origin, kept = folder / "origin.json", folder / "kept.json"
     trials = [_read(path, Trial) for path in sorted((folder / "trials").glob("*.json"))]
-    return Evidence(
-        intake=_read(folder / "submission.json", Intake),
-        build=_read(folder / "build.json", Build),
-        tests=_read(tests, StudentTests) if tests.exists() else None,
-        mutation=_read(mutation, Mutation) if mutation.exists() else None,
-        quality=_read(quality, Quality) if quality.exists() else None,
-        trials={trial.name: trial for trial in trials},
-        flags=_read(folder / "flags.json", list[Flag]),
-        functions=_read(folder / "functions.json", list[FunctionAnswer]),
-        origin=_read(origin, dict[str, str]) if origin.exists() else {},
-        kept=_read(kept, dict[str, str]) if kept.exists() else {},
-    )
+    facts: dict[str, Any] = {"trials": {trial.name: trial for trial in trials}}
+    for field, kind in get_type_hints(Evidence).items():
+        if field in _REQUIRED or (field != "trials" and _file(folder, field).exists()):
+            facts[field] = _read(_file(folder, field), get_args(kind)[0] if isinstance(kind, UnionType) else kind)
+    return Evidence(**facts)
 
 
 def _read(path: Path, kind: type[T]) -> T:

@@ -54,6 +54,11 @@ def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
     return found
 
 
+def count_threads(pids: Iterable[int]) -> int:
+    """Return how many threads the processes have together, their first ones included."""
+    return len(_threads(pids))
+
+
 def cpu_seconds(pids: Iterable[int]) -> float:
     """Return the CPU time that the processes have used, together with those of their children that have ended."""
     ticks = 0

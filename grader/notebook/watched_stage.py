@@ -88,7 +88,7 @@ class WatchedStage(Stage):
         return self.node.action is not None and bool(self.node.action.server_is_ready())
 
     def _record(self, kind: Any, topic: str, messages: list[tuple[float, Any]]) -> None:
-        self.bridge.node.create_subscription(kind, topic, lambda message: messages.append((self.t, message)), 10)
+        self.bridge.subscribe(kind, topic, lambda message: messages.append((self.t, message)))
 
 
 class _WatchedRecorder(TrialRecorder):

@@ -13,19 +13,6 @@ from grader.report.data import write_json
 from grader.report.standing import DATA, Standing, fingerprint, standing
 from grader.scoring.grading import Grading, HandIn, Refusal
 
-__all__ = [
-    "EVIDENCE",
-    "PAGE",
-    "Grading",
-    "HandIn",
-    "Refusal",
-    "Standing",
-    "fingerprint",
-    "for_student",
-    "standing",
-    "write",
-]
-
 PAGE = "report.html"
 EVIDENCE = "evidence"
 """The folder of the evidence, below that of the reports."""

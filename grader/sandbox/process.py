@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -21,12 +22,14 @@ from grader.sandbox import users
 from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
+from grader.sandbox.process_guard import ProcessGuard
 from grader.sandbox.syscall_filter import open_filter
 from grader.sandbox.warm_python import leave_keyring
 from grader.sandbox.warm_start import CannotFork, Program, WarmPython
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
 _LAST_OUTPUT_S = 5.0  # for our own thread to read what has been written
+_GONE_S = 5.0  # for the kernel to end what is killed
 _MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
 
 
@@ -70,7 +73,9 @@ class Process:
             submission_user.give(self._written, self._user)
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
         self._program: Program | None = None
+        self._init_end: int | None = None
         self._guard: DiskGuard | None = None
+        self._counter: ProcessGuard | None = None
         if warm is not None and not warm.suits(command, box):
             warm = None
         inside = HOLD if warm else (*WAIT_FOR_GO, *with_limits(command, limits))
@@ -102,6 +107,9 @@ class Process:
                 pipe.close_write_end()
             self._output = _Output(os.dup(output.read_end), limits.output_bytes)
             self._init_pid = _child_pid(info.read_end)
+            if self._init_pid:
+                with contextlib.suppress(ProcessLookupError):  # the sandbox could not be set up
+                    self._init_end = os.pidfd_open(self._init_pid)
             if warm is None:
                 with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
                     os.write(hold.write_end, b"go\n")
@@ -112,6 +120,8 @@ class Process:
                 )  # fmt: skip
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
             self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
+        if self._init_pid and not self._group.folders:
+            self._counter = ProcessGuard(self._tree, limits.processes, self._kill_tree)
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -151,11 +161,12 @@ class Process:
         return not any(map(procfs.runs, self._command()))
 
     def wait(self, seconds: float) -> int | None:
-        """Return the exit status once the process has ended, or None if it still runs after `seconds`."""
+        """Return the exit status once the whole tree has ended, or None if it still runs after `seconds`."""
         try:
             self._popen.wait(seconds)
         except subprocess.TimeoutExpired:
             return None
+        self._await_init()
         return self.exit_code()
 
     def wait_on_cpu_clock(self, seconds: float) -> int | None:
@@ -171,7 +182,8 @@ class Process:
 
     def stopped(self) -> str:
         """Return the limit of the whole sandbox that the command has exceeded: "memory", "processes", "disk" or ""."""
-        return self._stopped or (self._guard.exceeded if self._guard else "") or self._group.limit_hit()
+        guards = [guard.exceeded for guard in (self._guard, self._counter) if guard is not None]
+        return self._stopped or next(filter(None, guards), "") or self._group.limit_hit()
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""
@@ -203,8 +215,12 @@ class Process:
             GraderError: the host ran out of disk space or memory, so the result says nothing about the command.
         """
         self._kill_tree()
-        if self._guard is not None:
-            self._guard.close()
+        if self._init_end is not None:
+            os.close(self._init_end)
+            self._init_end = None
+        for guard in (self._guard, self._counter):
+            if guard is not None:
+                guard.close()
         self._output.close()
         if self._program is not None:
             self._program.exit_code()
@@ -250,6 +266,18 @@ class Process:
             except subprocess.TimeoutExpired:
                 self._popen.kill()
                 self._popen.wait()
+        self._await_init()
+
+    def _await_init(self) -> None:
+        """Wait until the first process of the sandbox has ended, and with it all others in its pid namespace.
+
+        bubblewrap has ended before it: it goes as soon as it knows the command's exit status, and the kernel kills the
+        first process after that.
+        """
+        if self._init_end is not None:
+            waiting = select.poll()  # unlike select(), with any number of open files
+            waiting.register(self._init_end, select.POLLIN)
+            waiting.poll(_GONE_S * 1000)
 
 
 class _Output:

@@ -45,6 +45,8 @@ _SET_MEMORY_MAP, _WHOLE_MAP = 35, 14
 # The fields of /proc/self/stat that struct prctl_mm_map asks for; see proc(5).
 _START_CODE, _END_CODE, _START_STACK, _START_DATA, _END_DATA, _START_BRK = 26, 27, 28, 45, 46, 47
 
+_SHARED_BY_LTTNG = "/dev/shm/lttng-ust-wait-6"  # the last number is that of liblttng-ust's ABI, in its strings
+
 _libc = ctypes.CDLL(None, use_errno=True)
 _shown: list[mmap.mmap] = []  # what /proc shows lies in it for as long as the process lives
 _signals = ctypes.create_string_buffer(128)  # a sigset_t: which signals were blocked before a fork
@@ -91,7 +93,14 @@ def fork() -> int:
 
 
 def restart_lttng() -> None:
-    """Start LTTng's threads in a process that descends from one that was forked by `fork`."""
+    """Start LTTng's threads in a process that descends from one that was forked by `fork`.
+
+    Where its shared memory is missing, each of them forks a child that makes it, and waits for any child to end: it may
+    be one that the program has just started, whose exit status is lost then. So it is made here.
+    """
+    for name in (_SHARED_BY_LTTNG, f"{_SHARED_BY_LTTNG}-{os.getuid()}"):
+        with contextlib.suppress(OSError), open(name, "ab") as shared:  # noqa: PTH123
+            shared.truncate(mmap.PAGESIZE)
     _call_lttng("ust_after_fork_child")
 
 

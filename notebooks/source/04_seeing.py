@@ -957,7 +957,7 @@ tries(
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The four cases of the table: what decides below the threshold, and what above it?
+# The rows of the table: what decides below the threshold, and what above it?
 # </details>
 #
 # <details><summary>Hint 2: the formula</summary>

@@ -446,7 +446,7 @@ tries({
 # **Step 4: how are you? By your own design.**
 # You have the sentences of the contract, and the names of two methods: `_on_get_status`, which step 1 has registered, and `_obstacle_in_way`, which notebook 07 will call.
 # How they get what they say is yours to decide, and other methods are welcome (the cell says "added").
-# There is no third hint; the table below and `check("F7")` accept any design that answers right.
+# There is no third hint. `check("F7")` accepts any design that answers right; the table below sets `_near` and `_speed` by hand, so it suits one that looks at them when it is asked.
 # Two designs to compare come after the check.
 
 # %% tags=["piece", "design"]

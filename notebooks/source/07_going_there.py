@@ -61,7 +61,7 @@ begin("07")
 # </details>
 # <details><summary>Notebook 03: the robot looks to 179°, the target lies at −179°. By which angle is it off?</summary>
 #
-# By +2°: the difference, −358°, is normalized into the half-open circle.
+# By +2°: the difference, −358°, is normalized into the half-open interval.
 # </details>
 # <details><summary>Notebook 06: a service's callback waits for an answer from the same node. Why does it wait for ever?</summary>
 #
@@ -1283,7 +1283,7 @@ def odometry(x, y):
 # The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
 # **By your own design.** When is there something to tell, and when would a number be a lie?
-# There is no third hint; the rows below and `check("F9")` accept any design. Two of them come after the check.
+# There is no third hint. `check("F9")` accepts any design that is right; the rows below expect feedback with each call of the timer. Two designs come after the check.
 
 # %% tags=["piece", "design"]
 # %%into ros2_robot_controller/navigator.py

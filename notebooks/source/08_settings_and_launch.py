@@ -742,7 +742,7 @@ def main(args: Optional[list[str]] = None) -> int:
 # **By your own design.** The table says what must be true after a change; how you get there is yours to decide.
 # What does the first try make of a robot that drives *backwards*, at -0.4 m/s?
 # And what must not happen to the timer whose rate has *not* changed?
-# There is no third hint. The two drives below and `check("I6")` accept any design; two of them come after the drives.
+# There is no third hint. The two drives below and `check("I6")` accept any design; two designs come after the drives.
 
 # %% tags=["piece", "design"]
 # %%into ros2_robot_controller/robot_controller.py

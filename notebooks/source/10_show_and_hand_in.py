@@ -470,7 +470,7 @@ perform(chair, f"cd scripts && python3 -c '{hurried}'");
 # Whoever sends a goal is responsible for it until it has ended.
 #
 # **By your own design.** `finish` is to wait `DRIVE_S` seconds at most, and to leave nothing behind: no goal, no robot that drives off later, and a line in the log that says what happened.
-# There is no third hint. The run below and `check("Q6")` accept any design; two of them come after the run.
+# There is no third hint. The run below and `check("Q6")` accept any design; two designs come after the run.
 
 # %% tags=["piece", "design"]
 # %%into scripts/demo.py

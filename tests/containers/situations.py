@@ -208,7 +208,7 @@ def prepared_cache(folder: Path) -> Path:
 def _row(situation: Situation, said: Ended, did: Ended, seconds: float) -> str:
     last = said.stdout.strip().splitlines()[-1]
     advice = re.search(rf"fix: (.*{re.escape(situation.advice)}.*)", said.stdout) if situation.advice else None
-    doctor = last + (f" `{advice[1].strip()}`" if advice else "")
+    doctor = last + (f" `{advice[1].strip().replace('`', '')}`" if advice else "")
     points, _, how = did.stdout.strip().partition(" ")
     if did.returncode == 0:
         graded = f"{points} points ({how}), {seconds:.0f} s"

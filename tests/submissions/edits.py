@@ -212,6 +212,16 @@ _EDITS = (
         why="both requirements ask for the limit in force",
     ),
     _edit(
+        "keeps_the_limits_of_a_goals_start",
+        "F11",
+        "A goal is driven to within the limits that held when it came.",
+        (_NAVIGATOR, "        self._goal = goal\n        ending", "        self._first = self._limits()\n        self._goal = goal\n        ending"),
+        (_NAVIGATOR, "    def _direction(self)",
+         "    def _limits(self) -> Limits:\n        return super()._limits() if self._goal is None else self._first\n\n"
+         "    def _direction(self)"),
+        says=("after a change of the parameters",),
+    ),
+    _edit(
         "refuses_every_speed",
         "F2 F3 F4 F5 F6 F7 F11 I6",
         "set_speed refuses every speed.",
@@ -314,8 +324,8 @@ _EDITS = (
     _edit(
         "looks_straight_ahead",
         "F4",
-        "Only what is within 30 degrees to each side counts as in the way.",
-        (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(30.0)"),
+        "Only what is within 45 degrees to each side counts as in the way.",
+        (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(45.0)"),
         says=("up to 60 count as ahead",),
     ),
     _edit(
@@ -643,10 +653,11 @@ _EDITS = (
     ),
     _edit(
         "resumes_its_speed_after_a_goal",
-        "F10",
+        "F8 F10",
         "When a goal is over, the robot drives on at the speed that was set before it.",
         (_NAVIGATOR, "            self._speed = 0.0  # or the robot would drive off from where it was sent\n", ""),
-        says=("forget the speed that was set before it",),
+        says=("after a goal that came after a set_speed", "forget the speed that was set before it"),
+        why="the same line ends a goal that is reached (F8) and one that is cancelled (F10)",
     ),
     # -- F11 ------------------------------------------------------------------------------------------------------
     _edit(
@@ -703,6 +714,14 @@ _EDITS = (
         says=("battery_level 0.",),
     ),
     _edit(
+        "fuses_what_is_ahead",
+        "F12",
+        "The fused distance is that of the closest reading ahead.",
+        (_PROCESSOR, "import closest_reading\n", "import measure_proximity\n"),
+        (_PROCESSOR, "self._closest = closest_reading(scan)", "self._closest = measure_proximity(scan).ahead"),
+        says=("of all beams, not only those ahead",),
+    ),
+    _edit(
         "logs_the_alarm_at_every_message",
         "F12",
         "A low battery is logged at every message.",
@@ -717,7 +736,7 @@ _EDITS = (
          "    if near.anywhere < 0.2:\n        return STOP\n"),
         (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return True\n",
          "    if near.anywhere < 0.2:\n        return True\n"),
-        says=("with emergency_stop_distance = 0.4, the robot drove on",),
+        says=("emergency_stop_distance is declared, and its value is never used",),
     ),
     _edit(
         "hard_codes_the_safety_margin",
@@ -754,7 +773,7 @@ _EDITS = (
         "F12",
         "The alarms compare a ratio with percents.",
         (_PROCESSOR, "alarm_state(self._battery_low, percent,", "alarm_state(self._battery_low, battery.percentage,"),
-        says=("the level fell below 20 %",),
+        says=("the level fell below 30 %",),
     ),
     _edit(
         "publishes_nothing_when_nothing_is_near",
@@ -866,7 +885,7 @@ _EDITS = (
         "SensorFusionData calls the battery `battery`.",
         ("msg/SensorFusionData.msg", "float32 battery_level", "float32 battery"),
         (_PROCESSOR, "fused.battery_level = self._battery", "fused.battery = self._battery"),
-        says=("missing float32 battery_level",),
+        says=("`float32 battery` should be `float32 battery_level`",),
     ),
     _edit(
         "publishes_another_topic",
@@ -1049,7 +1068,7 @@ _EDITS = (
         "package.xml is of format 2, which has no groups.",
         (_PACKAGE_XML, '<package format="3">', '<package format="2">'),
         (_PACKAGE_XML, "  <member_of_group>rosidl_interface_packages</member_of_group>\n", ""),
-        says=('it is format "2"',),
+        says=("it is format",),
     ),
     _edit(
         "writes_out_its_licence",

@@ -57,12 +57,7 @@ def main(args: argparse.Namespace) -> int:
     if args.show_all_subprocesses_output:
         os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
     record = args.record or os.environ.pop(RECORD_VARIABLE, None)  # the nodes must not inherit it
-    service = LaunchService(
-        argv=words,
-        noninteractive=not sys.stdin.isatty(),
-        debug=args.debug,
-        record=Path(record) if record else None,
-    )
+    service = LaunchService(debug=args.debug, record=Path(record) if record else None)
     service.output.begin()
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
     include.place = None  # no line of a launch file

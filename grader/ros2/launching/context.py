@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import deque
-from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Mapping, MutableMapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,47 +13,21 @@ from typing import Any
 class LaunchContext:
     """The state of one launch. Configurations are one flat dictionary; only a group restores them afterwards."""
 
-    def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
-        self.argv = list(argv or [])
-        self.noninteractive = noninteractive
+    environment: MutableMapping[str, str] = os.environ
+    """The environment that processes inherit: this process's own."""
+    asyncio_loop: asyncio.AbstractEventLoop
+    runner: Any = None
+    """The service that runs this context, with the output, the record and the counter."""
+
+    def __init__(self) -> None:
         self.launch_configurations: dict[str, Any] = {}
-        self.is_shutdown = False
-        self.asyncio_loop: asyncio.AbstractEventLoop | None = None
-        self.events: deque[Any] = deque()
-        self.handlers: deque[Any] = deque()
-        self.runner: Any = None  # the service that runs this context, with the output, the record and the counter
-        self._locals: dict[str, Any] = {}
-        self._locals_stack: list[dict[str, Any]] = []
-        self.first_environment = dict(os.environ)
-        self._wake: asyncio.Event | None = None
-
-    # -- values that live as long as the entity being visited -----------------------------------------------------
-    @property
-    def locals(self) -> SimpleNamespace:
+        self.locals = SimpleNamespace()
         """The current local values, such as the event being handled or the launch file being read."""
-        return SimpleNamespace(**self._locals)
-
-    def get_locals_as_dict(self) -> dict[str, Any]:
-        """Return a copy of the locals."""
-        return dict(self._locals)
-
-    def extend_locals(self, extension: dict[str, Any]) -> None:
-        """Set some locals."""
-        self._locals.update(extension)
-
-    def push_locals(self) -> None:
-        """Save the locals."""
-        self._locals_stack.append(dict(self._locals))
-
-    def pop_locals(self) -> None:
-        """Restore the locals saved last."""
-        self._locals = self._locals_stack.pop()
-
-    # -- configurations and environment ---------------------------------------------------------------------------
-    @property
-    def environment(self) -> MutableMapping[str, str]:
-        """The environment that processes inherit: this process's own."""
-        return os.environ
+        self.is_shutdown = False
+        self.events: asyncio.Queue[Any] = asyncio.Queue()
+        """A None among them makes the service look whether anything is left to wait for."""
+        self.handlers: deque[Any] = deque()
+        self.first_environment = dict(os.environ)
 
     def restore(self, configurations: Mapping[str, Any], environment: Mapping[str, str]) -> None:
         """Set configurations and environment to these."""
@@ -68,7 +42,6 @@ class LaunchContext:
         """Return the substitution's current text."""
         return str(substitution.perform(self))
 
-    # -- events ---------------------------------------------------------------------------------------------------
     def register_event_handler(self, handler: Any) -> None:
         """Ask the handler about every further event, before those registered earlier."""
         self.handlers.appendleft(handler)
@@ -80,22 +53,4 @@ class LaunchContext:
 
     def emit_event_sync(self, event: Any) -> None:
         """Queue an event."""
-        self.events.append(event)
-        self.wake()
-
-    def would_handle_event(self, event: Any) -> bool:
-        """Return whether some handler is waiting for such an event."""
-        return any(handler.matches(event) for handler in self.handlers)
-
-    def wake(self) -> None:
-        """Tell the service to look again: an event has arrived or something has ended."""
-        if self._wake is not None:
-            self._wake.set()
-
-    async def awake(self) -> None:
-        """Wait for a call of `wake`; return at once if there has been one since the last wait."""
-        if self._wake is None:
-            self._wake = asyncio.Event()
-            return
-        await self._wake.wait()
-        self._wake.clear()
+        self.events.put_nowait(event)

@@ -271,7 +271,7 @@ class Action(LaunchDescriptionEntity):
             return self.execute(context)
         finally:
             event = ExecutionComplete(action=self)
-            if context.would_handle_event(event):
+            if any(handler.matches(event) for handler in context.handlers):
                 future = self.get_asyncio_future()
                 if future is None:
                     context.emit_event_sync(event)

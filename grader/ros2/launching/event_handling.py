@@ -160,7 +160,6 @@ class TimerAction(Action):
         if context.is_shutdown:
             return
         loop = context.asyncio_loop
-        assert loop is not None
         period_s = typed.performed(context, self.period, float)
         self._done = done = loop.create_future()
         fired = EventHandler(
@@ -215,7 +214,7 @@ class Shutdown(EmitEvent):
 
     def execute(self, context: LaunchContext) -> None:
         """End the launch, and say so if the end of a process is the occasion."""
-        event = context.get_locals_as_dict().get("event")
+        event = getattr(context.locals, "event", None)
         if isinstance(event, events.ProcessExited):
             said = f"process[{event.process_name}] was required: shutting down launched system"
             context.runner.output.info("launch", said)

@@ -48,6 +48,19 @@ class Guard:
                 os._exit(0)
         os.close(reading)
 
+    def joining(self) -> Callable[[], None]:
+        """Return what the leader of a new group has to call before it becomes its command.
+
+        It registers its group itself: the launch may be gone before it can.
+        """
+        ask = die_with_parent()
+
+        def join() -> None:
+            ask()
+            self.group(os.getpid())
+
+        return join
+
     def group(self, pgid: int) -> None:
         """Register a process group to be killed at the end."""
         self._tell(f"group {pgid}")

@@ -123,9 +123,8 @@ class IncludeLaunchDescription(Action):
         description = self.launch_description_source.get_launch_description(context)
         location = self.launch_description_source.location
         # As in the real one, these stay what they are after the file, too.
-        context.extend_locals(
-            {"current_launch_file_path": str(location), "current_launch_file_directory": str(location.parent)}
-        )
+        context.locals.current_launch_file_path = str(location)
+        context.locals.current_launch_file_directory = str(location.parent)
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
         self._require(context, description)
         return [*given, description]

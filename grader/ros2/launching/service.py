@@ -8,7 +8,7 @@ import shutil
 import signal
 import tempfile
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,6 @@ from .entities import LaunchDescription, LaunchDescriptionEntity
 from .errors import explain
 from .guard import Guard
 from .output import Output, Record
-from .process import ExecuteProcess
 
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
@@ -27,23 +26,15 @@ ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 class LaunchService:
     """Runs descriptions until nothing is left running or waiting."""
 
-    def __init__(
-        self,
-        *,
-        argv: Iterable[str] | None = None,
-        noninteractive: bool = False,
-        debug: bool = False,
-        record: Path | None = None,
-    ) -> None:
-        self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
+    def __init__(self, *, debug: bool = False, record: Path | None = None) -> None:
+        self.context = LaunchContext()
         self.output = Output(debug=debug)
         self.record = Record(record)
         self.guard: Guard
         self._descriptions: list[LaunchDescription] = []
         self._numbers = 0
-        self._running: list[ExecuteProcess] = []
+        self._running: list[tuple[Any, asyncio.Event]] = []
         self._pending: list[asyncio.Future[Any]] = []
-        self._after: list[Callable[[], None]] = []
         self._error: str | None = None
         self._signal: int | None = None
         self._folder: Path | None = None
@@ -54,14 +45,12 @@ class LaunchService:
         self._numbers += 1
         return self._numbers
 
-    def watch(self, action: ExecuteProcess) -> None:
-        """Poll the process whenever a child ends."""
-        self._running.append(action)
-
-    def after_events(self, step: Callable[[], None]) -> None:
-        """Call a function once the events queued so far have been handled."""
-        self._after.append(step)
-        self.context.wake()
+    async def ended(self, process: Any) -> None:
+        """Wait until a process has ended."""
+        end = asyncio.Event()
+        self._running.append((process, end))
+        self._reap()  # it may have ended before anybody watched it
+        await end.wait()
 
     def parameter_file(self, text: str) -> Path:
         """Write a temporary parameter file and return its path; it is removed when the launch ends."""
@@ -73,17 +62,17 @@ class LaunchService:
             file.write(text)
         return Path(name)
 
-    # -- for launch files that run themselves ----------------------------------------------------------------------
+    # -- for the command -------------------------------------------------------------------------------------------
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
         """Add a description to run."""
         self._descriptions.append(launch_description)
 
-    def run(self, *, shutdown_when_idle: bool = True) -> int:
+    def run(self) -> int:
         """Run everything and return the exit code: 1 for an error of the launch itself, else 0."""
         self.guard = Guard()
         self.context.runner = self
         try:
-            code = asyncio.run(self._run(shutdown_when_idle))
+            code = asyncio.run(self._run())
         finally:
             if self._folder is not None:
                 shutil.rmtree(self._folder, ignore_errors=True)
@@ -97,42 +86,27 @@ class LaunchService:
         return code
 
     # -- the loop --------------------------------------------------------------------------------------------------
-    async def _run(self, shutdown_when_idle: bool) -> int:
-        loop = asyncio.get_running_loop()
-        self.context.asyncio_loop = loop
-        await self.context.awake()
+    async def _run(self) -> int:
+        context = self.context
+        context.asyncio_loop = loop = asyncio.get_running_loop()
         loop.add_signal_handler(signal.SIGCHLD, self._reap)
         loop.add_signal_handler(signal.SIGINT, self._interrupted)
         for number in ENDING:
             loop.add_signal_handler(number, self._terminated, number)
         for description in self._descriptions:
             self._guarded(partial(self._visit, description))
-        self.context.wake()
-        while True:
-            await self.context.awake()
-            await self._handle_events()
+        context.emit_event_sync(None)
+        while self._pending or not context.is_shutdown or not context.events.empty():
+            if (event := await context.events.get()) is not None:
+                self._guarded(partial(self._handle, event))
+                await asyncio.sleep(0)  # let what was started start
+            context.events.task_done()
             self._pending = [future for future in self._pending if not future.done()]
-            if self._pending or self.context.events or self._after:
-                if self.context.events or self._after:
-                    self.context.wake()
-                continue
-            if self.context.is_shutdown:
-                break
-            if shutdown_when_idle:
+            if not (self._pending or context.is_shutdown) and context.events.empty():
                 self._shut_down("idle")
         for number in (signal.SIGCHLD, signal.SIGINT, *ENDING):
             loop.remove_signal_handler(number)
         return 1 if self._error is not None else 0
-
-    async def _handle_events(self) -> None:
-        context = self.context
-        while context.events or self._after:
-            while context.events:
-                event = context.events.popleft()
-                self._guarded(partial(self._handle, event))
-                await asyncio.sleep(0)  # let what was started start
-            for step in [self._after.pop(0) for _ in range(len(self._after))]:
-                step()
 
     def _handle(self, event: events.Event) -> None:
         context = self.context
@@ -141,13 +115,13 @@ class LaunchService:
                 return
             context.is_shutdown = True
         for handler in [handler for handler in context.handlers if handler.matches(event)]:
-            context.push_locals()
-            context.extend_locals({"event": event})
+            before = context.locals
+            context.locals = type(before)(**vars(before), event=event)
             try:
                 for entity in handler.handle(event, context):
                     self._visit(entity)
             finally:
-                context.pop_locals()
+                context.locals = before
 
     def _visit(self, entity: LaunchDescriptionEntity) -> None:
         """Visit the entity and the entities that it returns, depth first."""
@@ -159,7 +133,7 @@ class LaunchService:
                 error.launch_place = getattr(entity, "place", None)  # type: ignore[attr-defined]  # read by `explain`
             raise
         if future is not None and not future.done():
-            future.add_done_callback(lambda _: self.context.wake())
+            future.add_done_callback(lambda _: self.context.emit_event_sync(None))
             self._pending.append(future)
         for inner in found or ():
             self._visit(inner)
@@ -171,17 +145,18 @@ class LaunchService:
         except Exception as error:
             self._error = explain(error)
             self.output.error("launch", f"Caught exception in launch (see debug for traceback): {self._error}")
-            if self.output.debug_wanted:
-                self.output.debug("launch", traceback.format_exc())
+            self.output.debug("launch", traceback.format_exc())
             self._shut_down(f"Caught exception in launch: {self._error}")
 
     def _shut_down(self, reason: str, due_to_sigint: bool = False) -> None:
-        self.context.events.appendleft(events.Shutdown(reason=reason, due_to_sigint=due_to_sigint))
-        self.context.wake()
+        self.context.emit_event_sync(events.Shutdown(reason=reason, due_to_sigint=due_to_sigint))
 
     # -- signals ---------------------------------------------------------------------------------------------------
     def _reap(self) -> None:
-        self._running = [action for action in self._running if not action.poll()]
+        for process, end in self._running:
+            if process.poll() is not None:
+                end.set()
+        self._running = [(process, end) for process, end in self._running if not end.is_set()]
 
     def _interrupted(self) -> None:
         again = " again, ignoring..." if self.context.is_shutdown else ""

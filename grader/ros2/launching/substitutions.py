@@ -191,7 +191,7 @@ class ThisLaunchFile(Substitution):
     local = "current_launch_file_path"  # set by the include that reads the file
 
     def perform(self, context: LaunchContext) -> str:
-        found = context.get_locals_as_dict().get(self.local)
+        found = getattr(context.locals, self.local, None)
         if found is None:
             raise SubstitutionFailure(f"{type(self).__name__} used outside of a launch file (in a script)")
         return str(found)

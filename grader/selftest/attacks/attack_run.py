@@ -22,7 +22,6 @@ from grader.selftest.attacks.attack import Attack, fill_in
 from grader.selftest.attacks.honeytokens import Honeytokens, planted
 
 Points = dict[str, float]
-LIMIT = "limit"
 
 # An attack on the build has a CMakeLists.txt of its own, so everything is compiled: minutes on a busy machine.
 _BUILD_SECONDS = 900.0
@@ -160,7 +159,8 @@ def _point_problems(each: Attack, grading: Grading, before: Points) -> list[str]
 
 def _report_problems(each: Attack, grading: Grading, tokens: Honeytokens) -> list[str]:
     problems = []
-    unseen = each.flag == LIMIT and cgroup.find_hierarchy() is None  # a process's own limits are hit without a trace
+    # Without a cgroup, each process has a limit on its own memory, which it hits without a trace.
+    unseen = each.name == "memory_bomb" and cgroup.find_hierarchy() is None
     if each.flag and not unseen and not any(each.flag in flag.kind for flag in grading.evidence.flags):
         problems.append(f"no integrity flag of the kind {each.flag!r}")
     report.write(grading, tokens.results, pictures=False)

@@ -88,6 +88,8 @@ def test_ros_own_tools_make_the_modules_once_more(tmp_path: Path):
         '#!/bin/sh\nexec python3 -m p.robot_controller "$@"\n',
         "#!/usr/bin/env bash\n# Run it.\nset -e\n\n/usr/bin/env python3 -u -m p.robot_controller $@\n",
         '#!/bin/sh\nHERE="$(cd "$(dirname "$0")" && pwd)"\nexec python3 "$HERE/node.py" "$@"\n',
+        '#!/bin/sh\nexec python3 -c "from p.robot_controller import main; raise SystemExit(main())" "$@"\n',
+        "#!/bin/sh\npython3 -c 'import sys; from p.robot_controller import main; sys.exit(main())' $@\n",
         '#!/bin/bash\nexec python3 "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/node" "$@"\n',
     ],
 )
@@ -104,6 +106,8 @@ def test_the_program_of_a_node_may_start_it_in_any_plain_way(tree: Path, text: s
         '#!/bin/sh\nexec /ws/install/share/p/core "$@"\n',
         '#!/bin/sh\nexec python3 /ws/install/share/p/core "$@"\n',
         "#!/bin/sh\nexec python3 -c 'import p'\n",
+        "#!/bin/sh\nexec python3 -c 'from p.not_there import main; main()'\n",
+        "#!/bin/sh\nexec python3 -c 'from p.robot_controller import main; exec(main())'\n",
         "#!/bin/sh\nexec python3 -m p.not_there\n",
         "#!/bin/sh\nHERE=$(unzip core)\nexec python3 -m p.robot_controller\n",
         "#!/bin/sh\n. ./core; exec python3 -m p.robot_controller\n",

@@ -54,13 +54,10 @@ def test_an_old_measurement_fails(check: Check, pace: str, late: int):
     assert judged(check, pace, late)
 
 
-def battery_judged(*logs: tuple[float, int, str]) -> str:
+def battery_judged(*logs: tuple[float, int, str], logger: str = "sensor_processor") -> str:
     """Return what is said of a battery that falls by 5 % a second from 60 %, and of these logs (t, level, words)."""
     published = [evidence.Message(float(n), "battery/state", {"percentage": 0.6 - 0.05 * n}) for n in range(12)]
-    messages = [
-        evidence.Message(t, "rosout", {"name": "sensor_processor", "level": level, "msg": said})
-        for t, level, said in logs
-    ]
+    messages = [evidence.Message(t, "rosout", {"name": logger, "level": level, "msg": said}) for t, level, said in logs]
     trial = evidence.Trial(
         "battery_runs_down", "sensor_processor", "open_field", 0, True, "lockstep", None, messages=messages,
         published=published,
@@ -76,12 +73,37 @@ def test_an_alarm_at_another_level_is_named():
     assert "at 7.0 s it logged 'Battery low' at another level, log it with self.get_logger().warning(...)" in said
     exchanged = battery_judged((7.0, 40, "Battery low"), (10.0, 30, "Battery critical"))
     assert "at 7.0 s it logged 'Battery low' at another level" in exchanged
+    both_warn = battery_judged((7.0, 30, "Battery low"), (10.0, 30, "Battery critical"))
+    assert "at 10.0 s it logged 'Battery critical' at another level, log it with self.get_logger().error(" in both_warn
 
 
 def test_right_alarms_and_other_logs_lose_nothing():
     assert (
         battery_judged((7.0, 30, "Battery low"), (7.0, 20, "battery at 25 %"), (10.0, 40, "Battery critical")) == ", "
     )
+
+
+@pytest.mark.parametrize("logger", ["sensor_processor.battery", "left.sensor_processor"])
+def test_alarms_of_a_child_logger_count(logger: str):
+    """get_logger().get_child('battery') logs as sensor_processor.battery; its alarms were not seen."""
+    assert battery_judged((7.0, 30, "Battery low"), (10.0, 40, "Battery critical"), logger=logger) == ", "
+
+
+@pytest.mark.parametrize(
+    ("level", "try_"),
+    [
+        (24.0, "publish the level as it is, with its decimals"),
+        (0.245, "BatteryState.percentage is 0 to 1"),
+        (100.0, "B"),
+    ],
+)
+def test_a_level_that_was_cut_to_an_int_is_told_from_a_ratio(level: float, try_: str):
+    trial = evidence.Trial(
+        "fusion", "sensor_processor", "open_field", 0, True, "lockstep", None, marks={"scans": 0.0},
+        published=[evidence.Message(1.0, "battery/state", {"percentage": 0.245})],
+        messages=[evidence.Message(2.0, "sensor_fusion_data", {"battery_level": level})],
+    )  # fmt: skip
+    assert ask(checks.test_fuses_the_battery_in_percent, evidence_with(trials={"fusion": trial})).try_.startswith(try_)
 
 
 def test_a_topic_that_is_not_subscribed_is_the_first_cause():

@@ -42,6 +42,15 @@ def test_a_traceback_of_the_nodes_own_costs_the_point(output: str):
     assert judged(output).share == 0
 
 
+def test_the_line_that_raised_is_named_though_a_log_line_follows_the_traceback():
+    """A goal's thread that answered too late was said to end with rclpy's warning, and to need try_shutdown."""
+    late = "rclpy._rclpy_pybind11.RCLError: Failed get goal status array: feedback publisher is invalid"
+    place = '  File "/ws/install/lib/ros2_robot_controller/navigator.py", line 52, in execute\n'
+    said = judged(f"{BEGIN}{place}    handle.succeed()\n{late}\n[WARN] [17.2] [a.action_server]: the client has gone\n")
+    assert f"ending '{late} (ros2_robot_controller/navigator.py:52, in `execute`)'" in said.seen
+    assert said.try_.startswith("once rclpy is shut down, nothing can be published or answered")
+
+
 COLLECTED = """Exception ignored in: <function Executor.__del__ at 0x7f12>
 Traceback (most recent call last):
   File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 263, in __del__

@@ -13,6 +13,7 @@ from helpers import recordings
 from helpers.class_reports import judge
 
 from grader import cli
+from grader.classroom import naming
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
@@ -140,3 +141,21 @@ def test_a_folder_of_something_else_is_not_overwritten(named: ClassFolder, tmp_p
     assert cli.main(["gradebook", str(named.path), "--anonymous", "--out", str(tmp_path / "mine")]) == 2
     assert (tmp_path / "mine" / "thesis.tex").exists()
     assert "is not an anonymous class" in capsys.readouterr().err
+
+
+def test_a_login_that_is_the_name_without_its_space_breaks_no_link(named: ClassFolder, monkeypatch: pytest.MonkeyPatch):
+    """Of "boekdahl" and "BoEkdahl" one won by chance, and links went to a person's alias instead of a hand-in's."""
+    person = replace(BO, login="boekdahl")
+    facts = named.facts()
+    entry = Entry("boekdahl", "Bo Ekdahl", Path("Bo Ekdahl.zip"), "d" * 64, (person,))
+    roster = tuple(person if each == BO else each for each in facts.roster)
+    named.write_facts(replace(facts, entries=(*facts.entries, entry), missing=(), roster=roster))
+    made = named.working(entry.id)
+    judge(recordings.load("does_not_compile"), made, HandIn((person.name,), ""))
+    named.keep(made, Record(entry.id, Status.GRADED, "", entry.content, facts.rubric))
+    monkeypatch.setattr("grader.classroom.naming.words", lambda of, usual=naming.words: sorted(usual(of), reverse=True))
+    assert cli.main(["gradebook", str(named.path), "--anonymous"]) == 0
+    page = (named.path / "anonymous" / "index.html").read_text()
+    own = table(named.path / "anonymous_key.csv")["s1235"]["hand-in"]
+    assert f'href="submissions/{own}/report.html"' in page
+    assert 'href="submissions/person-' not in page

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 from helpers.class_reports import report
 
+from grader import cli
 from grader.classroom import cells, gradebook
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
@@ -370,6 +371,20 @@ def test_a_single_grading_becomes_results_json_too(tmp_path):
     book = gradebook.of_one(report({"F4": 2.0}), rubric.load(rubric.RUBRIC))
     (path,) = gradescope.write_all(book, {"team07.zip": report({"F4": 2.0})}, tmp_path)
     assert json.loads(path.read_text())["score"] == 98.0
+
+
+@pytest.mark.sandbox
+def test_a_single_refusal_becomes_results_json_too(tmp_path):
+    """Gradescope said that the autograder had failed, for each submission without a package."""
+    (tmp_path / "homework").mkdir()
+    (tmp_path / "homework" / "main.py").write_text("print('not a package')\n")
+    assert cli.main(["grade", str(tmp_path / "homework"), "--out", str(tmp_path / "out")]) == 1
+    words = ["gradebook", str(tmp_path / "out"), "--for", "gradescope", "--out", str(tmp_path / "results")]
+    assert cli.main(words) == 0
+    (path,) = (tmp_path / "results").rglob("results.json")
+    results = json.loads(path.read_text())
+    assert results["score"] == 0.0
+    assert "package.xml" in results["output"]
 
 
 def test_github_gets_annotations_that_a_submission_cannot_forge(book):

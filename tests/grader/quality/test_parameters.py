@@ -6,7 +6,18 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE, PACKAGE, PARAMETERS
-from helpers.quality_examples import CONTROLLER, MOTION, PROCESSOR, REFERENCE, facts, judged, reference, written
+from helpers.quality_examples import (
+    CONTROLLER,
+    MOTION,
+    NAVIGATOR,
+    PROCESSOR,
+    REFERENCE,
+    facts,
+    judged,
+    reference,
+    untouched,
+    written,
+)
 
 from grader.courses.robot_controller.checks.check_habits import test_contract_numbers_are_parameters as numbers
 from grader.quality.parameters import parameter_use
@@ -40,6 +51,14 @@ def test_a_parameter_that_is_never_read_costs_its_share(tmp_path: Path):
     result = judged(numbers, facts(reference(tmp_path, files={MOTION: text})))
     assert result.share == pytest.approx(11 / 12)
     assert "safety_margin is declared, and its value is never used" in result.seen
+
+
+def test_a_byte_order_mark_hides_nothing(tmp_path: Path):
+    """As Windows' Notepad writes it: what the module led to was not reached, and eight parameters were not declared."""
+    marked = b"\xef\xbb\xbf" + (REFERENCE / NAVIGATOR).read_bytes()
+    found = facts(reference(tmp_path, files={NAVIGATOR: marked}))
+    assert judged(numbers, found).share == 1.0
+    assert found.reached == untouched().reached
 
 
 def test_a_parameter_that_is_not_declared_costs_its_share(tmp_path: Path):

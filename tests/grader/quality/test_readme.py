@@ -271,7 +271,7 @@ def test_a_command_for_another_package_does_not_run_this_one(tmp_path: Path, com
 def test_twenty_times_the_same_word_say_nothing(tmp_path: Path):
     prose = "The robot " * 20
     text = f"# {REFERENCE.name}\n\n{prose}\n\n```\n{COMMANDS}```\n"
-    assert "what it does (6 words of prose; at least 20 are needed" in said(tmp_path, text).seen
+    assert "what it does (6 words of prose; at least 10 are needed" in said(tmp_path, text).seen
 
 
 SOMETHING = (

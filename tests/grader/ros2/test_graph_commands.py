@@ -152,7 +152,8 @@ def test_a_goal_is_sent_and_followed_with_feedback(ros2):
     until(lambda: ros2("action", "list", "-t").out == expected)
     assert "Action servers: 1\n    /robot_controller\n" in ros2("action", "info", "/navigate_to_position").out
     odometry = str(ros2.folder / "odom.log")
-    ros2("topic", "pub", "-r", "10", "/odom", "nav_msgs/msg/Odometry", background=odometry)
+    # A pose is as old as its stamp says, so one without a stamp does not count.
+    ros2("topic", "pub", "-r", "10", "/odom", "nav_msgs/msg/Odometry", "{header: auto}", background=odometry)
     goal = "{target_pose: {position: {x: 0.01}}, tolerance: 0.5}"
     sent = ros2("action", "send_goal", "-f", "/navigate_to_position", f"{TYPE}/action/NavigateToPosition", goal)
     assert "Goal accepted with ID: " in sent.out

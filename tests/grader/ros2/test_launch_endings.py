@@ -6,12 +6,15 @@ import os
 import pty
 import re
 import signal
+import subprocess
 import sys
 import uuid
 from pathlib import Path
 
 import pytest
 from helpers.ros2_runs import COMMAND, FILES, environment, events, until, write
+
+from grader.ros2.launching.guard import Guard
 
 
 @pytest.fixture
@@ -55,6 +58,20 @@ def test_no_orphan_after_a_signal(launch, tmp_path, mark, number, code):
     assert started.end().code == code
     until(lambda: not alive(mark))
     until(lambda: not list(tmp_path.glob("launch_params_*")))
+
+
+def test_no_orphan_of_a_launch_that_is_killed_as_it_starts_a_process(mark):
+    """Until the launch had noted the new process's group, nothing ended that process's children."""
+    killed = os.fork()
+    if killed == 0:
+        try:
+            shell = ["sh", "-c", f"sleep {mark} & wait"]
+            subprocess.Popen(shell, start_new_session=True, preexec_fn=Guard().joining())
+            until(lambda: alive(mark))
+        finally:
+            os.kill(os.getpid(), signal.SIGKILL)
+    os.waitpid(killed, 0)
+    until(lambda: not alive(mark))
 
 
 def test_no_orphan_after_an_exception_during_the_launch(launch, tmp_path, mark):

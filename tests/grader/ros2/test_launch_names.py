@@ -219,6 +219,10 @@ def visitor(demo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     yield made
     os.environ.clear()
     os.environ.update(before)
+    if never_started := asyncio.all_tasks(made.loop):
+        for task in never_started:
+            task.cancel()
+        made.loop.run_until_complete(asyncio.wait(never_started))
     made.loop.close()
 
 

@@ -227,6 +227,14 @@ def test_a_build_of_many_small_files_is_not_crashed_by_proot(tmp_path: Path):
     assert [sandbox.run([*ninja, "-t", "clean"], box).exit_code, sandbox.run(ninja, box).exit_code] == [0, 0]
 
 
+def test_a_fork_bomb_is_ended_at_once_where_no_cgroup_can_be_made(monkeypatch: pytest.MonkeyPatch):
+    """Its processes kept every core busy until the time of each trial was over."""
+    monkeypatch.setattr("grader.host.cgroup.find_hierarchy", lambda: None)
+    bomb = "import os, time\nwhile True:\n    try:\n        os.fork()\n    except OSError:\n        time.sleep(0.01)"
+    result = sandbox.run(["python3", "-c", bomb], Sandbox(environment=ENVIRONMENT), Limits(processes=64))
+    assert (result.stopped, result.timed_out) == ("processes", False)
+
+
 def test_what_fills_the_folders_for_temporary_files_is_stopped():
     """They are disks in memory under bubblewrap, with a size; here a node could fill the container's disk."""
     code = (

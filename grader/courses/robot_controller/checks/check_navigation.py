@@ -56,8 +56,18 @@ def test_stands_still_after_arrival(judge: Judge) -> None:
             t=last.t - goal.ended_t,
         )
         judge.expect(still, seen, say("publish zero when the goal ends, however it ends"))
-    if died := motion.died_after(3, judge, judge.trial("navigate_again", complete=False)):
+    trial = judge.trial("navigate_again", complete=False)
+    if died := motion.died_after(3, judge, trial):
         judge.share(0.5, say("get_status after a goal: {died}", died=died), motion.TRY_TYPES)
+    for goal in trial.goals[2:]:  # the third came after a set_speed
+        last = trial.samples[-1]
+        # The end of a goal that never ended is NaN, which compares False.
+        if goal.ended_t + 1.5 <= last.t and not motion.stays_still(trial.samples, goal.ended_t + 1.0):
+            seen = say(
+                "v = {v:.2f} m/s {t:.1f} s after a goal that came after a set_speed", v=last.v, t=last.t - goal.ended_t
+            )
+            try_ = say("after a goal the robot stands still: forget the speed that was set before it")
+            judge.share(0.5, seen, try_)
 
 
 def again(trial: Trial) -> list[tuple[str, str]]:

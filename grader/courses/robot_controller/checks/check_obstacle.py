@@ -49,6 +49,8 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
             near=near,
             where=_where(trial),
         )
+        nearest = min((distance for t, distance in motion.in_the_way(trial) if t <= zero), default=math.inf)
+        seen += say("; the closest reading was {nearest:.2f} m by then", nearest=nearest)
         try_ = say("stop in the cycle that sees the scan, without averaging or waiting")
         judge.expect(delay <= 0.3 + _SLACK_S, seen, try_)
 

@@ -29,7 +29,7 @@ def questions(rng: random.Random) -> list[dict[str, Any]]:
         _quaternion(-0.25, 0.35, round(rng.uniform(-3.0, 3.0), 3)),
     ]
     limits = [(0.5, 0.0, 1.0), (-2.0, 0.0, 1.0), (7.0, 0.0, 1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (-0.5, -1.0, 1.0)]
-    limits += [(-3.0, -1.0, -0.5), (0.0, -1.0, -0.5), (5.0, 2.0, 2.0)]
+    limits += [(-3.0, -1.0, -0.5), (0.0, -1.0, -0.5), (5.0, 2.0, 2.0), (-9.0, -3.5, 4.25), (9.0, -3.5, 4.25)]
     limits += [(round(rng.uniform(-9, 9), 2), -3.5, 4.25) for _ in range(4)]
     return [
         *({"function": "normalize_angle", "arguments": [angle]} for angle in angles),

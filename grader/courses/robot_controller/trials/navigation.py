@@ -29,7 +29,7 @@ def _target(stage: Stage, bearing: float, distance: float) -> tuple[float, float
 
 @trial(serves=["F3", "F7", "F8"], takes_long=True)  # a goal without feedback runs in real time
 def navigate_again(stage: Stage) -> None:
-    """Send three goals: to its own place, one cancelled after service calls, one more; ask for status."""
+    """Send three goals: to its own place, one cancelled after calls, one after a speed; ask for status."""
     stage.run(0.5)
     here = stage.navigate(*_target(stage, 0.0, 0.03), 0.25)
     if here.problem:
@@ -43,10 +43,12 @@ def navigate_again(stage: Stage) -> None:
     stage.call("set_speed", speed=0.75)
     goal.cancel()
     stage.run(1.5)
+    stage.call("set_speed", speed=0.125)
     third = stage.navigate(*_target(stage, side * 0.3, 0.8), 0.15)
     stage.run_until(lambda: third.ended, 30.0)
     stage.run(0.5)
     stage.call("get_status")
+    stage.run(1.5)
 
 
 @trial(serves=["F8", "F9", "F11"])

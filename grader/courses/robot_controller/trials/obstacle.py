@@ -47,13 +47,14 @@ def wall_backward(stage: Stage) -> None:
 def pole_aside(stage: Stage) -> None:
     """Drive past a pole at the edge of the sector that the robot has to watch, then one at its other edge."""
     side = stage.choose("side", [-1.0, 1.0])
-    stage.choices["speed"] = 0.25
+    # Slow, so that the pole stays within 60 degrees for longer than the robot may take to see it.
+    stage.choices["speed"] = 0.125
     stage.run(0.3)
-    stage.call("set_speed", speed=0.25)
+    stage.call("set_speed", speed=0.125)
     stage.run(0.7)
     # Few beams hit the pole, many the wall far behind it: the closest reading is one of the few.
     stage.add_obstacle(2.5, radius=6.0)
-    bearing = side * math.radians(stage.between("degrees", 38.0, 48.0))
+    bearing = side * math.radians(stage.between("degrees", 52.0, 54.0))
     pole = stage.add_obstacle(0.44, bearing=bearing, radius=0.025)
     stage.run(2.0)
     stage.mark("free")

@@ -90,7 +90,7 @@ def other_settings(stage: Stage) -> None:
 
 @trial(serves=["F3", "F11"], takes_long=True)
 def changed_limits(stage: Stage) -> None:
-    """Lower the running controller's limits at full speed; then drive backwards and to a goal."""
+    """Lower the running controller's limits at full speed, then on the way to a goal; drive backwards."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.5)
     stage.run(1.0)
@@ -105,5 +105,7 @@ def changed_limits(stage: Stage) -> None:
     stage.run(0.8)
     pose = stage.simulator.odometry().pose
     angle = pose.yaw + stage.choose("side", [-1.0, 1.0]) * 1.6
-    stage.navigate(pose.x + math.cos(angle), pose.y + math.sin(angle), 0.2)
-    stage.run(4.0)
+    stage.navigate(pose.x + 1.5 * math.cos(angle), pose.y + 1.5 * math.sin(angle), 0.2)
+    stage.run(5.0)
+    stage.set_parameter("max_linear_speed", 0.125)
+    stage.run(1.0)
