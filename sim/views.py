@@ -112,7 +112,7 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
         line: dict[str, Any] = {"color": color, "linestyle": style, "label": label, "linewidth": 1.6}
         plan.plot(run.x, run.y, zorder=3, **line)
         plan.plot(run.x[-1:], run.y[-1:], "o", color=color, zorder=4)
-        _mark_contacts(plan, run)
+        draw_contacts(plan, run)
         speed.plot(run.t, run.v, **line)
         turn.plot(run.t, run.omega, **line)
         distance.plot(run.t, _gaps(run.closest), **line)
@@ -175,23 +175,27 @@ def draw_robot(axes: Axes, pose: Pose, radius: float) -> None:
 
 def draw_run(axes: Axes, recording: Recording, at: float | None = None) -> None:
     """Draw a recorded run on a map, with robot, scan and moving obstacles at time `at` (s), by default at the end."""
-    time = recording.t[-1] if at is None else at
-    index = recording.index_at(time)
-    _draw_obstacles_at(axes, recording, time)
+    draw_moment(axes, recording, recording.t[-1] if at is None else at)
     draw_goals(axes, recording.world.goals)
-    kept = np.flatnonzero(recording.scan_index <= index)
-    if kept.size:
-        last = int(kept[-1])
-        taken = recording.pose_at(int(recording.scan_index[last])).compose(recording.lidar)
-        _draw_scan(axes, recording.scan_ranges[last], recording.scan_angles, taken)
     origin = recording.odom_origin
     odometry = [origin.point_to_parent(p) for p in zip(recording.odom_x, recording.odom_y, strict=True)]
     axes.plot(recording.x, recording.y, color=COLORS["path"], linewidth=1.8, zorder=3, label="path")
     if np.abs(np.array(odometry) - np.stack([recording.x, recording.y], axis=1)).max() > 1e-3:
         axes.plot(*zip(*odometry, strict=True), "--", color=COLORS["odometry"], lw=1.2, zorder=3, label="odometry")
     axes.plot(recording.x[:1], recording.y[:1], "o", color=COLORS["path"], markersize=4, zorder=4)
+    draw_contacts(axes, recording)
+
+
+def draw_moment(axes: Axes, recording: Recording, time: float) -> None:
+    """Draw robot, obstacles and the latest scan of a recorded run at `time` (s) on a map."""
+    index = recording.index_at(time)
+    _draw_obstacles_at(axes, recording, time)
+    kept = np.flatnonzero(recording.scan_index <= index)
+    if kept.size:
+        last = int(kept[-1])
+        taken = recording.pose_at(int(recording.scan_index[last])).compose(recording.lidar)
+        _draw_scan(axes, recording.scan_ranges[last], recording.scan_angles, taken)
     draw_robot(axes, recording.pose_at(index), recording.radius)
-    _mark_contacts(axes, recording)
 
 
 def draw_speeds(speed: Axes, turn: Axes, recording: Recording) -> None:
@@ -258,7 +262,8 @@ def _draw_obstacles_at(axes: Axes, recording: Recording, time: float) -> None:
         draw_obstacles(axes, [obstacle], alpha=1.0 if there else 0.25, ways=way)
 
 
-def _mark_contacts(axes: Axes, recording: Recording) -> None:
+def draw_contacts(axes: Axes, recording: Recording) -> None:
+    """Mark where a recorded robot touched something."""
     if recording.contacts:
         places = np.array([c.point for c in recording.contacts])
         label = None if any(t.get_label() == "contact" for t in axes.get_lines()) else "contact"

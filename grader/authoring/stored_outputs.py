@@ -57,8 +57,11 @@ def _clean_data(kind: str, data: Any, workspace: Path) -> Any:
 
 
 def small_png(encoded: str) -> str:
-    """Return a base64 PNG reduced to 128 colours if that makes it smaller: plots have few colours."""
+    """Return a base64 PNG reduced to 128 colours if that makes it smaller: plots have few colours. A film stays."""
     raw = base64.b64decode(encoded)
+    with Image.open(io.BytesIO(raw)) as opened:
+        if getattr(opened, "is_animated", False):
+            return encoded
     smaller = reduce_colours(raw)
     return base64.b64encode(smaller).decode() if len(smaller) < len(raw) else encoded
 

@@ -18,7 +18,7 @@ from grader import building
 from grader.course import reader
 from grader.errors import GraderError
 from grader.host import ros_env
-from grader.notebook import cell_hooks, checkpoints, workspace
+from grader.notebook import cell_hooks, checkpoints, graph_view, workspace
 from grader.notebook.bench import bench
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.file_backups import FileBackups
@@ -191,56 +191,49 @@ def _bench(name: str) -> Any:
 def launched(*words: str, nodes: int) -> Iterator[Any]:
     """Run `ros2 WORDS` until the block ends; begin when so many nodes are on the graph, or the command has ended."""
     import rclpy
-    from rclpy.context import Context
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.parameter import parameter_value_to_python
     from rclpy.parameter_client import AsyncParameterClient
-    from rclpy.utilities import try_shutdown
 
-    context = Context()
-    rclpy.init(context=context)
-    watcher = rclpy.create_node("_watcher", context=context, enable_rosout=False, start_parameter_services=False)
-    executor = SingleThreadedExecutor(context=context)
-    command = subprocess.Popen(
-        ["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-    )
+    with graph_view.watcher() as watcher:
+        executor = SingleThreadedExecutor(context=watcher.context)
+        command = subprocess.Popen(
+            ["ros2", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
 
-    def found() -> list[str]:
-        pairs = watcher.get_node_names_and_namespaces()
-        return [f"{space.rstrip('/')}/{name}" for name, space in pairs if not name.startswith("_")]
+        def found() -> list[str]:
+            return graph_view.names(watcher)
 
-    def wait(until: Callable[[], bool]) -> None:
-        end = time.monotonic() + _PATIENCE_S
-        while not until() and command.poll() is None and time.monotonic() < end:
-            time.sleep(0.05)
+        def wait(until: Callable[[], bool]) -> None:
+            end = time.monotonic() + _PATIENCE_S
+            while not until() and command.poll() is None and time.monotonic() < end:
+                time.sleep(0.05)
 
-    def published(name: str, space: str, *, count: int) -> list[str]:
-        def topics() -> set[str]:
-            if f"{space.rstrip('/')}/{name}" not in found():
-                return set()
-            return {topic for topic, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN
+        def published(name: str, space: str, *, count: int) -> list[str]:
+            def topics() -> set[str]:
+                if f"{space.rstrip('/')}/{name}" not in found():
+                    return set()
+                return {topic for topic, _ in watcher.get_publisher_names_and_types_by_node(name, space)} - _OWN
 
-        wait(lambda: len(topics()) >= count)  # a node is on the graph before it has made its publishers
-        return sorted(topics())
+            wait(lambda: len(topics()) >= count)  # a node is on the graph before it has made its publishers
+            return sorted(topics())
 
-    def parameter(node: str, name: str) -> str:
-        client = AsyncParameterClient(watcher, node)
-        if node not in found() or not client.wait_for_services(timeout_sec=_PATIENCE_S):
-            return ""
-        future = client.get_parameters([name])
-        rclpy.spin_until_future_complete(watcher, future, executor, timeout_sec=_PATIENCE_S)
-        answer = future.result()  # type: ignore[no-untyped-call]  # rclpy's
-        return str(parameter_value_to_python(answer.values[0])) if answer else ""
+        def parameter(node: str, name: str) -> str:
+            client = AsyncParameterClient(watcher, node)
+            if node not in found() or not client.wait_for_services(timeout_sec=_PATIENCE_S):
+                return ""
+            future = client.get_parameters([name])
+            rclpy.spin_until_future_complete(watcher, future, executor, timeout_sec=_PATIENCE_S)
+            answer = future.result()  # type: ignore[no-untyped-call]  # rclpy's
+            return str(parameter_value_to_python(answer.values[0])) if answer else ""
 
-    try:
-        wait(lambda: len(found()) >= nodes)
-        yield SimpleNamespace(nodes=found, published=published, parameter=parameter)
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(command.pid, signal.SIGINT)  # to all of its group, as Ctrl-C in a terminal
-        with suppress(subprocess.TimeoutExpired):
-            command.wait(_PATIENCE_S)
-        with suppress(ProcessLookupError):
-            os.killpg(command.pid, signal.SIGKILL)
-        watcher.destroy_node()  # type: ignore[no-untyped-call]  # rclpy's
-        try_shutdown(context=context)
+        try:
+            wait(lambda: len(found()) >= nodes)
+            yield SimpleNamespace(nodes=found, published=published, parameter=parameter)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(command.pid, signal.SIGINT)  # to all of its group, as Ctrl-C in a terminal
+            with suppress(subprocess.TimeoutExpired):
+                command.wait(_PATIENCE_S)
+            with suppress(ProcessLookupError):
+                os.killpg(command.pid, signal.SIGKILL)

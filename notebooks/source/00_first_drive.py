@@ -78,6 +78,19 @@ tour.run(12.0)
 tour.stop()
 
 # %% [markdown]
+# Where there is no Python to drive the robot, as on a web page, a live view stands still.
+# A **film** moves there, too: a drive that is over, played faster.
+# Here is the whole tour, from the first star to the last.
+
+# %%
+from sim.film import Film
+
+simulator = sim.Simulator(sim.load_world("office"))
+Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
+
+# %% [markdown]
+# **Watch** the orange points when it goes through a door: from then on the lidar sees a part of the office.
+#
 # ## Two numbers move it
 #
 # A robot on two wheels cannot go sideways.

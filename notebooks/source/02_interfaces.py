@@ -693,6 +693,21 @@ print("of them connected to this publisher:", sender.get_subscription_count())
 # Nothing, and no message about it.
 # But the two numbers show it: there *is* a subscriber, and it is not connected.
 # When a robot does not move, look at that first: `ros2 topic info -v /cmd_vel`, and compare the types.
+#
+# Or look at the whole **graph**: the nodes that run now on the left, their topics on the right.
+# A dashed link leads nowhere.
+# (ROS's own tool for this picture is `rqt_graph`, a window on a desktop.
+# It draws the same links, and paints a topic red whose qualities of service do not fit; more about those in notebook 04.)
+
+# %% tags=["nbval-ignore-output"]
+# On a busy machine the two may need longer than the picture waits.
+from grader.notebook.graph_view import graph_view
+
+graph_view(nodes=2)
+
+# %% [markdown]
+# The dashed links of `/cmd_vel` are what you have just measured.
+# `/wind` has both its ends in one node, so two links go to the same oval.
 
 # %%
 planner.destroy_node()

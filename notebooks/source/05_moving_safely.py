@@ -1309,6 +1309,16 @@ compare_view(first, second, ("latched", "asked afresh"))
 # Keep apart what is *wanted* and what is *safe now*.
 # The obstacle changes what you publish, never what was asked for.
 #
+# And your node, before the same box? The film below shows its drive.
+
+# %%
+from sim.film import Film
+
+with run_node(world=room, parameters={"speed": 0.4}) as run:
+    recording = run.drive(10.0)
+Film(recording)
+
+# %% [markdown]
 # F5 puts an obstacle in front of your robot and takes it away again, and one *behind* it, which should not matter.
 
 # %% tags=["check"]
@@ -1411,7 +1421,7 @@ except (NameError, AttributeError):
 # %% [markdown]
 # One thread, one row of blue at a time: whatever else is due waits.
 # The second thread that a `MultiThreadedExecutor` would bring lets two callbacks run at once, in two *callback groups*; then both may change `self` in the same moment, and you need locks.
-# Short callbacks need neither.
+# Short callbacks need neither. (Notebook 06 has a table of executors and groups.)
 #
 # So in a callback there is no `time.sleep`, no waiting for an answer, no loop "until it is there".
 # Remember what you need in `self`, return, and let the timer ask again.
@@ -1425,6 +1435,21 @@ except (NameError, AttributeError):
 # | `def f(scans=[])` | one list for all calls, it remembers |
 # | `if distance < 0.5` | the contract calls that number a parameter; read it from there |
 # | no type annotations on public functions | a reader has to guess: `def ramp(previous: float, wanted: float, ...) -> float` |
+#
+# Annotations are for tools, too.
+# Python ignores them when it runs; `mypy` reads them and runs nothing.
+# For a call `ramp(0.0, '0.5', 0.1)` it says, before any robot moves:
+#
+#     error: Argument 2 to "ramp" has incompatible type "str"; expected "float"  [arg-type]
+#
+# It is not part of the kit; `pip install mypy` in an environment of your own, then `mypy --ignore-missing-imports ros2_robot_controller` (rclpy's messages have no types that it could read).
+#
+# **Which of the five habits** could a tool not find that only reads the types?
+#
+# <details><summary>Answer</summary>
+#
+# All but the missing annotations: `mypy --disallow-untyped-defs` names those. For the others there are linters (notebook 09), and for the number that should be a parameter somebody has to know the contract.
+# </details>
 
 # %% tags=["check"]
 check("Q4")

@@ -708,6 +708,19 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 
 # %% [markdown]
 # One thread, `await`, and a group of its own: that works.
+#
+# The names of the other possibilities, for when you meet them in other people's code:
+#
+# | | callbacks in one `MutuallyExclusiveCallbackGroup` (the default: one for the node) | in one `ReentrantCallbackGroup`, or in two groups |
+# |---|---|---|
+# | `SingleThreadedExecutor`, what `rclpy.spin` uses | one after the other; while one awaits, the group stays closed | one after the other; while one awaits, the others run |
+# | `MultiThreadedExecutor(num_threads=4)` | one after the other | at the same time, each in a thread |
+#
+# So a second thread alone changes nothing as long as all callbacks are in one group.
+# With two threads *and* two groups even `desk_waits` gets its answer, and from then on two callbacks may change `self` at once.
+#
+# **Which of the four fields needs locks?** Only the last one.
+#
 # In the contract's package no service needs another one, and the simplest cure is the best: *do not ask inside a callback; remember what you know*.
 # `_on_get_status` asks no other node. It reads what the last scan and the last odometry left in `self`.
 #

@@ -1434,6 +1434,14 @@ print(went, "- contacts:", len(recording.contacts))
 run_view(recording)
 
 # %% [markdown]
+# The same as a film; watch the box.
+
+# %%
+from sim.film import Film
+
+Film(recording)
+
+# %% [markdown]
 # Did it twitch forward while it stood before the box?
 # Then the lidar's noise read 0.501 m once, and the next scan took it back.
 #

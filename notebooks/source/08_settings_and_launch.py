@@ -1000,6 +1000,8 @@ write_settings("/**/cart")
 import signal
 from contextlib import contextmanager
 
+from grader.notebook.graph_view import graph_view
+
 
 @contextmanager
 def launched(*words):
@@ -1021,10 +1023,11 @@ with launched("two_carts_launch.py", "speed:=0.1"):
     # !ros2 topic echo --once --field linear.x /left/cmd_vel
     # !ros2 topic echo --once --field linear.x /right/wheels/cmd_vel
     # !ros2 node list --spin-time 5
-    # !ros2 topic list
+    carts = graph_view(nodes=2)
+carts
 
 # %% [markdown]
-# Read the result line by line.
+# Read the result line by line, and find each line in the picture.
 #
 # - The **namespace** went before every name of a node: `/left/cart`, `/left/cmd_vel`. Same code, two robots.
 # - The **file** reached both, because its key is `/**/cart`: 0.3 for the left one.
@@ -1168,8 +1171,13 @@ def generate_launch_description() -> LaunchDescription:
 with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 param get /robot_controller max_linear_speed
     # !ros2 node list --spin-time 5
+    yours = graph_view()
+yours
 
 # %% [markdown]
+# This is your package on the graph: what each of your two nodes publishes and subscribes.
+# Compare it with the contract's table in the [handout](../docs/handout.md); I4 asks for these names and types.
+#
 # New folders have to be installed, too, or they cannot be found after `colcon build`: that is the third point of I1.
 # And `ros2 launch ros2_robot_controller robot_controller_launch.py`, with the package's name, starts the installed file from anywhere.
 
@@ -1177,6 +1185,22 @@ with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
 check("I1", "I5")
 
 # %% [markdown]
+# ### Windows that others use
+#
+# On a desktop with ROS from apt people look at a running robot in windows. This kit has none, but something for each of them:
+#
+# | window | what it shows | here |
+# |---|---|---|
+# | `rviz2` | scans, maps, transforms and goals in three dimensions, from topics alone | the live view and its clicks, `map_view`, `Film` |
+# | Foxglove | the same in a browser, and bags | a bag from `ros2 bag record` can be opened there |
+# | `rqt_graph` | nodes and topics | `graph_view` |
+# | `rqt_plot` | a number over time | `run.messages(...)` and a plot |
+# | `rqt_console` | the log of all nodes, by level | `ros2 topic echo /rosout` |
+# | `rqt_reconfigure` | a slider for each parameter | `ros2 param set` |
+#
+# RViz is the first thing that you will open on a real robot.
+# It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan whose frame nobody publishes is simply not there (notebook 12).
+#
 # Passed?
 # Then try two of *your* robots, each in a namespace: write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
 #

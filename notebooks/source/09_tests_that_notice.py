@@ -1908,7 +1908,18 @@ class Careless( object ):
 check("Q1")
 
 # %% [markdown]
-# Each line names the file, the line, the column and the rule; `F401` is an unused import, `E501` a line that is too long.
+# In a workspace with several packages nobody types `pytest` in each of them.
+# `colcon test` runs the tests of all packages that were built, in the order of their dependencies; your `CMakeLists.txt` says in its fifth part what yours are.
+# In a terminal, in the folder `ws`:
+#
+#     colcon build
+#     colcon test
+#     colcon test-result --verbose
+#
+# The last line is the one to read, such as `Summary: 294 tests, 0 errors, 0 failures, 0 skipped`.
+# **Why are there two commands?** `colcon test` ends with 0 also where tests have failed: it *ran* them. `colcon test-result` reads the results, and its exit code is what a CI job looks at.
+#
+# Each line of the linter names the file, the line, the column and the rule; `F401` is an unused import, `E501` a line that is too long.
 #
 # `# noqa` behind a line makes the linter look away.
 # The grader counts as if it were not there; a reader asks what is being hidden.
@@ -1918,8 +1929,7 @@ check("Q1")
 #
 # > **On a real TurtleBot 4**
 # >
-# > - On a machine with ROS from apt, `colcon test --packages-select ros2_robot_controller` and then `colcon test-result --verbose` run the same tests: your `CMakeLists.txt` says so in its fifth part.
-# > - There, `ament_flake8` has more plug-ins and asks for more: single quotes, imports in alphabetical order. Your skeletons keep those rules too.
+# > - On a machine with ROS from apt, `ament_flake8` has more plug-ins and asks for more: single quotes, imports in alphabetical order. Your skeletons keep those rules too.
 # > - A bench finds most mistakes and never all. It has no wheels that slip, no battery that sinks, no lidar that is mounted turned by 90°. The first drive on a real robot is slow, and a hand is at the switch.
 # > - A recording is a test input: `ros2 bag record /scan /odom` on the day something went wrong, and the next version of your node has to cope with it at your desk.
 #

@@ -443,10 +443,11 @@ class Demo:
 # Not compared: for once time is real.
 recording = perform()
 
-# %%
-from sim.views import map_view
+# %% tags=["nbval-ignore-output"]
+# Not compared: for once time is real.
+from sim.film import Film
 
-map_view(recording, title="the way that the demonstration drove")
+Film(recording)
 
 # %% [markdown]
 # #### Piece 4: a chair in the way

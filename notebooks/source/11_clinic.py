@@ -26,7 +26,7 @@
 # **You will be able to**
 #
 # - go from a complaint to a file and a line, with tools instead of guesses;
-# - say which tool answers which question: `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
+# - say which tool answers which question: the graph of nodes and topics, `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
 # - show that a cure cures, and that it breaks nothing else.
 #
 # **Time:** 90 to 180 minutes, 5 to 20 for each case; they can be treated on different days, in any order.
@@ -45,6 +45,7 @@
 # %%
 from grader.notebook import begin, bench, mine, run_node, tries
 from grader.notebook.clinic import admit, check, launched
+from grader.notebook.graph_view import graph_view
 
 begin("11")
 
@@ -135,7 +136,13 @@ print(run.set_speed(0.4).message)
 print(f"driven after 3 s: {run.drive(3.0).v[-1]:.1f} m/s")
 
 # %% [markdown]
-# There is a sender and there should be a receiver.
+# There is a sender and there should be a receiver: one topic, two nodes.
+
+# %% tags=["nbval-ignore-output"]
+# On a busy machine a node may need longer than the picture waits.
+graph_view()
+
+# %% [markdown]
 # **Which question separates "nothing is sent" from "nothing arrives"?**
 # The node is still running (time stands until you call `drive`), so you can look at both ends of the topic.
 # And read what is printed above: ROS says more than people believe, in the log of the *other* side.
@@ -220,6 +227,8 @@ admit("C4")
 with launched("launch", "ros2_robot_controller", "robot_controller_launch.py", nodes=2):
     # !ros2 topic info -v /sensor_fusion_data | grep -E "Node name|Endpoint type"
     # !ros2 node list --spin-time 5
+    nodes_and_topics = graph_view(nodes=2)
+nodes_and_topics
 
 # %% [markdown]
 # The messages have a sender, and its name is in the list.

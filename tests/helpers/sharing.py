@@ -22,6 +22,7 @@ ONE_NETWORK = (
     "tests/grader/notebook/test_bench.py",
     "tests/grader/notebook/test_lessons.py",
     "tests/grader/notebook/test_clinic.py",
+    "tests/grader/notebook/test_graph_view.py",
     "tests/grader/trials/test_service_proxy.py",
     "tests/grader/trials/test_listening.py",
 )

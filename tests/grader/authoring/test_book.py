@@ -8,10 +8,13 @@ from pathlib import Path
 
 import nbformat
 import pytest
+from PIL import Image, ImageSequence
 
 from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
+from sim import Simulator, Twist, World, drive
+from sim.film import Film
 
 NAME = "02_example"
 
@@ -287,10 +290,14 @@ def test_stored_pictures_are_small():
     assert len(stored_outputs.small_png(png(400))) < len(png(400)) / 2
 
 
+def test_a_film_is_stored_with_all_its_frames():
+    film = Film(drive(Simulator(World()), lambda _: Twist(0.3, 0.0), 2.0))
+    stored = stored_outputs.small_png(base64.b64encode(film.png()).decode())
+    assert len(list(ImageSequence.Iterator(Image.open(io.BytesIO(base64.b64decode(stored)))))) == 18
+
+
 def png(width: int) -> str:
     """Return a picture with many colours."""
-    from PIL import Image
-
     stream = io.BytesIO()
     Image.linear_gradient("L").resize((width, width)).convert("RGBA").rotate(30).save(stream, "png")
     return base64.b64encode(stream.getvalue()).decode()
