@@ -103,7 +103,7 @@ class _WatchedRecorder(TrialRecorder):
         messages: Mapping[str, list[tuple[float, Any]]],
     ) -> None:
         super().__init__(plan, simulator, node.recorded_topics)
-        self._recorder, self._commands = recorder, messages[node.bridge.topics.command]
+        self._recorder, self._commands = recorder, messages.get(node.bridge.topics.command, [])
         self._readings: list[Reading] = []
 
     def take_command(self, t: float, message: Any) -> None:
