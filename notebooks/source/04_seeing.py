@@ -659,6 +659,36 @@ print(count)
 # The grader looks at that too: **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
 # You check it below for the node that you write today; the controller's part comes in notebook 07.
 #
+# Reliability is one of two settings that cost people evenings. The other one is **durability**: what becomes of a message that was sent *before* a subscriber came.
+#
+# | | volatile | transient local |
+# |---|---|---|
+# | as an offer | "who comes late has missed it" | "I keep the last ones for those who come late" |
+# | as a request | "only what is new" | "also what you have kept" |
+#
+# Volatile is the default, and right for a scan.
+# A map, a robot's description or the static transforms of notebook 12 are sent *once*; their publishers are transient local.
+# The rule is the same as above: who requests transient local gets nothing from a volatile publisher.
+#
+# A map's name is sent once, and then two subscribers come.
+# **What will each hear?**
+
+# %%
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+lidar.create_publisher(String, "map_name", kept).publish(String(data="office"))
+
+heard_late = {"volatile": [], "transient local": []}
+picky.create_subscription(String, "map_name", heard_late["volatile"].append, 1)
+modest.create_subscription(String, "map_name", heard_late["transient local"].append, kept)
+spin_until(lambda: heard_late["transient local"])
+print({name: [message.data for message in messages] for name, messages in heard_late.items()})
+
+# %% [markdown]
+# That is how RViz shows a map that was sent an hour before it was opened.
+#
 # One more thing that others see: the **names**.
 # The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can put it elsewhere:
 # `--ros-args -r raw_scan:=scan`, or a whole second robot in a namespace of its own.

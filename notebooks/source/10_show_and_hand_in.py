@@ -930,10 +930,63 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # The grader builds what you hand in, and nothing else, in an empty room: no network, no home, no old build.
 # You have been using that room all along: each `check` ran in it.
 #
+# ### Another machine, at each push
+#
+# Teams have that room, too: a **CI job** (continuous integration) builds and tests each commit on a fresh machine.
+# For that the package has to be in Git. In `ws/src/ros2_robot_controller`, once:
+#
+#     git init
+#     printf '%s\n' __pycache__/ '*.pyc' .pytest_cache/ > .gitignore
+#     git add . && git commit -m "The package as handed in"
+#
+# `build/`, `install/` and `log/` lie two folders up, so they are not in it: what can be made again is not committed.
+# Then, for GitHub, a file `.github/workflows/test.yaml` (not run by this kit; other hosts differ in words only):
+#
+# ```yaml
+# on: [push, pull_request]
+# jobs:
+#   test:
+#     runs-on: ubuntu-24.04
+#     container: ros:jazzy                          # an image with ROS 2 from apt
+#     steps:
+#       - uses: actions/checkout@v4
+#         with: {path: src/ros2_robot_controller}   # a workspace, as in this course
+#       - run: apt-get update && rosdep update && rosdep install -y --from-paths src
+#       - run: . /opt/ros/jazzy/setup.sh && colcon build
+#       - run: . install/setup.sh && colcon test
+#       - run: colcon test-result --verbose         # ends with 1 if a test has failed
+# ```
+#
+# Read it from below: which line makes the job red if a test fails?
+# Each `run` has a shell of its own, so what one of them has sourced the next one does not know.
+#
+# <details><summary>You import <code>irobot_create_msgs</code>, and have forgotten it in <code>package.xml</code>. At home all is well. Which step fails, and why only here?</summary>
+#
+# `colcon test`, with `ModuleNotFoundError`: `rosdep install` brings what `package.xml` names, and the small image has little else. (CMake does not look for packages that only Python imports, so the build passes.) That is requirement I2, found by a machine.
+# </details>
+# <details><summary><code>colcon test</code> is red once in ten pushes, without a change. What do you do, and what not?</summary>
+#
+# Find what it waits for, and hold the clock by hand: it is flaky (notebook 09). Not "run it again until it is green": the eleventh time it is your fault that it finds.
+# </details>
+#
 # ## Read it like an instructor
 #
 # Now look at your package as a stranger who has thirty of them to grade.
 # Three requirements were waiting for today: Q3 (everything in its place), Q5 and Q6.
+#
+# Q3 has two numbers in it that a tool measures.
+# The **cyclomatic complexity** of a function is the number of its decisions (`if`, `for`, `while`, `except`, ...) plus one: so many tests it takes at least.
+# `flake8` measures it, by its plug-in mccabe. The contract's limit is 10; what lies above 3 in your package?
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: your own functions may be others.
+# !python3 -m flake8 --isolated --select C901 --max-complexity 3 ros2_robot_controller
+
+# %% [markdown]
+# The other one is repetition: no six lines that occur twice, whatever their indentation and comments.
+# The check below looks for them; `pylint --disable=all --enable=duplicate-code` is the tool elsewhere.
+#
+# **Which of the two numbers** does it help to split a long function in two? The first. The second one falls if a function is *called* twice instead of written twice.
 
 # %% tags=["check"]
 check("Q3", "Q5", "Q6")

@@ -26,9 +26,10 @@
 # - say what the frames `map`, `odom`, `base_link` and `laser` are for, and who publishes each transform;
 # - compose, invert and interpolate transforms, and find the way through a tree of them;
 # - say what tf2 answers, why it sometimes refuses, and which time to ask for;
+# - write the adapter that lets a package drive a robot with other frames, types and names;
 # - recognise in a picture a lidar that is mounted turned, a wrong time, and odometry that has drifted.
 #
-# **Time:** 65 to 120 minutes in two parts: up to *From any frame to any other* 40 to 75 minutes, the rest 25 to 45.
+# **Time:** 90 to 165 minutes in three parts: up to *From any frame to any other* 40 to 75 minutes, then 25 to 45, and *An adapter* 25 to 45.
 #
 # The tree, with each frame's place in the one above it:
 #
@@ -585,6 +586,125 @@ axes.legend();
 #
 # The contract's goals are in `odom` (notebook 07), because the course's robot drives for a minute and has no map.
 # A navigator that drives all day takes its goal in `map`, and in each control step asks tf2 where that is in `odom`.
+#
+# ## An adapter
+#
+# Part 3: 25 to 45 minutes.
+#
+# Your package drives a robot whose lidar looks ahead and whose `cmd_vel` takes a `Twist`.
+# A TurtleBot 4 differs in both, and in a third thing: at a fair there are five of them, each in a **namespace** of its own.
+# You could change your package. Then it would no longer drive the course's robot.
+# An **adapter** is a small node between the two, and neither of them changes.
+#
+# To write one, you want a recording of the other robot.
+# No TurtleBot 4 was at hand, so the simulator makes the bag, with its TurtleBot's profile: lidar turned and behind the centre, stamped commands, slow wheels.
+# The robot drives straight ahead, until it is 0.6 m before the wall.
+
+# %%
+import copy
+
+from geometry_msgs.msg import TwistStamped
+
+from grader.notebook.frames import read_bag
+from sim.bag import write_bag
+
+BAG = "../../turtlebot4_bag"
+# !rm -rf {BAG}
+aisle = Simulator(ROOM, TB4, seed=4)
+write_bag(drive(aisle, lambda seen: Twist(0.3 if aisle.pose.x < 5.2 else 0.0, 0.0), 16.0), BAG)
+# !ros2 bag info {BAG} | grep -o "Topic: .*Count"
+
+# %% [markdown]
+# Look at the type of `/cmd_vel`, and at the frame of a scan:
+
+# %%
+scans, commands = read_bag(BAG, "/scan"), read_bag(BAG, "/cmd_vel")
+print(type(commands[0]).__name__, "and", type(scans[0]).__name__, "in", scans[0].header.frame_id)
+print(f"angles from {scans[0].angle_min:.2f} to {scans[0].angle_max:.2f} rad")
+
+# %% [markdown]
+# **Predict:** your package looks at the sector of 60° around angle 0. While the robot drives at the wall, how does its closest reading change?
+#
+# **Exercise TF4.** Three functions, which are all that such a node needs:
+#
+# - `stamped(command, now)`: a `TwistStamped` with the command, the stamp `now`, and the frame `base_link`;
+# - `turned(scan, yaw)`: a scan whose angles count from the robot's x axis, for a lidar that is turned by `yaw` on it. The frame is `base_link`, stamp and readings stay. The scan that came in is not changed: others may hold it;
+# - `names(namespace)`: what the topics of your package are called on a robot in that namespace (`""` or `"/robot1"`): a dictionary with `scan`, `cmd_vel` and `odom`, of the same names there, and `imu/data` and `battery/state`, which are `imu` and `battery_state` there.
+
+# %% tags=["function"]
+def stamped(command, now):
+    """Return the command (Twist) as a TwistStamped of the time `now` (a Time message)."""
+    return command  # TODO
+
+
+def turned(scan, yaw):
+    """Return a scan with its angles from the robot's x axis, for a lidar turned to the left by `yaw` (rad)."""
+    return scan  # TODO: a copy with other angles
+
+
+def names(namespace):
+    """Return the robot's full name for each topic of the package."""
+    return {}  # TODO
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# A lidar that is turned by yaw to the left sees at its angle 0 what lies at yaw for the robot. So is yaw added or subtracted? Two of the scan's fields hold angles that change; the step between beams does not.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `TwistStamped(twist=command)`, then its header. `copy.deepcopy(scan)` is a scan of its own. A full name begins with a slash: `f"{namespace}/scan"`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# result = copy.deepcopy(scan)
+# result.angle_min += yaw
+# ...                       # the same for the other end
+# result.header.frame_id = "base_link"
+# return result
+# ```
+# </details>
+
+# %%
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist as TwistMessage
+
+
+def ahead(scan):
+    """Return the closest reading within 30° of angle 0, as a package sees it that knows of no frames."""
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    return float(np.asarray(scan.ranges)[np.abs(angles) < math.radians(30)].min())
+
+
+sent = TwistMessage()
+sent.linear.x = 0.2
+tries({
+    "stamped(sent, Time(sec=7)).header.stamp.sec": 7,
+    "stamped(sent, Time(sec=7)).twist.linear.x": 0.2,
+    "round(ahead(turned(scans[0], math.pi / 2)), 1)": 3.5,
+    "round(ahead(turned(scans[-1], math.pi / 2)), 1)": 0.8,
+    "names('/robot1').get('imu/data')": "/robot1/imu",
+    "names('').get('scan')": "/scan",
+})
+
+# %%
+figure, axes = plt.subplots(figsize=(8, 2.8), layout="constrained")
+when = [scan.header.stamp.sec + scan.header.stamp.nanosec * 1e-9 for scan in scans]
+axes.plot(when, [ahead(scan) for scan in scans], color="#D55E00", label="as it comes from the lidar")
+axes.plot(when, [ahead(turned(scan, math.pi / 2)) for scan in scans], color="#0072B2", label="from the adapter")
+axes.set(xlabel="simulated time (s)", ylabel="closest reading ahead (m)", ylim=(0, None))
+axes.grid(alpha=0.3)
+axes.legend();
+
+# %% tags=["check"]
+check("TF4", stamped, turned, names)
+
+# %% [markdown]
+# Without the adapter the package looks to the robot's left, at the wall at y = 4, and sees no reason to stop.
+#
+# The rest of the node is two subscriptions and two publishers. [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py) is the whole of it, and the launch file beside it does what `names` does, with remappings. Compare them with yours.
+# What it does not do: the lidar stays 4 cm behind the centre, so all distances are 4 cm too long ahead. **On which side is that error?** The dangerous one; the launch file raises `emergency_stop_distance` for it.
 #
 # > **On a real TurtleBot 4**
 # >
