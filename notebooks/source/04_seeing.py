@@ -659,18 +659,18 @@ print(count)
 # The grader looks at that too: **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
 # You check it below for the node that you write today; the controller's part comes in notebook 07.
 #
-# Reliability is one of two settings that cost people evenings. The other one is **durability**: what becomes of a message that was sent *before* a subscriber came.
+# A second setting can keep two ends apart: **durability** says what happens to a message that was sent *before* a subscriber joined.
 #
 # | | volatile | transient local |
 # |---|---|---|
-# | as an offer | "who comes late has missed it" | "I keep the last ones for those who come late" |
-# | as a request | "only what is new" | "also what you have kept" |
+# | as an offer | "if you join late, you have missed it" | "I keep the last ones for those who join late" |
+# | as a request | "only new messages, please" | "also those that you have kept" |
 #
 # Volatile is the default, and right for a scan.
 # A map, a robot's description or the static transforms of notebook 12 are sent *once*; their publishers are transient local.
-# The rule is the same as above: who requests transient local gets nothing from a volatile publisher.
+# The rule is the one from above: a subscriber that requests transient local gets nothing from a volatile publisher.
 #
-# A map's name is sent once, and then two subscribers come.
+# The name of a map is sent once; after that, two subscribers join.
 # **What will each hear?**
 
 # %%
@@ -687,7 +687,7 @@ spin_until(lambda: heard_late["transient local"])
 print({name: [message.data for message in messages] for name, messages in heard_late.items()})
 
 # %% [markdown]
-# That is how RViz shows a map that was sent an hour before it was opened.
+# That is how RViz can show a map that was sent an hour before RViz was opened.
 #
 # One more thing that others see: the **names**.
 # The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can put it elsewhere:

@@ -591,14 +591,14 @@ axes.legend();
 #
 # Part 3: 25 to 45 minutes.
 #
-# Your package drives a robot whose lidar looks ahead and whose `cmd_vel` takes a `Twist`.
-# A TurtleBot 4 differs in both, and in a third thing: at a fair there are five of them, each in a **namespace** of its own.
-# You could change your package. Then it would no longer drive the course's robot.
-# An **adapter** is a small node between the two, and neither of them changes.
+# Your package drives a robot whose lidar faces ahead and whose `cmd_vel` takes a `Twist`.
+# A TurtleBot 4 differs in both, and where there are several of them, each has a **namespace** of its own.
+# You could change your package, but then it would no longer drive the course's robot.
+# An **adapter** is a small node between package and robot, so that neither has to change.
 #
-# To write one, you want a recording of the other robot.
-# No TurtleBot 4 was at hand, so the simulator makes the bag, with its TurtleBot's profile: lidar turned and behind the centre, stamped commands, slow wheels.
-# The robot drives straight ahead, until it is 0.6 m before the wall.
+# Before you write one, you want a recording of the other robot.
+# No TurtleBot 4 was available for this course, so the bag comes from the simulator with its TurtleBot profile: a lidar that is turned and behind the centre, stamped commands, slower wheels.
+# The robot drives straight ahead and stops before the wall at x = 6.
 
 # %%
 import copy
@@ -623,13 +623,13 @@ print(type(commands[0]).__name__, "and", type(scans[0]).__name__, "in", scans[0]
 print(f"angles from {scans[0].angle_min:.2f} to {scans[0].angle_max:.2f} rad")
 
 # %% [markdown]
-# **Predict:** your package looks at the sector of 60° around angle 0. While the robot drives at the wall, how does its closest reading change?
+# **Predict:** a package that knows nothing of frames takes angle 0 for straight ahead. While the robot drives towards the wall, how does the closest reading within 30° of angle 0 change?
 #
-# **Exercise TF4.** Three functions, which are all that such a node needs:
+# **Exercise TF4.** Write the three functions that such a node needs:
 #
-# - `stamped(command, now)`: a `TwistStamped` with the command, the stamp `now`, and the frame `base_link`;
-# - `turned(scan, yaw)`: a scan whose angles count from the robot's x axis, for a lidar that is turned by `yaw` on it. The frame is `base_link`, stamp and readings stay. The scan that came in is not changed: others may hold it;
-# - `names(namespace)`: what the topics of your package are called on a robot in that namespace (`""` or `"/robot1"`): a dictionary with `scan`, `cmd_vel` and `odom`, of the same names there, and `imu/data` and `battery/state`, which are `imu` and `battery_state` there.
+# - `stamped(command, now)` returns a `TwistStamped` with the command, the stamp `now`, and the frame `base_link`;
+# - `turned(scan, yaw)` returns a scan whose angles count from the robot's x axis, for a lidar that is turned by `yaw` on the robot. Its frame is `base_link`; its stamp and its readings are those of `scan`. Leave `scan` itself as it is: other parts of the program may hold it;
+# - `names(namespace)` returns a dictionary: for each topic of your package, its full name on a robot in that namespace (`""` or `"/robot1"`). `scan`, `cmd_vel` and `odom` have the same names there; `imu/data` and `battery/state` are called `imu` and `battery_state`.
 
 # %% tags=["function"]
 def stamped(command, now):
@@ -649,13 +649,13 @@ def names(namespace):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# A lidar that is turned by yaw to the left sees at its angle 0 what lies at yaw for the robot. So is yaw added or subtracted? Two of the scan's fields hold angles that change; the step between beams does not.
+# What a lidar that is turned to the left by yaw sees at its angle 0 lies at the angle yaw for the robot. So is yaw added or subtracted? Two fields of the scan change; the step between beams does not.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# `TwistStamped(twist=command)`, then its header. `copy.deepcopy(scan)` is a scan of its own. A full name begins with a slash: `f"{namespace}/scan"`.
+# `TwistStamped(twist=command)`, then set its header. `copy.deepcopy(scan)` returns a copy that you may change. A full name begins with a slash: `f"{namespace}/scan"`.
 # </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 3: <code>turned</code>, all but one line</summary>
 #
 # ```python
 # result = copy.deepcopy(scan)
@@ -672,7 +672,7 @@ from geometry_msgs.msg import Twist as TwistMessage
 
 
 def ahead(scan):
-    """Return the closest reading within 30° of angle 0, as a package sees it that knows of no frames."""
+    """Return the closest reading within 30° of angle 0."""
     angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     return float(np.asarray(scan.ranges)[np.abs(angles) < math.radians(30)].min())
 
@@ -701,10 +701,11 @@ axes.legend();
 check("TF4", stamped, turned, names)
 
 # %% [markdown]
-# Without the adapter the package looks to the robot's left, at the wall at y = 4, and sees no reason to stop.
+# Without the adapter, the package looks at the wall to the robot's left, at y = 4, and sees no reason to stop.
 #
-# The rest of the node is two subscriptions and two publishers. [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py) is the whole of it, and the launch file beside it does what `names` does, with remappings. Compare them with yours.
-# What it does not do: the lidar stays 4 cm behind the centre, so all distances are 4 cm too long ahead. **On which side is that error?** The dangerous one; the launch file raises `emergency_stop_distance` for it.
+# The rest of the node is two subscriptions and two publishers. The whole node is [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py), and the launch file next to it does with remappings what `names` does. Compare them with yours.
+#
+# One difference stays: the lidar is 4 cm behind the robot's centre, so each distance ahead is 4 cm too long. **Is that error on the safe side?** No: the robot would stop too late, so the launch file raises `emergency_stop_distance`.
 #
 # > **On a real TurtleBot 4**
 # >
@@ -712,7 +713,7 @@ check("TF4", stamped, turned, names)
 # > - In a node: `buffer = tf2_ros.Buffer()`, `listener = tf2_ros.TransformListener(buffer, node)`, then `buffer.lookup_transform("odom", "rplidar_link", scan.header.stamp)`. There are no wheels of tf2, so this kit cannot run that.
 # > - "Extrapolation into the future" by *seconds*, not hundredths: the clocks of two computers differ. `chrony` on both is the cure, not a longer timeout.
 # > - On a scan's own turning: a lidar takes 0.1 s for a revolution, so in a corner the last beam was measured 6° later than the first. `laser_geometry` can take that out, with two lookups for a scan.
-# > - [docs/turtlebot4.md](../docs/turtlebot4.md) turns the scans in an adapter instead, so that a package without tf2 works.
+# > - [docs/turtlebot4.md](../docs/turtlebot4.md) says how to run your package on one, with the adapter.
 
 # %% [markdown]
 # ## Go further
