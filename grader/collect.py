@@ -115,7 +115,7 @@ def _contract(submission: Submission, settings: Settings) -> Built:
     ):
         raise NotKept
     if not is_built:
-        settings.progress("building the contract's interfaces: once on this machine, about a minute")
+        settings.progress(f"building the contract's interfaces: {building.ONCE}")
     return building.build_contract(settings.cache, settings.course)
 
 
@@ -127,7 +127,7 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
     if (types := built.facts.types_package) != course.package:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept
-        settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
+        settings.progress(f"building the contract's interfaces as {types}: {building.ONCE}")
         contract = building.build_contract(settings.cache, course, types)
     name = built.facts.package
     facts = replace(
