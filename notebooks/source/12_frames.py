@@ -598,7 +598,7 @@ axes.legend();
 #
 # Before you write one, you want a recording of the other robot.
 # No TurtleBot 4 was available for this course, so the bag comes from the simulator with its TurtleBot profile: a lidar that is turned and behind the centre, stamped commands, slower wheels.
-# The robot drives straight ahead and stops before the wall at x = 6.
+# In an empty room, the robot drives straight ahead and stops before the wall at x = 6.
 
 # %%
 import copy
@@ -610,9 +610,9 @@ from sim.bag import write_bag
 
 BAG = "../../turtlebot4_bag"
 # !rm -rf {BAG}
-aisle = Simulator(ROOM, TB4, seed=4)
+aisle = Simulator(World("an empty room", room((0.0, 0.0), (6.0, 4.0)), start=Pose(1.0, 2.0, 0.0)), TB4, seed=4)
 write_bag(drive(aisle, lambda seen: Twist(0.3 if aisle.pose.x < 5.2 else 0.0, 0.0), 16.0), BAG)
-# !ros2 bag info {BAG} | grep -o "Topic: .*Count"
+# !ros2 bag info {BAG} | grep -o "Topic: .*Type: [^ ]*"
 
 # %% [markdown]
 # Look at the type of `/cmd_vel`, and at the frame of a scan:
@@ -623,7 +623,7 @@ print(type(commands[0]).__name__, "and", type(scans[0]).__name__, "in", scans[0]
 print(f"angles from {scans[0].angle_min:.2f} to {scans[0].angle_max:.2f} rad")
 
 # %% [markdown]
-# **Predict:** a package that knows nothing of frames takes angle 0 for straight ahead. While the robot drives towards the wall, how does the closest reading within 30° of angle 0 change?
+# **Predict:** a package that knows nothing of frames takes angle 0 for straight ahead. While the robot drives towards the wall, how does the closest reading within 15° of angle 0 change?
 #
 # **Exercise TF4.** Write the three functions that such a node needs:
 #
@@ -672,9 +672,9 @@ from geometry_msgs.msg import Twist as TwistMessage
 
 
 def ahead(scan):
-    """Return the closest reading within 30° of angle 0."""
+    """Return the closest reading within 15° of angle 0."""
     angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-    return float(np.asarray(scan.ranges)[np.abs(angles) < math.radians(30)].min())
+    return float(np.asarray(scan.ranges)[np.abs(angles) < math.radians(15)].min())
 
 
 sent = TwistMessage()
@@ -682,7 +682,7 @@ sent.linear.x = 0.2
 tries({
     "stamped(sent, Time(sec=7)).header.stamp.sec": 7,
     "stamped(sent, Time(sec=7)).twist.linear.x": 0.2,
-    "round(ahead(turned(scans[0], math.pi / 2)), 1)": 3.5,
+    "round(ahead(turned(scans[0], math.pi / 2)), 1)": 5.0,
     "round(ahead(turned(scans[-1], math.pi / 2)), 1)": 0.8,
     "names('/robot1').get('imu/data')": "/robot1/imu",
     "names('').get('scan')": "/scan",
