@@ -115,7 +115,9 @@ def _contract(submission: Submission, settings: Settings) -> Built:
     ):
         raise NotKept
     if not is_built:
-        settings.progress(f"building the contract's interfaces: {building.ONCE}")
+        settings.progress(
+            "building the contract's interfaces: once on this machine, about a minute, longer on a busy one"
+        )
     return building.build_contract(settings.cache, settings.course)
 
 
@@ -127,7 +129,9 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
     if (types := built.facts.types_package) != course.package:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept
-        settings.progress(f"building the contract's interfaces as {types}: {building.ONCE}")
+        settings.progress(
+            f"building the contract's interfaces as {types}: once on this machine, about a minute, longer on a busy one"
+        )
         contract = building.build_contract(settings.cache, course, types)
     name = built.facts.package
     facts = replace(

@@ -57,7 +57,9 @@ NODE_NAME = "simulated_robot"
 
 TICK_S = 0.05  # 20 Hz: the odometry's rate, and twice the control loop's
 
-_ROUNDS = 2  # of the node's executor per tick: one for its messages, one for its timers
+# Of the node's executor per tick: one for its messages, one for its timers. A wait set looks for messages first and for
+# calls then: a call that comes between the two is served a round before the clock message that was sent before it.
+_ROUNDS = 2
 _BARRIER_CAP_S = 5.0  # of wall time, for a live node: long, so that a busy machine makes no difference
 _BLOCKED_CAP_S = 0.1  # the same, after it has left one unanswered
 _DUE_CAP_S = 0.3  # for a message that is due
@@ -238,7 +240,7 @@ class Bridge:
         self._subscribe_again()
         self._publish_clock()
         if self.await_match():
-            self._barrier()
+            self._barrier(_ROUNDS + 1)  # an answer to this first time that is one round late is not waited for
         return True
 
     def await_match(self) -> bool:
@@ -380,12 +382,15 @@ class Bridge:
         if not self._barrier(rounds) and not self.alive():
             return
         self._repeatability.unanswered += self.blocked
-        if not self._answers.due(self._tick) or self._listen(self._answered, _RESENT_AFTER_S):
+        if not self._answers.due(self._tick) or self._answered():
             return
-        self._publish_clock()
-        self._barrier()
-        if not self._listen(self._answered, _DUE_CAP_S):
-            self._answers.missed()
+        if not self._listen(self._answered, _RESENT_AFTER_S):
+            self._publish_clock()
+            self._barrier()
+            if not self._listen(self._answered, _DUE_CAP_S):
+                self._answers.missed()
+                return
+        self._barrier()  # for what else the node has published with its answer
 
     def _answered(self) -> bool:
         return self._answers.last == self._tick

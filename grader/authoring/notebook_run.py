@@ -19,6 +19,7 @@ from grader.authoring import checkpoint_texts, notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
+from grader.words import say
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
 _HELD_BACK = "is judged at hand-in"  # all that a check says of a requirement that is held back
@@ -191,7 +192,7 @@ def not_passed(notebook: NotebookNode) -> list[str]:
 def cells_not_yet(notebook: NotebookNode) -> list[str]:
     """Return the cells whose table of cases has a row that is not right."""
     outputs = {cell["id"]: cell.get("outputs", []) for cell in notebook.cells}
-    return [name for name, shown in outputs.items() if any("NOT YET" in plain_text(output) for output in shown)]
+    return [name for name, shown in outputs.items() if any(say("NOT YET") in plain_text(output) for output in shown)]
 
 
 def passed_too_early(notebook: NotebookNode) -> list[str]:

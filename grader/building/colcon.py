@@ -95,9 +95,6 @@ def _copy_renamed(source: Path, target: Path) -> Path:
     return target
 
 
-ONCE = "once on this machine, about a minute, longer on a busy one"
-
-
 def contract_is_built(cache: Path, course: Course) -> bool:
     """Return whether `build_contract` will return at once."""
     return not course.interfaces or is_built([course.contract], cache, course)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from grader.errors import GraderError
+from grader.words import say
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -36,6 +37,8 @@ def write_zip(target: Path, entries: Mapping[str, Entry], date: tuple[int, int, 
                 archive.writestr(info, entry.content)
         part.replace(target)
     except OSError as error:
-        raise GraderError(f"Cannot write {target}: {error}. Choose another --out.") from error
+        raise GraderError(
+            say("Cannot write {target}: {error}. Choose another --out.", target=target, error=error)
+        ) from error
     finally:
         part.unlink(missing_ok=True)

@@ -22,6 +22,7 @@ from grader.host import supervised
 from grader.notebook.spare_process import SpareProcess
 from grader.scoring.grading import Grading
 from grader.settings import Settings
+from grader.words import say
 
 _STEP, _REFUSED, _FAILED = "step ", "refused ", "failed "
 _TAIL = 500  # characters of what a process that broke has printed
@@ -68,7 +69,13 @@ def _observe(wanted: str, settings: Settings) -> None:
         if line.startswith(_FAILED):
             raise GraderError(*json.loads(line.removeprefix(_FAILED)))
     if process.returncode:
-        raise GraderError(f"The check ended with status {process.returncode}: {' '.join(said)[-_TAIL:]}")
+        raise GraderError(
+            say(
+                "The check ended with status {status}: {said}",
+                status=process.returncode,
+                said=" ".join(said)[-_TAIL:],
+            )
+        )
 
 
 def _end(process: subprocess.Popen[str]) -> None:

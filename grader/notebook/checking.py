@@ -94,7 +94,7 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
         return whole.requirement(name)
     except KeyError:
         known = ", ".join(requirement.id for requirement in whole.requirements)
-        raise ValueError(f"There is no requirement {name!r}. There are {known}.") from None
+        raise ValueError(say("There is no requirement {name!r}. There are {known}.", name=name, known=known)) from None
 
 
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:

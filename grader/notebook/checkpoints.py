@@ -69,7 +69,9 @@ def number(notebook: str) -> str:
     """
     found = notebook[:2]
     if found not in _by_number():
-        raise ValueError(f"There is no notebook {notebook!r}; there are {', '.join(table())}.")
+        raise ValueError(
+            say("There is no notebook {notebook!r}; there are {known}.", notebook=notebook, known=", ".join(table()))
+        )
     return found
 
 
@@ -185,7 +187,8 @@ def _texts() -> Callable[[str], dict[str, Any]]:
         try:
             packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
         except (OSError, ValueError, zlib.error) as error:
-            raise GraderError(f"{PACKED.name} cannot be read: {error}. Unpack the kit anew.") from error
+            words = say("{file} cannot be read: {error}. Unpack the kit anew.", file=PACKED.name, error=error)
+            raise GraderError(words) from error
         return packed.__getitem__
     for entry in entry_points(group=TEXTS):
         try:
@@ -193,7 +196,7 @@ def _texts() -> Callable[[str], dict[str, Any]]:
         except ModuleNotFoundError:  # a students' kit in the environment of a checkout
             continue
         return made
-    raise GraderError("this kit holds no solutions to lay out; your instructor has left them out.")
+    raise GraderError(say("this kit holds no solutions to lay out; your instructor has left them out."))
 
 
 def _back_up(workspace: Workspace) -> Path | None:

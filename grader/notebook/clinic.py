@@ -37,7 +37,7 @@ def admit(case: str, *, fresh: bool = False) -> None:
         ValueError: there is no such case.
     """
     if case not in _signs():
-        raise ValueError(f"There is no case {case!r}; there are {', '.join(_signs())}.")
+        raise ValueError(say("There is no case {case!r}; there are {known}.", case=case, known=", ".join(_signs())))
     try:
         ill = checkpoints.patient(case)
     except GraderError as error:

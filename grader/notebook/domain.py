@@ -13,6 +13,7 @@ from pathlib import Path
 
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
+from grader.words import say
 
 DOMAINS = range(1, 101)
 """Those whose ports are below the ones that Linux gives to programs that ask for any (101 would be the last)."""
@@ -54,8 +55,11 @@ def claim(root: Path) -> int:
             return number
         held.close()
     raise GraderError(
-        f"All {len(DOMAINS)} ROS domains of this machine are in use, so two robots would share one. "
-        "Shut down the kernels of notebooks that are not in use, then run this cell again."
+        say(
+            "All {n} ROS domains of this machine are in use, so two robots would share one. "
+            "Shut down the kernels of notebooks that are not in use, then run this cell again.",
+            n=len(DOMAINS),
+        )
     )
 
 

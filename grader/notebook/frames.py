@@ -16,6 +16,7 @@ from sensor_msgs.msg import LaserScan
 
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.tables import HangError, limited, shown
+from grader.words import mark, say
 from sim import TB4, Pose, Simulator, load_world, normalize_angle
 from sim.messages import to_message
 
@@ -75,12 +76,12 @@ def check(task: str, *written: Callable[..., Any]) -> Checked:
     except Exception as error:  # of the learner's function
         finding = (
             f"{type(error).__name__}: {error}",
-            "an answer",
-            "run the table of cases above: which row says the same?",
+            say("an answer"),
+            say("run the table of cases above: which row says the same?"),
         )
     except HangError as error:
-        finding = str(error), "an answer", "which loop has no end if the frame has no parent?"
-    rows = tuple(zip(("seen", "expected", "try"), finding, strict=True)) if finding else ()
+        finding = str(error), say("an answer"), say("which loop has no end if the frame has no parent?")
+    rows = tuple(zip((say("seen"), say("expected"), say("try")), finding, strict=True)) if finding else ()
     return Checked((Answer(task, "", "0", "", not finding, notes=(Note("", rows),) if rows else ()),))
 
 
@@ -88,11 +89,15 @@ def _compose_and_invert(compose: Callable[..., Any], inverse: Callable[..., Any]
     for a, b in zip(_places(20, seed=1), _places(20, seed=2), strict=True):
         wanted = _place(Pose(*a).compose(Pose(*b)))
         if not _same(got := compose(a, b), wanted):
-            look = "turn b's x and y by a's yaw before you add a's x and y"
-            yield f"compose({shown(a)}, {shown(b)}) is {shown(got)}", shown(wanted), look
+            look = say("turn b's x and y by a's yaw before you add a's x and y")
+            yield _gave(f"compose({shown(a)}, {shown(b)})", got), shown(wanted), look
         if not _same(got := inverse(a), wanted := _place(Pose(*a).inverse())):
-            look = "the shift of the inverse is -x and -y, turned by -yaw"
-            yield f"inverse({shown(a)}) is {shown(got)}", shown(wanted), look
+            look = say("the shift of the inverse is -x and -y, turned by -yaw")
+            yield _gave(f"inverse({shown(a)})", got), shown(wanted), look
+
+
+def _gave(call: str, got: object) -> str:
+    return say("{call} is {got}", call=call, got=shown(got))
 
 
 def _at(at: Callable[..., Any]) -> Findings:
@@ -106,18 +111,25 @@ def _at(at: Callable[..., Any]) -> Findings:
         wanted = (*(b + share * (a - b) for a, b in zip(after[:2], before[:2], strict=True)), before[2] + share * turn)
         got = at(messages, times[1] + share * 0.05)
         if not _same(got, wanted, within=1e-4):  # a stamp of some thousand seconds, as a float
-            said = f"{share:.0%} of the way from {shown(before)} to {shown(after)} you answer {shown(got)}"
-            yield said, shown(wanted), "which two messages are around the time? And the yaw takes the short way"
-        for time, where in ((start - 0.01, "before the first"), (start + 0.11, "after the last")):
+            said = say(
+                "{share:.0%} of the way from {before} to {after} you answer {got}",
+                share=share,
+                before=shown(before),
+                after=shown(after),
+                got=shown(got),
+            )
+            yield said, shown(wanted), say("which two messages are around the time? And the yaw takes the short way")
+        early = mark("0.01 s before the first message you answer {got}")
+        late = mark("0.01 s after the last message you answer {got}")
+        for time, seen in ((start - 0.01, early), (start + 0.11, late)):
             try:
                 got = at(messages, time)
             except ExtrapolationException:
                 continue
-            said = f"0.01 s {where} message you answer {shown(got)}"
             yield (
-                said,
-                "an ExtrapolationException",
-                "compare the time with the first and the last stamp before all else",
+                say(seen, got=shown(got)),
+                say("an ExtrapolationException"),
+                say("compare the time with the first and the last stamp before all else"),
             )
 
 
@@ -131,7 +143,8 @@ class _Tree:
 
     def placed(self, child: str, time: float) -> Place:
         if child == self._unknown:
-            raise ExtrapolationException(f"where {child} is in {self.parent[child]} at {time:g} s is not known")
+            words = mark("where {child} is in {parent} at {time:g} s is not known")
+            raise ExtrapolationException(say(words, child=child, parent=self.parent[child], time=time))
         return self._places[child]
 
     def in_root(self, frame: str) -> Pose:
@@ -148,24 +161,27 @@ def _lookup(lookup: Callable[..., Any]) -> Findings:
     for target, source in ((target, source) for target in frames for source in frames):
         wanted = _place(tree.in_root(target).inverse().compose(tree.in_root(source)))
         if not _same(got := lookup(tree, target, source, 1.0), wanted):
-            way = "target first: where is `source`, seen from `target`?"
-            yield f"lookup(..., {target!r}, {source!r}, ...) is {shown(got)}", shown(wanted), way
+            way = say("target first: where is `source`, seen from `target`?")
+            yield _gave(f"lookup(..., {target!r}, {source!r}, ...)", got), shown(wanted), way
     still = _Tree(_PARENTS, _places(len(_PARENTS), seed=6), unknown="base_link")
     try:
         lookup(still, "laser", "camera", 99.0)
     except ExtrapolationException as error:
-        said = f"the camera, seen from the laser: {error}"
         yield (
-            said,
-            "an answer: both are bolted to base_link",
-            "climb no higher than the first frame that both have above",
+            say("the camera, seen from the laser: {error}", error=error),
+            say("an answer: both are bolted to base_link"),
+            say("climb no higher than the first frame that both have above"),
         )
     apart = _Tree({"laser": "base_link", "tool": "arm"}, _places(2, seed=7))
     try:
         got = lookup(apart, "laser", "tool", 1.0)
     except Exception:  # tf2 has a name for it, and any will do here
         return
-    yield f"for two frames of different trees you answer {shown(got)}", "an exception", "what if none is above both?"
+    yield (
+        say("for two frames of different trees you answer {got}", got=shown(got)),
+        say("an exception"),
+        say("what if none is above both?"),
+    )
 
 
 def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Callable[..., Any]) -> Findings:
@@ -173,33 +189,36 @@ def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Calla
     command.linear.x, command.angular.z = 0.17, -0.4
     got = stamped(command, now)
     if not isinstance(got, TwistStamped) or got.twist != command:
-        yield (
-            f"stamped(...) is {shown(got)}",
-            "a TwistStamped with v = 0.17 and omega = -0.4",
-            "TwistStamped(twist=...)",
-        )
+        look = say("a TwistStamped whose twist is v = 0.17, omega = -0.4")
+        yield _gave("stamped(...)", got), look, say("give the twist to TwistStamped when you make it")
     elif (got.header.stamp, got.header.frame_id) != (now, _BASE):
-        said = f"the stamp is {got.header.stamp.sec} s, the frame {got.header.frame_id!r}"
-        yield said, f"12 s and {_BASE!r}", "the header has two fields that you set"
+        said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
+        yield said, f"12 s, {_BASE}", say("the header has two fields that you set")
     scan: Any = to_message(Simulator(load_world("office"), TB4, seed=8).scan())
     before = deepcopy(scan)
     for yaw in (math.pi / 2, 0.7):
         got = turned(scan, yaw)
         if scan != before:
-            yield "the scan that came in has changed", "a scan of its own", "copy.deepcopy, then change the copy"
+            yield say("you have changed the scan that came in"), say("a copy with other angles"), "copy.deepcopy(scan)"
         if not isinstance(got, LaserScan) or len(got.ranges) != len(scan.ranges):
-            yield f"turned(...) is {shown(got)}", f"a LaserScan with {len(scan.ranges)} readings", "return the copy"
+            look = say("a LaserScan with {count} readings", count=len(scan.ranges))
+            yield _gave("turned(...)", got), look, say("return the copy")
             return
         if not np.allclose(_points(got, 0.0), _points(scan, yaw), atol=1e-3):
-            said = f"for a lidar turned by {yaw:.2f} rad the readings lie elsewhere around the robot"
-            yield said, "each reading where it was measured", "is yaw added or subtracted? at both ends of the angles?"
+            yield (
+                say("for a lidar turned by {yaw:.2f} rad, the readings lie elsewhere around the robot", yaw=yaw),
+                say("each reading where it was measured"),
+                say("is yaw added or subtracted? At both ends of the angles?"),
+            )
         if (got.header.stamp, got.header.frame_id) != (scan.header.stamp, _BASE):
-            yield f"the frame is {got.header.frame_id!r}", f"{_BASE!r}, and the stamp as it came", "look at the header"
+            said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
+            yield said, f"{scan.header.stamp.sec} s, {_BASE}", say("the stamp stays, the frame does not")
     for namespace in ("", "/robot1"):
         robots = {"imu/data": "imu", "battery/state": "battery_state"}
         wanted = {name: f"{namespace}/{robots.get(name, name)}" for name in ("scan", "cmd_vel", "odom", *robots)}
         if (given := names(namespace)) != wanted:
-            yield f"names({namespace!r}) is {shown(given)}", shown(wanted), "each full name: namespace, slash, name"
+            look = say("a full name is the namespace, a slash and the name")
+            yield _gave(f"names({namespace!r})", given), shown(wanted), look
 
 
 def _points(scan: LaserScan, yaw: float) -> NDArray[np.float64]:

@@ -14,8 +14,10 @@ from grader import building
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook.workspace import Workspace, course
+from grader.words import mark, say
 
 _KINDS = ("msg", "srv", "action")
+FIRST_TIME = mark("building the contract's interfaces: once on this machine, about a minute, longer on a busy one")
 
 
 def load(workspace: Workspace) -> None:
@@ -61,7 +63,8 @@ def _load_libraries(paths: list[Path]) -> None:
             except OSError:
                 failed.append(path)
         if len(failed) == len(left):
-            raise GraderError(f"Cannot load the contract's interfaces: {failed[0].name}. Run `grader doctor`.")
+            words = mark("Cannot load the contract's interfaces: {library}. Run `grader doctor`.")
+            raise GraderError(say(words, library=failed[0].name))
         left = failed
 
 

@@ -76,7 +76,7 @@ def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
     source = parse(str(module), text)
     if source is None:
         compile(text, str(module), "exec")  # raises the error that names the line
-        raise ValueError(f"{module} cannot be parsed")
+        raise ValueError(say("{module} cannot be parsed", module=module))
     checks = tests.read_text(encoding="utf-8")
     failures = _failures(name, text, checks)
     names = [test for test, why in failures.items() if not why]

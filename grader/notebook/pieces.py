@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import python_ast
-from grader.words import say
+from grader.words import mark, say
 
 MAGIC = "into"
 
@@ -120,20 +120,25 @@ def _refuse_all_but_functions(piece: str) -> None:
         inner = node.body if isinstance(node, ast.ClassDef) else [node]
         if other := next((item for item in inner if not isinstance(item, python_ast.Function)), None):
             what = ast.unparse(other).splitlines()[0]
-            raise ValueError(f"only functions can go in; `{what}` belongs into the cell that writes the file")
+            words = mark("only functions can go in; `{what}` belongs into the cell that writes the file")
+            raise ValueError(say(words, what=what))
 
 
 def _refuse_a_slip(text: str, name: str, new: list[str]) -> None:
     """Refuse a new function that is a method without its class, or a name of the file with a typing error."""
     if "." not in name and any(line.startswith(("def ", "async def ")) and "(self" in line for line in new):
         raise ValueError(
-            f"`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it"
+            say(
+                "`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it",
+                name=name,
+            )
         )
     owner, _, method = name.rpartition(".")
     beside = [last for o, _, last in (found.name.rpartition(".") for found in definitions(text)) if o == owner]
     near = difflib.get_close_matches(method, beside, n=1, cutoff=0.8)
     if near and not name.startswith("test_"):
-        raise ValueError(f"the file has no function `{method}`; did you mean `{near[0]}`?")
+        words = mark("the file has no function `{method}`; did you mean `{near}`?")
+        raise ValueError(say(words, method=method, near=near[0]))
 
 
 def _append(lines: list[str], name: str, new: list[str]) -> None:
@@ -143,7 +148,7 @@ def _append(lines: list[str], name: str, new: list[str]) -> None:
         return
     classes = {node.name: node for node in python_ast.tree_of("\n".join(lines)).body if isinstance(node, ast.ClassDef)}
     if owner not in classes:
-        raise ValueError(f"the file has no class {owner} for {method}")
+        raise ValueError(say("the file has no class {owner} for {method}", owner=owner, method=method))
     end = classes[owner].end_lineno or len(lines)
     lines[end:end] = ["", *new]
 

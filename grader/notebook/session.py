@@ -221,7 +221,8 @@ class Run:
             KeyError: the topic is not recorded.
         """
         if topic not in (published := _published()):
-            raise KeyError(f"messages on {topic!r} are not recorded; those on {', '.join(published)} are")
+            words = mark("messages on {topic!r} are not recorded; those on {published} are")
+            raise KeyError(say(words, topic=topic, published=", ".join(published)))
         return list(self._recorded.get(topic, ()))
 
     # ------------------------------------------------------------- the end
@@ -281,15 +282,15 @@ class Run:
     def _start_node(self, progress: Progress) -> None:
         contract_is_built = building.contract_is_built(building.cache_folder(), course())
         try:
-            progress.say(f"building your package{'' if contract_is_built else _FIRST_TIME}")
+            progress.say(say("building your package") + ("" if contract_is_built else say(_FIRST_TIME)))
             install = node_build.install(self._workspace, self.node)
         except KitError as error:
             self._give_up(str(error))
             return
         if not contract_is_built:
-            progress.say(f"building the contract's interfaces: {building.ONCE}")
+            progress.say(say(interface_types.FIRST_TIME))
         interface_types.load(self._workspace)
-        progress.say(f"starting {self.node}")
+        progress.say(say("starting {node}", node=self.node))
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 
         command = node_build.command(install, self.node, self._program, self._parameters, self._remappings)

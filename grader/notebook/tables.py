@@ -60,10 +60,15 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
             fits, seen = False, _said(error, names)
         right += fits
         print(
-            f"{'right  ' if fits else 'NOT YET'}  {call:{width}}  {seen}"
-            + ("" if fits else say(", wanted {shown}", shown=shown(wanted)))
+            f"{_verdict(fits)}  {call:{width}}  {seen}" + ("" if fits else say(", wanted {shown}", shown=shown(wanted)))
         )
     print(say("{right} of {n} right", right=right, n=len(table)))
+
+
+def _verdict(fits: bool) -> str:
+    """Return whether a call is right, as wide as the other verdict."""
+    words = say("right"), say("NOT YET")
+    return f"{words[not fits]:{max(map(len, words))}}"
 
 
 def _said(error: Exception, names: Mapping[str, object]) -> str:
@@ -128,7 +133,7 @@ def _read_in(file: Path, names: dict[str, object]) -> str:
         if _INTERFACES.search(text):
             with Progress() as progress:
                 if not building.contract_is_built(building.cache_folder(), workspace.course()):
-                    progress.say(f"building the contract's interfaces: {building.ONCE}")
+                    progress.say(say(interface_types.FIRST_TIME))
                 interface_types.load(workspace.find())
         for statement in ast.parse(text).body:
             module = compile(ast.Module([statement], []), str(file), "exec", dont_inherit=True)

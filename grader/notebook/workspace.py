@@ -15,6 +15,7 @@ from grader.course import find as find_course
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import domain
+from grader.words import say
 
 VARIABLE = "ROS2_COURSE_WS"
 NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
@@ -79,7 +80,10 @@ def find(here: Path | None = None) -> Workspace:
             root = folder.parent if folder.name == "notebooks" else folder
             return Workspace(root / "ws")
     raise GraderError(
-        f"There is no folder `notebooks` in or above the current one. Open a notebook in it, or set {VARIABLE}."
+        say(
+            "There is no folder `notebooks` in or above the current one. Open a notebook in it, or set {variable}.",
+            variable=VARIABLE,
+        )
     )
 
 

@@ -736,7 +736,7 @@ _EDITS = (
          "    if near.anywhere < 0.2:\n        return STOP\n"),
         (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return True\n",
          "    if near.anywhere < 0.2:\n        return True\n"),
-        says=("with emergency_stop_distance = 0.4, the robot drove on",),
+        says=("emergency_stop_distance is declared, and its value is never used",),
     ),
     _edit(
         "hard_codes_the_safety_margin",
@@ -773,7 +773,7 @@ _EDITS = (
         "F12",
         "The alarms compare a ratio with percents.",
         (_PROCESSOR, "alarm_state(self._battery_low, percent,", "alarm_state(self._battery_low, battery.percentage,"),
-        says=("the level fell below 20 %",),
+        says=("the level fell below 30 %",),
     ),
     _edit(
         "publishes_nothing_when_nothing_is_near",
@@ -885,7 +885,7 @@ _EDITS = (
         "SensorFusionData calls the battery `battery`.",
         ("msg/SensorFusionData.msg", "float32 battery_level", "float32 battery"),
         (_PROCESSOR, "fused.battery_level = self._battery", "fused.battery = self._battery"),
-        says=("missing float32 battery_level",),
+        says=("`float32 battery` should be `float32 battery_level`",),
     ),
     _edit(
         "publishes_another_topic",
@@ -1068,7 +1068,7 @@ _EDITS = (
         "package.xml is of format 2, which has no groups.",
         (_PACKAGE_XML, '<package format="3">', '<package format="2">'),
         (_PACKAGE_XML, "  <member_of_group>rosidl_interface_packages</member_of_group>\n", ""),
-        says=('it is format "2"',),
+        says=("it is format",),
     ),
     _edit(
         "writes_out_its_licence",

@@ -54,9 +54,9 @@ MISTAKES = [
     ("TF3", "if depth(source) >= depth(target)", "if depth(source)", "both are bolted to base_link"),
     ("TF3", "raise LookupError(", "return (0.0, 0.0, 0.0)  # (", "frames of different trees"),
     ("TF3", "    if source == target:\n        return 0.0, 0.0, 0.0\n", "", "map and map are not in one tree"),
-    ("TF4", "result = TwistStamped(twist=command)", "return command", "a TwistStamped with v = 0.17"),
+    ("TF4", "result = TwistStamped(twist=command)", "return command", "a TwistStamped whose twist is v = 0.17"),
     ("TF4", "result.header.stamp = now", "", "the stamp is 0 s"),
-    ("TF4", "copy.deepcopy(scan)", "scan", "the scan that came in has changed"),
+    ("TF4", "copy.deepcopy(scan)", "scan", "you have changed the scan that came in"),
     ("TF4", "result.angle_min += yaw", "result.angle_min -= yaw", "each reading where it was measured"),
     ("TF4", '"imu/data": "imu"', '"imu/data": "imu/data"', "names('') is"),
 ]  # fmt: skip
