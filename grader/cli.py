@@ -49,16 +49,20 @@ def _supervised(options: argparse.Namespace) -> int:
     try:
         return supervised.run(lambda: _carry_out(options))
     except KeyboardInterrupt:
-        words, status = f"interrupted; {options.interrupted}", EXIT_INTERRUPTED
+        words, status = "", EXIT_INTERRUPTED
     except GraderError as error:
         words, status = str(error), EXIT_OUR_FAULT
     from grader import building
     from grader.building import pruning
+    from grader.course import find
 
+    with contextlib.suppress(GraderError):  # the work was done in a process of its own, which alone chose the language
+        find(getattr(options, "course", None))
     pruning.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
     if out is not None:
         atomic.remove_left(out, new=new)
     Progress().done()
+    words = say(words) if words else say("interrupted; {what}", what=say(options.interrupted))
     print(f"grader: {words}", file=sys.stderr)
     return status
 
@@ -75,7 +79,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     except GraderError as error:
         return _fail(error, EXIT_OUR_FAULT, options.debug)
     except KeyboardInterrupt:
-        print("grader: interrupted.", file=sys.stderr)
+        print("grader: " + say("interrupted."), file=sys.stderr)
         return EXIT_INTERRUPTED
     except Exception as error:
         if options.debug:
@@ -83,8 +87,11 @@ def _carry_out(options: argparse.Namespace) -> int:
         if said := shortage.explain(error):
             print(f"grader: {said}", file=sys.stderr)
             return EXIT_OUR_FAULT
-        words = f"grader: internal error: {type(error).__name__}: {error}. No submission loses points by it. "
-        print(words + "Run again with --debug and send the traceback to the kit's maintainers.", file=sys.stderr)
+        words = mark(
+            "internal error: {name}: {error}. No submission loses points by it. "
+            "Run again with --debug and send the traceback to the kit's maintainers."
+        )
+        print("grader: " + say(words, name=type(error).__name__, error=error), file=sys.stderr)
         return EXIT_OUR_FAULT
 
 
@@ -153,7 +160,7 @@ def _add_grade(verbs: Any) -> None:
     _add_seed_and_cache(parser)
     _add_fresh(parser)
     add_ros(parser)
-    parser.set_defaults(run=_grade, interrupted="nothing was written.")
+    parser.set_defaults(run=_grade, interrupted=mark("nothing was written."))
 
 
 def _add_check(verbs: Any) -> None:
@@ -174,7 +181,7 @@ def _add_check(verbs: Any) -> None:
     _add_seed_and_cache(parser)
     _add_fresh(parser)
     add_ros(parser)
-    parser.set_defaults(run=_check, interrupted="nothing was written.")
+    parser.set_defaults(run=_check, interrupted=mark("nothing was written."))
 
 
 def add_course(parser: argparse.ArgumentParser) -> None:
@@ -210,7 +217,8 @@ def _add_submit(verbs: Any) -> None:
     parser.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
     parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
     parser.add_argument("--no-check", action="store_true", help="only pack and describe; checking takes some minutes")
-    parser.set_defaults(run=_submit, interrupted="the checks did not end. --no-check only packs.")
+    words = mark("the checks did not end. --no-check only packs.")
+    parser.set_defaults(run=_submit, interrupted=words)
 
 
 def _add_release(verbs: Any) -> None:
@@ -305,15 +313,15 @@ def _grade(options: argparse.Namespace) -> int:
     except SubmissionError as error:
         progress.done()
         for remark in error.remarks:
-            print(f"note: {remark}", file=sys.stderr)
+            print(say("note: {note}", note=remark), file=sys.stderr)
         status = _fail(error, EXIT_NOT_GRADED, options.debug)
         if options.submission.exists():
-            print(f"Report: {options.out / report.PAGE}")
+            print(say("Report: {path}", path=options.out / report.PAGE))
         return status
     progress.done()
     colour = console.wants_colour(sys.stdout, os.environ)
     print(console.render(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
-    print(f"Report: {options.out / report.PAGE}")
+    print(say("Report: {path}", path=options.out / report.PAGE))
     if (theirs := report.for_student(options.out, report.PAGE)) != options.out / report.PAGE:
         print(f"For the student, without what is held back: {theirs}")
     return EXIT_GRADED

@@ -24,6 +24,7 @@ from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject
 from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
+from grader.words import mark, say
 
 SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
@@ -115,23 +116,22 @@ def _contract(submission: Submission, settings: Settings) -> Built:
     ):
         raise NotKept
     if not is_built:
-        settings.progress(
-            "building the contract's interfaces: once on this machine, about a minute, longer on a busy one"
-        )
+        settings.progress(say(building.FIRST_TIME))
     return building.build_contract(settings.cache, settings.course)
 
 
 def _build(submission: Submission, contract: Built, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
-    settings.progress("building the package")
+    settings.progress(say("building the package"))
     main, course = submission.intake.package, settings.course
     built = building.build(_folders(submission), settings.cache, course, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != course.package:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept
-        settings.progress(
-            f"building the contract's interfaces as {types}: once on this machine, about a minute, longer on a busy one"
+        words = mark(
+            "building the contract's interfaces as {package}: once on this machine, about a minute, longer on a busy one"
         )
+        settings.progress(say(words, package=types))
         contract = building.build_contract(settings.cache, course, types)
     name = built.facts.package
     facts = replace(

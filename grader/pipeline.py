@@ -26,6 +26,7 @@ from grader.scoring.grading import Grading, Refusal
 from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.settings import Settings
+from grader.words import say
 
 __all__ = ["EVIDENCE", "Settings", "check_ids", "checked", "grade", "judge", "observe", "unchanged"]
 
@@ -60,11 +61,11 @@ def grade(
                 (fresh / EVIDENCE).mkdir()  # takes the place of an earlier grading's
             refused = error
         else:
-            settings.progress("checking the evidence")
+            settings.progress(say("checking the evidence"))
             checks.begin(fresh / EVIDENCE)
             found = _scored(evidence.load(fresh / EVIDENCE), settings, checks.results())
             grading = replace(found, wall_seconds=time.monotonic() - started)
-            settings.progress("writing the report")
+            settings.progress(say("writing the report"))
             write(grading, fresh)
             return grading
     raise refused
@@ -119,7 +120,9 @@ def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
     if said := submission_user.notice():
         settings.progress(said)
     if not source.exists():
-        raise SubmissionError(f"There is no file or folder {printable(str(source))}.", "Check the path.")
+        raise SubmissionError(
+            say("There is no file or folder {path}.", path=printable(str(source))), say("Check the path.")
+        )
     try:
         with _entries(out) as fresh:
             yield fresh
@@ -176,7 +179,8 @@ def _entries(out: Path) -> Iterator[Path]:
             if error.errno in (errno.ENOSPC, errno.EDQUOT):
                 raise
             raise UsageError(
-                f"Cannot write to {printable(str(out))}: {error.strerror}.", "Choose another --out."
+                say("Cannot write to {path}: {why}.", path=printable(str(out)), why=error.strerror),
+                say("Choose another --out."),
             ) from error
         yield fresh
 
@@ -186,8 +190,8 @@ def _require_own(out: Path, source: Path, settings: Settings, sha256: str = "") 
     found = report.standing(out)
     if not settings.overwrite and found is not None and not found.is_of(source, sha256):
         raise UsageError(
-            f"{printable(str(out))} has {found}; nothing was written.",
-            "Choose another --out, or replace it with --force.",
+            say("{path} has {found}; nothing was written.", path=printable(str(out)), found=found),
+            say("Choose another --out, or replace it with --force."),
         )
 
 
@@ -208,7 +212,7 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
 def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
     """Take the submission in, collect the evidence, and add what made it. It will go to `out`, if anywhere."""
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
-        settings.progress(f"taking in {printable(source.resolve().name)}")
+        settings.progress(say("taking in {name}", name=printable(source.resolve().name)))
         submission = open_submission(
             source, folder / "submission", settings.course,
             package=settings.package_path, leave_out=_below(out, source) if out else None,
@@ -228,14 +232,16 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
     }
     found = replace(found, origin=made | provenance.environment())
     if ros_env.installed():
-        said = f"Built and run with an installed ROS 2: {ros_env.name()}."
+        said = say("Built and run with an installed ROS 2: {name}.", name=ros_env.name())
         found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if said := namespaces.notice():
         found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if namespaces.sandbox_disabled():
         found = replace(found, flags=[Flag("no sandbox", said), *found.flags])
     elif submission_user.runs_as_root():
-        found = replace(found, intake=replace(found.intake, notes=[submission_user.RUNS_AS_ROOT, *found.intake.notes]))
+        found = replace(
+            found, intake=replace(found.intake, notes=[say(submission_user.RUNS_AS_ROOT), *found.intake.notes])
+        )
     return found
 
 

@@ -21,6 +21,7 @@ from grader.building import install_tree, installed_code, type_hashes
 from grader.course import Course
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, submission_user, tempdir
+from grader.words import mark, say
 
 # The same paths in every sandbox: by them ccache recognises the generated code of a class's submissions.
 _SOURCE, _BUILD, _INSTALL, _CCACHE = "/ws/src", "/ws/build", "/ws/install", "/ws/ccache"
@@ -66,6 +67,9 @@ class _Job:
     main: str
 
 
+FIRST_TIME = mark("building the contract's interfaces: once on this machine, about a minute, longer on a busy one")
+
+
 def build_contract(cache: Path, course: Course, package: str = "") -> Built:
     """Return the course's own interfaces, built once on this machine. The observer uses these types.
 
@@ -82,7 +86,10 @@ def build_contract(cache: Path, course: Course, package: str = "") -> Built:
         built = build([source], cache, course, seconds=600.0, trusted=True, main=package)
     if not built.facts.ok:
         raise GraderError(
-            f"The contract's own interfaces do not build on this machine:\n{built.facts.log_tail}\nRun `grader doctor`."
+            say(
+                "The contract's own interfaces do not build on this machine:\n{log}\nRun `grader doctor`.",
+                log=built.facts.log_tail,
+            )
         )
     return built
 
@@ -131,8 +138,11 @@ def build(
                 tempdir.remove(left)
             if missing := ros_env.missing_tools():
                 raise GraderError(
-                    f"This machine has no {' and no '.join(missing)}, so no package can be built. Run `grader doctor`; "
-                    "it prints the command that installs what is missing."
+                    say(
+                        "This machine lacks {tools}, so no package can be built. Run `grader doctor`; it prints the "
+                        "command that installs what is missing.",
+                        tools=say(" and ").join(missing),
+                    )
                 )
             with submission_user.readable_by_sandboxes():
                 return replace(
@@ -141,7 +151,8 @@ def build(
     except OSError as error:
         cause = shortage.explain(error)
         raise GraderError(
-            cause or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
+            cause
+            or say("Cannot write the build to {path}: {why}. Choose another --cache.", path=folder.parent, why=error)
         ) from error
 
 
@@ -284,8 +295,10 @@ def _require_colcon() -> None:
     tried = sandbox.run(["colcon", "build", "--help"], box)
     if not tried.ok:
         raise GraderError(
-            f"colcon does not run on this machine: {_without_host_paths(tried.output).strip()[-300:]}. "
-            "Run `make setup`, or `grader doctor`."
+            say(
+                "colcon does not run on this machine: {why}. Run `make setup`, or `grader doctor`.",
+                why=_without_host_paths(tried.output).strip()[-300:],
+            )
         )
 
 

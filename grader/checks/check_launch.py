@@ -56,7 +56,7 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
                 seen = say(
-                    "{parameter} was {in_files:g} in the file and {value} in {node}",
+                    "{parameter} was {in_files} in the file and {value} in {node}",
                     parameter=parameter,
                     in_files=trial.in_files[parameter],
                     value=value,

@@ -19,6 +19,7 @@ from grader.errors import GraderError
 from grader.evidence import from_json
 from grader.host import shortage
 from grader.scoring.scorecard import CheckResult, Outcome
+from grader.words import mark, say
 
 # All checks together take seconds, and 200 MB. What takes much more is a text that was made to.
 _CHECK_CPU_S, _LIMIT_S, _MEMORY_BYTES = 30.0, 1200.0, 4 << 30
@@ -125,10 +126,10 @@ class Checks:
         """
         if self._process is None:
             return []
-        how = f"did not end within {_LIMIT_S / 60:g} minutes"
+        how = say("did not end within {minutes:g} minutes", minutes=_LIMIT_S / 60)
         try:
             said, _ = self._process.communicate(timeout=_LIMIT_S)
-            how = f"ended the process of the checks with status {self._process.returncode}"
+            how = say("ended the process of the checks with status {status}", status=self._process.returncode)
         except subprocess.TimeoutExpired:
             self._process.kill()
             said, _ = self._process.communicate()
@@ -140,6 +141,7 @@ class Checks:
         if missing:
             cause = shortage.explain_output(said) or shortage.explain_disk(Path(self._scratch.name))
             if cause or not began:
-                raise GraderError(cause or f"The checks did not run: {missing[0]} {how}:\n{said}")
+                words = mark("The checks did not run: {check} {how}:\n{said}")
+                raise GraderError(cause or say(words, check=missing[0], how=how, said=said))
         seen = f"{', '.join(missing[:1])} {how}"
         return [*found, *(CheckResult(check, Outcome.ERROR, 0.0, seen=seen) for check in missing)]

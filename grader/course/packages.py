@@ -17,7 +17,7 @@ from packaging.utils import canonicalize_name
 from grader import KIT
 from grader.course.model import Course
 from grader.errors import GraderError
-from grader.words import say
+from grader.words import mark, say
 
 EXTRA = "extra-requirements.txt"
 """In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
@@ -94,7 +94,7 @@ def install_line(course: Course) -> str:
 def require(course: Course) -> None:
     """Raise a GraderError if something that a course adds is not installed."""
     if lacking := missing(course):
-        raise GraderError(f"{course.path(EXTRA)}: {lacking}.", f"Run: {install_line(course)}")
+        raise GraderError(f"{course.path(EXTRA)}: {lacking}.", say("Run: {command}", command=install_line(course)))
 
 
 def _pinned(path: Path) -> Iterator[Package]:
@@ -114,13 +114,16 @@ def _pinned(path: Path) -> Iterator[Package]:
 def _missing(package: Package) -> Iterator[str]:
     here = _version(package.name)
     if here != package.version:
-        yield f"{package.name} {package.version} is not installed" + (f", but {here}" if here else "")
+        words = mark("{name} {version} is not installed, but {here}")
+        here_not = mark("{name} {version} is not installed")
+        yield say(words if here else here_not, name=package.name, version=package.version, here=here)
         return
     for needed in map(Requirement, metadata.requires(package.name) or ()):
         there = _version(needed.name)
         met = there and needed.specifier.contains(there, prereleases=True)
         if not met and (needed.marker is None or needed.marker.evaluate({"extra": ""})):
-            yield f"{package.name} needs {needed.name}{needed.specifier}, which is not here; add a line for it"
+            words = mark("{name} needs {other}, which is not here; add a line for it")
+            yield say(words, name=package.name, other=f"{needed.name}{needed.specifier}")
 
 
 def _version(name: str) -> str:

@@ -13,17 +13,18 @@ from enum import Enum
 from pathlib import Path
 
 from grader.errors import GraderError
+from grader.words import mark, say
 
 UNSAFE_VARIABLE = "ROS2_COURSE_KIT_UNSAFE_NO_SANDBOX"
-UNSAFE_NOTICE = (
+UNSAFE_NOTICE = mark(
     "Graded with --unsafe-no-sandbox: the submission's code saw this machine's processes and network, and other "
     "gradings. Its points can be trusted no more than the submission itself."
 )
-USERS_NOTICE = (
+USERS_NOTICE = mark(
     "Graded without namespaces, which this machine forbids: the submission's code ran as a user of its own, but in "
     "this machine's network and beside its processes. docs/containers.md lists what that does not hold."
 )
-NONE_NOTICE = (
+NONE_NOTICE = mark(
     "Checked without namespaces and without other users: the package's code ran as the user who checks. For your own "
     "checks that is enough; no points are given so."
 )
@@ -64,8 +65,8 @@ def confinement() -> Confinement:
 def notice() -> str:
     """Return in a sentence what a report has to say of that; "" for namespaces."""
     if sandbox_disabled():
-        return UNSAFE_NOTICE
-    return {Confinement.USERS: USERS_NOTICE, Confinement.NONE: NONE_NOTICE}.get(confinement(), "")
+        return say(UNSAFE_NOTICE)
+    return say({Confinement.USERS: USERS_NOTICE, Confinement.NONE: NONE_NOTICE}.get(confinement(), ""))
 
 
 def refusal() -> str:
@@ -79,10 +80,10 @@ def _tried(command: Sequence[str]) -> str:
     try:
         ended = subprocess.run(command, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False)
     except FileNotFoundError:
-        return "bubblewrap is not installed"
+        return say("bubblewrap is not installed")
     except subprocess.TimeoutExpired:  # on a busy machine: no reason to confine in a weaker way
-        why = f"bubblewrap did not answer for {_PROBE_SECONDS} s. Try again when this machine is less busy."
-        raise GraderError(why) from None
+        words = mark("bubblewrap did not answer for {seconds} s. Try again when this machine is less busy.")
+        raise GraderError(say(words, seconds=_PROBE_SECONDS)) from None
     except OSError as error:
         return str(error)
     lines = [line.strip() for line in ended.stderr.splitlines() if line.strip()]

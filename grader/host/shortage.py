@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from grader.errors import GraderError
+from grader.words import mark, say
 
 MIN_FREE_BYTES = 16 * 1024 * 1024
 """A disk with less free space counts as full: a compiler that meets a full disk removes what it has written."""
@@ -18,17 +19,29 @@ _NEEDED_BYTES = 1_000_000_000  # of address space, which is more than memory: an
 FEW_PROCESSES = 128
 """One trial and its build have 90 processes and threads at once; a whole grading has more."""
 
-_SAFE = "No points are lost, and earlier results are unchanged"
-NO_MEMORY = (
-    f"The grader has run out of memory. {_SAFE}. Close other programs, or raise the limit that `ulimit -v` shows, and "
-    "grade again."
+NO_MEMORY = mark(
+    "The grader has run out of memory. No points are lost, and earlier results are unchanged. Close other programs, or "
+    "raise the limit that `ulimit -v` shows, and grade again."
 )
-KILLED = (
+KILLED = mark(
     "A process of the grader was killed from outside, as the kernel does when memory runs out (`dmesg` shows it). "
-    f"{_SAFE}. Close other programs and grade again."
+    "No points are lost, and earlier results are unchanged. Close other programs and grade again."
 )
-_FILES = (
-    f"The grader has reached its limit on open files. {_SAFE}. Raise the limit that `ulimit -n` shows and grade again."
+_FILES = mark(
+    "The grader has reached its limit on open files. No points are lost, and earlier results are unchanged. Raise the "
+    "limit that `ulimit -n` shows and grade again."
+)
+_FORBIDS = mark(
+    "The grader may not use {what}: {why}. No points are lost, and earlier results are unchanged. Change its "
+    "permissions or its place."
+)
+_IN_THE_WAY = mark(
+    "{what} is in the way: {why}. No points are lost, and earlier results are unchanged. Remove it or choose another "
+    "place."
+)
+_LACKS = mark(
+    "The program {what} is not on the PATH. No points are lost, and earlier results are unchanged. Run "
+    "`grader doctor`; it prints the fix."
 )
 # Messages of the standard library and the loader in errors without an errno.
 _MEMORY_WORDS = ("can't start new thread", "failed to map segment", "cannot allocate memory", "memoryerror")
@@ -45,8 +58,13 @@ def require_memory() -> None:
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if 0 <= limit < _NEEDED_BYTES:
         raise GraderError(
-            f"The grader may use only {limit // 1_000_000} MB of address space and needs {_NEEDED_BYTES // 1_000_000}. "
-            "Run `ulimit -v unlimited` in this shell, or ask your administrator to raise the limit, and grade again."
+            say(
+                "The grader may use only {limit} MB of address space and needs {needed}. "
+                "Run `ulimit -v unlimited` in this shell, or ask your administrator to raise the limit, and grade "
+                "again.",
+                limit=limit // 1_000_000,
+                needed=_NEEDED_BYTES // 1_000_000,
+            )
         )
 
 
@@ -74,7 +92,7 @@ def explain_output(output: str) -> str:
     low = output.lower()
     if "no space left on device" in low or "disk quota exceeded" in low:
         return _disk_full("")
-    return NO_MEMORY if any(word in low for word in _MEMORY_WORDS) else ""
+    return say(NO_MEMORY) if any(word in low for word in _MEMORY_WORDS) else ""
 
 
 def explain_disk(folder: Path) -> str:
@@ -90,27 +108,31 @@ def explain_disk(folder: Path) -> str:
 
 def _explain_one(error: BaseException) -> str:
     if isinstance(error, MemoryError):
-        return NO_MEMORY
+        return say(NO_MEMORY)
     number = error.errno if isinstance(error, OSError) else None
     what = str(error.filename or "") if isinstance(error, OSError) else ""
     if number in (errno.ENOSPC, errno.EDQUOT):
         return _disk_full(what)
     if number == errno.ENOMEM or any(word in str(error).lower() for word in _MEMORY_WORDS):
-        return NO_MEMORY
+        return say(NO_MEMORY)
     if number in (errno.EMFILE, errno.ENFILE):
-        return _FILES
+        return say(_FILES)
     if number in _FORBIDDEN and what:
-        return f"The grader may not use {what}: {os.strerror(number)}. {_SAFE}. Change its permissions or its place."
+        return say(_FORBIDS, what=what, why=os.strerror(number))
     if number in _NOT_A_FOLDER and what:
-        return f"{what} is in the way: {os.strerror(number)}. {_SAFE}. Remove it or choose another place."
+        return say(_IN_THE_WAY, what=what, why=os.strerror(number))
     if number == errno.ENOENT and what and "/" not in what:
-        return f"The program {what} is not on the PATH. {_SAFE}. Run `grader doctor`; it prints the fix."
+        return say(_LACKS, what=what)
     return ""
 
 
 def _disk_full(path: str) -> str:
-    where = f"The disk at {_mount_point(path)} is full" if path else "A disk is full (`df -h` shows which)"
-    return f"{where}. {_SAFE}. Free some space there and grade again."
+    if path:
+        where = say("The disk at {place} is full.", place=_mount_point(path))
+    else:
+        where = say("A disk is full (`df -h` shows which).")
+    rest = say("No points are lost, and earlier results are unchanged. Free some space there and grade again.")
+    return f"{where} {rest}"
 
 
 def _mount_point(path: str) -> str:

@@ -18,6 +18,7 @@ from pathlib import Path
 from grader import KIT
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env
+from grader.words import mark, say
 
 # systemd's list of user ids leaves 1,879,048,192 to 2,147,483,647 to nobody. A container with few ids has these ones of
 # ordinary users, of whom it seldom has any.
@@ -25,7 +26,7 @@ _IDS = (range(1_900_000_000, 2_000_000_000), range(20_000, 60_000))
 _NOBODY = 65534
 # Between the mounts, which root makes, and the first command of the submission.
 CAPABILITIES = ("--cap-drop", "ALL", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID")
-RUNS_AS_ROOT = (
+RUNS_AS_ROOT = mark(
     "The grader ran as root and could not run the submission's code as another user; only the sandbox's read-only "
     "mounts kept it from this machine's files. Grade as an ordinary user."
 )
@@ -61,24 +62,26 @@ def notice() -> str:
     """Return in a sentence as whom the submission runs, if root grades; "" for any other user."""
     if os.geteuid() != 0:
         return ""
-    return f"grading as root; the submission runs as {'root too' if runs_as_root() else 'a user that owns nothing'}"
+    if runs_as_root():
+        return say("grading as root; the submission runs as root too")
+    return say("grading as root; the submission runs as a user that owns nothing")
 
 
 def lacks() -> str:
     """Return what keeps sandboxes without namespaces from working on this machine, "" if nothing does."""
     if shutil.which(PROOT) is None:
-        return "proot is not installed"
+        return say("proot is not installed")
     root = os.geteuid() == 0
     if root and not _is_mapped(_id()):
-        return "this container has no other user's id"
+        return say("this container has no other user's id")
     if closed := [path for path in prefixes() if root and not _is_open(path)]:
-        return f"other users cannot enter {closed[0]}, so no submission could start Python from there"
+        return say("other users cannot enter {path}, so no submission could start Python from there", path=closed[0])
     if root and not os.access(VIEWS.parent, os.W_OK):
-        return f"{VIEWS.parent} cannot be written"
+        return say("{path} cannot be written", path=VIEWS.parent)
     tried = _run(
         [*(become(_id()) if root else ()), PROOT, "--verbose=-1", "--bind=/usr:/ws/probe", "test", "-d", "/ws/probe"]
     )
-    return "" if tried.returncode == 0 else tried.stderr.strip().partition("\n")[0][:200] or "proot does not work"
+    return "" if tried.returncode == 0 else tried.stderr.strip().partition("\n")[0][:200] or say("proot does not work")
 
 
 def prefixes() -> list[Path]:
@@ -116,7 +119,8 @@ def refusal() -> str:
     if ended.returncode == 0 and ended.stdout.strip() == str(user):
         return ""
     if (plain := _run(["bwrap", "--unshare-user", "--ro-bind", "/", "/", "true"])).returncode != 0:
-        raise GraderError(f"No sandbox can be set up: {_last_line(plain)}. Run `grader doctor`; it prints the fix.")
+        words = mark("No sandbox can be set up: {why}. Run `grader doctor`; it prints the fix.")
+        raise GraderError(say(words, why=_last_line(plain)))
     return _last_line(ended)
 
 
@@ -126,7 +130,8 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise GraderError(f"Cannot start {command[0]} ({error}). Run `grader doctor`; it prints the fix.") from error
+        words = mark("Cannot start {program} ({why}). Run `grader doctor`; it prints the fix.")
+        raise GraderError(say(words, program=command[0], why=error)) from error
 
 
 def _last_line(ended: subprocess.CompletedProcess[str]) -> str:

@@ -19,6 +19,7 @@ from typing import NoReturn
 
 from grader.errors import GraderError
 from grader.host import cgroup, procfs, shortage, tempdir
+from grader.words import say
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 _GRACE_S = 1.0  # for the moment in which results are moved to their place (atomic.replace_entries)
@@ -54,7 +55,7 @@ def run(work: Callable[[], int]) -> int:
         _kill_descendants()
     if interrupted:
         raise KeyboardInterrupt
-    raise GraderError(shortage.KILLED)
+    raise GraderError(say(shortage.KILLED))
 
 
 def _be_child(work: Callable[[], int], parent: int, temporary: Path) -> NoReturn:

@@ -14,6 +14,7 @@ from grader.intake import kinds
 from grader.intake.locate import Candidate, Tree
 from grader.intake.unpack import content_hash
 from grader.sanitize import printable
+from grader.words import mark, say
 
 _NAMED = 5  # packages named in a sentence
 
@@ -32,17 +33,17 @@ def _criteria(course: Course) -> tuple[tuple[Callable[[Candidate], Any], str], .
     # In this order; the first in which two candidates differ decides. Of packages under other names, what their code
     # does decides, and not which name is more like the assignment's.
     return (
-        (lambda c: c.name != package, "its name is the one that the assignment asks for"),
-        (lambda c: not c.modules, "it has modules of the assignment"),
-        (lambda c: not c.nodes, "it has nodes in Python"),
-        (lambda c: c.name.lower().replace("-", "_") != package, "its name differs in capitals and dashes only"),
-        (lambda c: topic.encode() not in c.topics, f"its nodes name {topic}"),
-        (lambda c: -len(c.topics), "its nodes name the most topics and services of the assignment"),
-        (lambda c: c.xml is None or bool(c.xml.problem), "its package.xml can be read"),
-        (lambda c: c.folder != c.name, "its folder bears its name"),
-        (lambda c: c.depth, "it lies the highest"),
-        (lambda c: -len(c.modules), "it has the most modules of the assignment"),
-        (lambda c: -len(c.interfaces), "it has the most interfaces of the assignment"),
+        (lambda c: c.name != package, say("its name is the one that the assignment asks for")),
+        (lambda c: not c.modules, say("it has modules of the assignment")),
+        (lambda c: not c.nodes, say("it has nodes in Python")),
+        (lambda c: c.name.lower().replace("-", "_") != package, say("its name differs in capitals and dashes only")),
+        (lambda c: topic.encode() not in c.topics, say("its nodes name {topic}", topic=topic)),
+        (lambda c: -len(c.topics), say("its nodes name the most topics and services of the assignment")),
+        (lambda c: c.xml is None or bool(c.xml.problem), say("its package.xml can be read")),
+        (lambda c: c.folder != c.name, say("its folder bears its name")),
+        (lambda c: c.depth, say("it lies the highest")),
+        (lambda c: -len(c.modules), say("it has the most modules of the assignment")),
+        (lambda c: -len(c.interfaces), say("it has the most interfaces of the assignment")),
     )
 
 
@@ -69,9 +70,15 @@ def choose(tree: Tree, name: str) -> Choice:
     if ties:
         paths = ", ".join(printable(candidate.path) for candidate in (best, *ties)[:_NAMED])
         raise SubmissionError(
-            f"{printable(name)} holds the package {best.name} {len(ties) + 1} times, each time with other content, and "
-            f"nothing tells which is meant: {paths}.",
-            "Hand in one of them, or choose with `grader grade --package-path PATH`.",
+            say(
+                "{name} holds the package {package} {times} times, each time with other content, and nothing tells "
+                "which is meant: {paths}.",
+                name=printable(name),
+                package=best.name,
+                times=len(ties) + 1,
+                paths=paths,
+            ),
+            say("Hand in one of them, or choose with `grader grade --package-path PATH`."),
         )
     others = tuple((c, _remark(c, found[c.path])) for c in sorted(tree.candidates, key=rank) if c is not best)
     return Choice(best, _reason(tree.course, best, rivals, others=bool(others)), others)
@@ -87,11 +94,16 @@ def choose_named(tree: Tree, name: str, path: str) -> Choice:
     chosen = find_named(tree, path)
     if chosen is None:
         paths = [printable(candidate.path) for candidate in sorted(tree.candidates, key=rank)]
-        more = f" and {len(paths) - _NAMED} more" if len(paths) > _NAMED else ""
-        there = f"It has packages at {', '.join(paths[:_NAMED])}{more}." if paths else "It holds no package at all."
-        raise UsageError(f"There is no package at {printable(path)} in {printable(name)}.", there)
+        more = " " + say("and {n} more", n=len(paths) - _NAMED) if len(paths) > _NAMED else ""
+        words = mark("There is no package at {path} in {name}.")
+        raise UsageError(
+            say(words, path=printable(path), name=printable(name)),
+            say("It has packages at {paths}.", paths=", ".join(paths[:_NAMED]) + more)
+            if paths
+            else say("It holds no package at all."),
+        )
     others = tuple((c, _remark(c, kinds.kind(tree, c))) for c in sorted(tree.candidates, key=rank) if c is not chosen)
-    return Choice(chosen, "`--package-path` names it", others)
+    return Choice(chosen, say("`--package-path` names it"), others)
 
 
 def find_named(tree: Tree, path: str) -> Candidate | None:
@@ -141,18 +153,19 @@ def candidate_hash(tree: Tree, candidate: Candidate) -> str:
 
 def _reason(course: Course, best: Candidate, rivals: Sequence[Candidate], *, others: bool) -> str:
     if not rivals:
-        return "it is the only ROS 2 Python package that colcon finds" if others else "it is the only package"
+        only = mark("it is the only ROS 2 Python package that colcon finds")
+        return say(only) if others else say("it is the only package")
     second = min(rivals, key=partial(_rank, course))
     deciding = (words for criterion, words in _criteria(course) if criterion(best) != criterion(second))
-    same = "the other is the same, file by file" if second.name == best.name else "its path comes first"
-    return next(deciding, same)
+    same = second.name == best.name
+    return next(deciding, say("the other is the same, file by file") if same else say("its path comes first"))
 
 
 def _remark(candidate: Candidate, which: str) -> str:
     """Return where a package is that was not chosen, its name, and what else is to be known of it."""
-    remarks = [candidate.name, *([which] if which else [])]
+    remarks = [candidate.name, *([say(which)] if which else [])]
     if candidate.inside:
-        remarks.append(f"inside {printable(candidate.inside)}, where colcon does not look")
+        remarks.append(say("inside {package}, where colcon does not look", package=printable(candidate.inside)))
     return f"{printable(candidate.path)} ({'; '.join(remarks)})"
 
 

@@ -24,6 +24,7 @@ from typing import IO, Any, NoReturn, Protocol
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.intake.names import MAX_DEPTH, tool_folder
 from grader.sanitize import printable
+from grader.words import mark, say
 
 # Longer listings are not read to the end. 20 times the files that may be kept: enough for those that are pruned.
 MAX_ENTRIES = 100_000
@@ -88,17 +89,23 @@ def open_container(path: Path, leave_out: Collection[Path] = ()) -> Folder | Zip
         if path.is_dir():
             return Folder(path, leave_out)
         if not path.exists():
-            raise SubmissionError(f"There is no file or folder {printable(str(path))}.", "Check the path.")
+            raise SubmissionError(
+                say("There is no file or folder {path}.", path=printable(str(path))), say("Check the path.")
+            )
         if not path.is_file():
             raise SubmissionError(
-                f"{shown} is neither a folder nor a file.", "Submit the package folder or a zip of it."
+                say("{name} is neither a folder nor a file.", name=shown),
+                say("Submit the package folder or a zip of it."),
             )
         with path.open("rb") as file:
             head = file.read(512)
     except OSError as error:
-        raise GraderError(f"Cannot read {printable(str(path))}: {error.strerror}. Check its permissions.") from error
+        words = mark("Cannot read {path}: {why}. Check its permissions.")
+        raise GraderError(say(words, path=printable(str(path)), why=error.strerror)) from error
     if not head:
-        raise SubmissionError(f"{shown} is an empty file.", "Zip the package folder and submit again.")
+        raise SubmissionError(
+            say("{name} is an empty file.", name=shown), say("Zip the package folder and submit again.")
+        )
     unpacker = _unpacker(head)
     zipped = head.startswith(b"PK") and zipfile.is_zipfile(path)
     if unpacker is not None and zipped:
@@ -109,9 +116,12 @@ def open_container(path: Path, leave_out: Collection[Path] = ()) -> Folder | Zip
         return Zip(path)
     if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
         raise SubmissionError(
-            f"{shown} is damaged, or of a kind that cannot be opened.", "Zip the package folder again."
+            say("{name} is damaged, or of a kind that cannot be opened.", name=shown),
+            say("Zip the package folder again."),
         )
-    raise SubmissionError(f"{shown} is not a folder, zip or tar.", "Zip the package folder and submit that.")
+    raise SubmissionError(
+        say("{name} is not a folder, zip or tar.", name=shown), say("Zip the package folder and submit that.")
+    )
 
 
 class Folder:
@@ -174,8 +184,13 @@ class Folder:
             file = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=handle)
         except OSError as error:
             raise GraderError(
-                f"Cannot read {printable(name)} of {printable(self.name)}: {error.strerror}. "
-                "Make the submission readable, and do not change it while it is graded."
+                say(
+                    "Cannot read {file} of {name}: {why}. "
+                    "Make the submission readable, and do not change it while it is graded.",
+                    file=printable(name),
+                    name=printable(self.name),
+                    why=error.strerror,
+                )
             ) from error
         finally:
             os.close(handle)
@@ -218,7 +233,8 @@ class Zip:
             return Entry(index, info.filename, Kind.FOLDER)
         if info.flag_bits & 1:
             raise SubmissionError(
-                f"{printable(self.name)} is protected by a password.", "Submit it without a password."
+                say("{name} is protected by a password.", name=printable(self.name)),
+                say("Submit it without a password."),
             )
         if stat.S_ISLNK(mode):
             target = b""
@@ -263,9 +279,13 @@ class Tar:
                 found.append(_tar_entry(index, member))
         except _StreamTooLong:
             raise SubmissionError(
-                f"{printable(self.name)} unpacks to more than {MAX_TAR_BYTES // 1024**2} MB. The largest of its first "
-                f"files are {largest({entry.name: entry.size for entry in found})}.",
-                "Submit the package folder only, without build trees, recordings and virtual environments.",
+                say(
+                    "{name} unpacks to more than {most} MB. The largest of its first files are {largest}.",
+                    name=printable(self.name),
+                    most=MAX_TAR_BYTES // 1024**2,
+                    largest=largest({entry.name: entry.size for entry in found}),
+                ),
+                say("Submit the package folder only, without recordings, build trees and virtual environments."),
             ) from None
         return found
 
@@ -407,8 +427,11 @@ def _unpacker(head: bytes) -> Callable[[IO[bytes]], Readable] | None:
 
 def _two_archives(name: str) -> SubmissionError:
     return SubmissionError(
-        f"{printable(name)} holds more than one archive in one file, and programs differ in which of them they show.",
-        "Zip the package folder again, into a new file.",
+        say(
+            "{name} holds more than one archive in one file, and programs differ in which of them they show.",
+            name=printable(name),
+        ),
+        say("Zip the package folder again, into a new file."),
     )
 
 
@@ -423,13 +446,18 @@ def _damage(name: str) -> Iterator[None]:
         raise _two_archives(name) from None
     except NotImplementedError as error:
         raise SubmissionError(
-            f"{printable(name)} is compressed in a way that cannot be opened here ({printable(str(error))}).",
-            "Zip it again with the usual method.",
+            say(
+                "{name} is compressed in a way that cannot be opened here ({why}).",
+                name=printable(name),
+                why=printable(str(error)),
+            ),
+            say("Zip it again with the usual method."),
         ) from error
     except Exception as error:
         # On crafted bytes, archive parsers raise all sorts of exceptions; to the reader they all mean the same.
         raise SubmissionError(
-            f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}).", "Pack it again."
+            say("{name} is damaged ({why}).", name=printable(name), why=printable(str(error)) or say("unreadable")),
+            say("Pack it again."),
         ) from error
 
 
@@ -452,12 +480,16 @@ def largest(sizes: Mapping[str, int]) -> str:
 
 def _too_many(name: str) -> SubmissionError:
     return SubmissionError(
-        f"{printable(name)} contains more than {MAX_ENTRIES} files.",
-        "Submit the package folder only, without build trees and virtual environments.",
+        say("{name} contains more than {most} files.", name=printable(name), most=MAX_ENTRIES),
+        say("Submit the package folder only, without build trees and virtual environments."),
     )
 
 
 def _raise(error: OSError) -> NoReturn:
     raise GraderError(
-        f"Cannot read {printable(str(error.filename))}: {error.strerror}. Make the submission readable and grade again."
+        say(
+            "Cannot read {path}: {why}. Make the submission readable and grade again.",
+            path=printable(str(error.filename)),
+            why=error.strerror,
+        )
     ) from error

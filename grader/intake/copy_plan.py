@@ -21,6 +21,7 @@ from grader.intake.names import (
     tool_folder,
 )
 from grader.sanitize import printable
+from grader.words import mark, say
 
 MB = 1024**2
 # A build tree contains one of these. By its name alone, a student's own folder `log` would be left out too.
@@ -30,7 +31,7 @@ BUILD_MARKERS = frozenset(
 )
 VENV_MARKER = "pyvenv.cfg"
 MAX_REMARKS = 30
-_ALSO_A_FOLDER = "there is a folder of the same name; it was left out"
+_ALSO_A_FOLDER = mark("there is a folder of the same name; it was left out")
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class _Planner:
         self.remarks.flags += _look_alikes(self.sizes)[: MAX_REMARKS - len(self.remarks.flags)]
         if pruned:
             names = ", ".join(printable(path, 80) for path in sorted(pruned)[:8])
-            self.remarks.note(f"Left out because tools made it: {names}.")
+            self.remarks.note(say("Left out because tools made it: {names}.", names=names))
 
     def _last_of_each_name(self, entries: Sequence[Entry], paths: Mapping[int, str]) -> list[Entry]:
         """Return the files and links among `entries`, for each path the last, and none where others need a folder."""
@@ -129,9 +130,9 @@ class _Planner:
             path = paths[entry.index]
             with self._remarking(entry):
                 if entry.kind is Kind.FILE and path in self._folders:
-                    raise _Refused("collision", _ALSO_A_FOLDER)
+                    raise _Refused("collision", say(_ALSO_A_FOLDER))
                 if entry.kind is not Kind.FOLDER and last[path] is not entry:
-                    raise _Refused("collision", "its name occurs again; only the last of that name was kept")
+                    raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
         return [entry for path, entry in last.items() if path not in self._folders or entry.kind is not Kind.FILE]
 
     @contextmanager
@@ -146,16 +147,17 @@ class _Planner:
         self.files[entry.index] = path
         self.sizes[path] = entry.size
         if entry.mode & (stat.S_ISUID | stat.S_ISGID):
-            self.remarks.add(_Refused("setuid", "the set-user-id bit was removed"), entry)
+            self.remarks.add(_Refused("setuid", say("the set-user-id bit was removed")), entry)
         if entry.mode & stat.S_IXUSR:
             self.executable.add(path)
 
     def _add_copy(self, entry: Entry, path: str) -> None:
         original = _clean(Entry(0, entry.target, Kind.FILE))
         if original not in self.sizes:
-            raise _Refused("link", f"hard link to {printable(entry.target)}, which is not in the submission")
+            words = mark("hard link to {target}, which is not in the submission")
+            raise _Refused("link", say(words, target=printable(entry.target)))
         if path in self._folders:
-            raise _Refused("collision", _ALSO_A_FOLDER)
+            raise _Refused("collision", say(_ALSO_A_FOLDER))
         self.copies[path] = original
         self.sizes[path] = self.sizes[original]
 
@@ -165,10 +167,10 @@ def _clean(entry: Entry) -> str:
     # Old Windows tools write backslashes; read as separators, they cannot smuggle a `..` past the check below.
     raw = entry.name.replace("\\", "/")
     if raw.startswith("/") or (len(raw) > 1 and raw[1] == ":" and raw[0].isalpha()):
-        raise _Refused("absolute path", "its path is absolute; it was left out")
+        raise _Refused("absolute path", say("its path is absolute; it was left out"))
     parts = [part for part in raw.split("/") if part not in ("", ".")]
     if ".." in parts:
-        raise _Refused("traversal", "its path leads out of the submission with '..'; it was left out")
+        raise _Refused("traversal", say("its path leads out of the submission with '..'; it was left out"))
     parts = [safe_name(part) for part in parts]
     path = "/".join(parts)
     if (
@@ -176,26 +178,30 @@ def _clean(entry: Entry) -> str:
         or len(path.encode()) > MAX_PATH_BYTES
         or any(len(part.encode()) > MAX_NAME_BYTES for part in parts)
     ):
-        raise _Refused("", "its name is too long or too deep; it was left out")
+        raise _Refused("", say("its name is too long or too deep; it was left out"))
     if not parts and entry.kind is not Kind.FOLDER:
-        raise _Refused("name", "it has no name; it was left out")
+        raise _Refused("name", say("it has no name; it was left out"))
     return path
 
 
 def _accept(entry: Entry, path: str, limits: SizeLimits) -> None:
     """Refuse an entry that is not a regular file of a reasonable size."""
     if entry.kind is Kind.LINK:
-        target = entry.target.replace("\\", "/")
+        target, shown = entry.target.replace("\\", "/"), printable(entry.target)
         reached = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
         if target.startswith("/") or reached == ".." or reached.startswith("../"):
-            raise _Refused("link", f"link out of the submission, to {printable(entry.target)}; it was left out")
-        raise _Refused("", f"it is a link to {printable(entry.target)} and was left out; submit the file itself")
+            raise _Refused("link", say("link out of the submission, to {target}; it was left out", target=shown))
+        words = mark("it is a link to {target} and was left out; submit the file itself")
+        raise _Refused("", say(words, target=shown))
     if entry.kind is Kind.SPECIAL:
-        raise _Refused("special file", "it is not a regular file (but a device, pipe or sparse file); it was left out")
+        words = mark("it is not a regular file (but a device, pipe or sparse file); it was left out")
+        raise _Refused("special file", say(words))
     if entry.size > limits.file_bytes:
         if entry.packed is not None and entry.size > limits.ratio * max(entry.packed, 1):
-            raise _Refused("bomb", f"{entry.size} bytes packed into {entry.packed}; it was left out")
-        raise _Refused("", f"it has {entry.size // MB} MB, more than {limits.file_bytes // MB} MB, and was left out")
+            words = mark("{size} bytes packed into {packed}; it was left out")
+            raise _Refused("bomb", say(words, size=entry.size, packed=entry.packed))
+        words = mark("it has {size} MB, more than {most} MB, and was left out")
+        raise _Refused("", say(words, size=entry.size // MB, most=limits.file_bytes // MB))
 
 
 def _pruned_folders(paths: Collection[str]) -> set[str]:
@@ -248,8 +254,8 @@ def _look_alikes(paths: Iterable[str]) -> list[Flag]:
         for name in (*_folders(path), path):
             first = spellings.setdefault(collision_key(name), name)
             if first != name:
-                what = f"it is one name with {printable(first)} on Windows and macOS; both were kept"
-                flags.setdefault((first, name), Flag("collision", what, printable(name)))
+                words = mark("it is one name with {first} on Windows and macOS; both were kept")
+                flags.setdefault((first, name), Flag("collision", say(words, first=printable(first)), printable(name)))
                 break
     return list(flags.values())
 
@@ -274,17 +280,28 @@ class _Remarks:
 
 def _check_limits(name: str, sizes: Mapping[str, int], limits: SizeLimits, packed_bytes: int | None) -> None:
     count, total = len(sizes), sum(sizes.values())
-    advice = "Submit the package folder only, without recordings, build trees and virtual environments."
+    shown = printable(name)
+    advice = say("Submit the package folder only, without recordings, build trees and virtual environments.")
     if count > limits.files:
-        raise SubmissionError(f"{printable(name)} contains {count} files, more than {limits.files}.", advice)
+        words = mark("{name} contains {count} files, more than {most}.")
+        raise SubmissionError(say(words, name=shown, count=count, most=limits.files), advice)
     if total > limits.total_bytes:
         raise SubmissionError(
-            f"{printable(name)} contains {total // MB} MB, more than {limits.total_bytes // MB} MB. "
-            f"The largest files are {largest(sizes)}.",
+            say(
+                "{name} contains {size} MB, more than {most} MB. The largest files are {largest}.",
+                name=shown,
+                size=total // MB,
+                most=limits.total_bytes // MB,
+                largest=largest(sizes),
+            ),
             advice,
         )
     if packed_bytes is not None and total > limits.ratio_applies_above_bytes and total > limits.ratio * packed_bytes:
         raise SubmissionError(
-            f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, like a decompression bomb.",
+            say(
+                "{name} unpacks to {times} times its size, like a decompression bomb.",
+                name=shown,
+                times=total // max(packed_bytes, 1),
+            ),
             advice,
         )

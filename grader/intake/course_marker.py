@@ -9,6 +9,8 @@ import hashlib
 import json
 from pathlib import Path, PurePosixPath
 
+from grader.words import say, say_count
+
 MARKER = ".course.json"
 MAX_BYTES = 64 * 1024
 MAX_FILES = 500
@@ -20,9 +22,14 @@ def note(package: Path) -> str:
     found = unchanged(package)
     if not found:
         return ""
-    shown = ", ".join(found[:_MAX_SHOWN]) + (f" and {len(found) - _MAX_SHOWN} more" if len(found) > _MAX_SHOWN else "")
-    count = "1 file was" if len(found) == 1 else f"{len(found)} files were"
-    return f"{count} laid out by the course (start_at) and not changed since, so not the student's own work: {shown}."
+    more = " " + say("and {n} more", n=len(found) - _MAX_SHOWN) if len(found) > _MAX_SHOWN else ""
+    return say_count(
+        "{n} file was laid out by the course (start_at) and not changed since, so not the student's own work: {names}.",
+        "{n} files were laid out by the course (start_at) and not changed since, so not the student's own work: "
+        "{names}.",
+        len(found),
+        names=", ".join(found[:_MAX_SHOWN]) + more,
+    )
 
 
 def unchanged(package: Path) -> list[str]:

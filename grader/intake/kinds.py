@@ -11,8 +11,9 @@ from grader.course import Course
 from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
 from grader.intake.locate import Candidate, Tree
 from grader.sanitize import printable
+from grader.words import mark, say
 
-_ZIP = "Zip the package folder itself (the one with package.xml and setup.py) and submit again."
+_ZIP = mark("Zip the package folder itself (the one with package.xml and setup.py) and submit again.")
 
 _CPP = frozenset({".cpp", ".cc", ".cxx", ".c", ".hpp", ".hh"})
 _INTERFACES = frozenset({".msg", ".srv", ".action"})
@@ -32,8 +33,12 @@ _ROS1 = re.compile(
     rb"^[ \t]*(?:import|from)[ \t]+rospy\b|find_package\(\s*catkin\b|#include\s*<ros/ros\.h>", re.MULTILINE
 )
 
-ROS1, CPP, BARE = "ROS 1", "C++", "no code"
-MESSAGES, INTERFACES, LAUNCH = "messages only", "interfaces only", "launch and description files only"
+ROS1, CPP, BARE = "ROS 1", "C++", mark("no code")
+MESSAGES, INTERFACES, LAUNCH = (
+    mark("messages only"),
+    mark("interfaces only"),
+    mark("launch and description files only"),
+)
 
 
 def kind(tree: Tree, candidate: Candidate) -> str:
@@ -67,56 +72,66 @@ def describe_instead(tree: Tree) -> tuple[str, str]:
     suffixes = Counter(PurePosixPath(path).suffix.lower() for path in tree.files)
     asked = _asked(tree.course)
     if not tree.files:
-        return "is empty.", "Put the package folder in (the one with package.xml and setup.py) and submit again."
+        return (
+            say("is empty."),
+            say("Put the package folder in (the one with package.xml and setup.py) and submit again."),
+        )
     if tree.candidates:
         return _packages([(candidate.name, kind(tree, candidate)) for candidate in tree.candidates]), asked
     if ignored := [p for p in tree.files if p.endswith("package.xml") and p not in tree.searched]:
         return (
-            f"contains a package only where colcon does not look ({printable(ignored[0])}: a build tree, or a folder "
-            "marked COLCON_IGNORE).",
-            "Submit the sources, the package folder in src.",
+            say(
+                "contains a package only where colcon does not look ({path}: a build tree, or a folder marked "
+                "COLCON_IGNORE).",
+                path=printable(ignored[0]),
+            ),
+            say("Submit the sources, the package folder in src."),
         )
     if nodes := [path for path in tree.searched if tree.is_node(path)]:
-        return f"contains a node ({printable(nodes[0])}) but no package.xml.", _ZIP
+        return say("contains a node ({path}) but no package.xml.", path=printable(nodes[0])), say(_ZIP)
     if _ros1(tree, tree.searched):
-        return "contains code for ROS 1.", asked
+        return say("contains code for ROS 1."), asked
     if set(suffixes) & _CPP and not suffixes[".py"]:
-        return "contains only C++.", asked
+        return say("contains only C++."), asked
     if suffixes[".ipynb"] and not suffixes[".py"]:
         return (
-            "contains only notebooks.",
-            f"Submit the package that they write, the folder {tree.course.package} with package.xml.",
+            say("contains only notebooks."),
+            say(
+                "Submit the package that they write, the folder {package} with package.xml.",
+                package=tree.course.package,
+            ),
         )
     if closed := [path for path in tree.files if PurePosixPath(path).suffix.lower() in _ARCHIVES]:
         return (
-            f"contains an archive that was not opened ({printable(closed[0])}).",
-            "Submit the package folder in one plain zip.",
+            say("contains an archive that was not opened ({path}).", path=printable(closed[0])),
+            say("Submit the package folder in one plain zip."),
         )
     if set(suffixes) <= _DOCUMENTS:
         return (
-            f"contains only documents ({printable(tree.files[0])}).",
-            "Submit the package folder, the one with package.xml and setup.py.",
+            say("contains only documents ({path}).", path=printable(tree.files[0])),
+            say("Submit the package folder, the one with package.xml and setup.py."),
         )
-    return "contains no package.xml.", _ZIP
+    return say("contains no package.xml."), say(_ZIP)
 
 
 def _asked(course: Course) -> str:
     nodes = ", ".join(f"{node}.py" for node in course.nodes)
-    return f"The assignment asks for a ROS 2 Jazzy package with nodes in Python: {nodes}."
+    return say("The assignment asks for a ROS 2 Jazzy package with nodes in Python: {nodes}.", nodes=nodes)
 
 
 def _packages(found: Sequence[tuple[str, str]]) -> str:
     """Return the predicate about packages, given as name and kind, none of which can be graded."""
     if len(found) > 1:
-        shown = ", ".join(f"{name} ({which})" for name, which in found[:_NAMED])
-        more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
-        return f"contains {len(found)} packages, and none with a node in Python: {shown}{more}."
+        shown = ", ".join(f"{name} ({say(which)})" for name, which in found[:_NAMED])
+        more = " " + say("and {n} more", n=len(found) - _NAMED) if len(found) > _NAMED else ""
+        words = mark("contains {count} packages, and none with a node in Python: {packages}.")
+        return say(words, count=len(found), packages=shown + more)
     name, which = found[0]
     if which == ROS1:
-        return f"contains a ROS 1 (catkin) package, {name}."
+        return say("contains a ROS 1 (catkin) package, {name}.", name=name)
     if which == CPP:
-        return f"contains a C++ package, {name}."
-    return f"contains a package without a node, {name}: {which}."
+        return say("contains a C++ package, {name}.", name=name)
+    return say("contains a package without a node, {name}: {which}.", name=name, which=say(which))
 
 
 def _is_code(path: str, package: str) -> bool:

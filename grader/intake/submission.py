@@ -19,6 +19,7 @@ from grader.intake.locate import Candidate, Tree, survey
 from grader.intake.several import refuse_export, refuse_several
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
+from grader.words import mark, say, say_count
 
 DEFAULT_LIMITS = SizeLimits()
 MAX_NESTED = 2  # archives inside one another
@@ -71,8 +72,12 @@ def open_submission(
                 raise opened.refused[0]
             if opened.flags and not tree.files:
                 raise SubmissionError(
-                    f"{printable(name)} has no file that could be taken in: {next(opened.remarks())}",
-                    "Zip the package folder again with an ordinary program.",
+                    say(
+                        "{name} has no file that could be taken in: {why}",
+                        name=printable(name),
+                        why=next(opened.remarks()),
+                    ),
+                    say("Zip the package folder again with an ordinary program."),
                 )
             if not package:
                 refuse_several(tree, name, opened.folders, folder=source.is_dir())
@@ -107,11 +112,11 @@ class _Opened:
                 shutil.rmtree(folder, ignore_errors=True)
                 self.refused.append(error)
                 self._failed.add(path)
-                self.notes.append(f"{printable(path)} was not opened: {error}")
+                self.notes.append(say("{path} was not opened: {why}", path=printable(path), why=error))
                 continue
             (tree.root / path).unlink()
             self.folders[folder.relative_to(tree.root).as_posix()] = path
-            self.notes += [f"Opened {printable(path)} inside.", *inner.notes]
+            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.notes]
             self.flags += inner.flags
             self._left = inner.left
 
@@ -126,15 +131,17 @@ class _Opened:
         for path in left[:MAX_OTHERS]:
             if path.lower().endswith(ARCHIVE_SUFFIXES):
                 why = (
-                    "there is a package outside of it"
+                    say("there is a package outside of it.")
                     if tree.candidates
-                    else "it is one of too many, or too deep inside"
+                    else say("it is one of too many, or too deep inside.")
                 )
-                yield f"{printable(path)} was not opened: {why}."
             else:
-                yield f"{printable(path)} was not opened: the grader opens zip and tar only."
+                why = say("the grader opens zip and tar only.")
+            yield say("{path} was not opened: {why}", path=printable(path), why=why)
         if len(left) > MAX_OTHERS:
-            yield f"{len(left) - MAX_OTHERS} more archives were not opened."
+            yield say_count(
+                "{n} more archive was not opened.", "{n} more archives were not opened.", len(left) - MAX_OTHERS
+            )
 
 
 def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submission:
@@ -163,18 +170,21 @@ def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submiss
 
 def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterator[str]:
     if package.xml is None:
-        yield f"{package.path} has no package.xml; its modules show that it is the package."
+        yield say("{path} has no package.xml; its modules show that it is the package.", path=package.path)
     elif package.xml.problem:
         yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
     elif package.xml.name != tree.course.package:
-        yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {tree.course.package}."
+        named = printable(package.xml.name) or say("nothing")
+        yield say("The package is named {name}, not {wanted}.", name=named, wanted=tree.course.package)
     if package.inside:
-        yield f"{package.path} lies inside the package {package.inside}, where colcon does not look."
+        words = mark("{path} lies inside the package {package}, where colcon does not look.")
+        yield say(words, path=package.path, package=package.inside)
     if note := course_marker.note(tree.root / package.path):
         yield note
     twins = [other.path for other in others if other.name == package.name]
     if twins:
-        yield f"The name {package.name} occurs more than once; {package.path} is graded, not {', '.join(twins[:5])}."
+        words = mark("The name {name} occurs more than once; {path} is graded, not {others}.")
+        yield say(words, name=package.name, path=package.path, others=", ".join(twins[:5]))
 
 
 def _free_folder(archive: Path) -> Path:
@@ -190,7 +200,7 @@ def _free_folder(archive: Path) -> Path:
 def _emptied_on_failure(into: Path) -> Iterator[None]:
     """Check that `into` is free, and empty it again if an exception is raised."""
     if into.exists() and (not into.is_dir() or any(into.iterdir())):
-        raise GraderError(f"{into} is not an empty folder. Choose another --out or remove it.")
+        raise GraderError(say("{path} is not an empty folder. Choose another --out or remove it.", path=into))
     existed = into.exists()
     try:
         yield

@@ -16,6 +16,7 @@ from grader.evidence import Flag
 from grader.intake.containers import Entry, Folder, Kind, Readable, open_container
 from grader.intake.copy_plan import SizeLimits, plan_copy
 from grader.sanitize import printable
+from grader.words import say
 
 BLOCK = 256 * 1024
 
@@ -60,9 +61,13 @@ def unpack(
         written = _write(into / path, stream, declared[index], path in plan.executable)
         if written != declared[index]:
             raise SubmissionError(
-                f"{printable(path)} in {printable(container.name)} does not have its declared size: the archive is "
-                "damaged, or the folder changed in the meantime.",
-                "Pack it again.",
+                say(
+                    "{file} in {name} does not have its declared size: the archive is damaged, or the folder changed "
+                    "in the meantime.",
+                    file=printable(path),
+                    name=printable(container.name),
+                ),
+                say("Pack it again."),
             )
     with _disk_errors(into):
         for path, original in plan.copies.items():
@@ -96,8 +101,11 @@ def _disk_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        hint = "Free some space" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "Choose another --out"
-        raise GraderError(f"Cannot write {printable(str(path))}: {error.strerror}. {hint} and grade again.") from error
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        raise GraderError(
+            say("Cannot write {path}: {why}.", path=printable(str(path)), why=error.strerror),
+            say("Free some space and grade again.") if full else say("Choose another --out and grade again."),
+        ) from error
 
 
 def content_hash(folder: Path, files: list[str]) -> str:

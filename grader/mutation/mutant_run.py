@@ -22,6 +22,7 @@ from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_results import ModuleReach
 from grader.student_tests.padding import code_of, padding
 from grader.student_tests.warm_worker import start_workers
+from grader.words import mark, say
 
 MUTANTS = 50  # that tests reach; the others take no time. docs/course.md says how well these stand for all
 WORKERS = 2
@@ -147,7 +148,8 @@ def _rounds(
             verdicts.note_not_tried(change)
         waiting += again
         tried += len(batch)
-        progress(f"mutants: {min(tried, len(chosen))} of {len(chosen)} tried, {verdicts.noticed} noticed")
+        words = mark("mutants: {tried} of {n} tried, {noticed} noticed")
+        progress(say(words, tried=min(tried, len(chosen)), n=len(chosen), noticed=verdicts.noticed))
         # Another round costs about as much as this one.
         needed = runner.seconds_spent + (runner.seconds_spent - before)
         if needed > seconds * runner.size or not all(result.tried for result in results):

@@ -7,6 +7,7 @@ from grader.mutation.mutant_run import mutate
 from grader.source import Collected, Source, Subject
 from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
 from grader.student_tests.suite_run import SuiteRun
+from grader.words import say
 
 
 class Mutants(Source):
@@ -21,7 +22,7 @@ class Mutants(Source):
         if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
             return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
         assert isinstance(ran, SuiteRun)
-        settings.progress("mutating the package to see whether its own tests notice")
+        settings.progress(say("mutating the package to see whether its own tests notice"))
         kept_runs = runs_to_keep(subject)
         found = mutate(
             subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,

@@ -41,7 +41,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     wanted = {"package": str(package), "out": str(out), "settings": settings.plain()}
     with checks_run.Checks(settings.course, pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
-        settings.progress("checking the evidence")
+        settings.progress(say("checking the evidence"))
         grading = pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
     _spare.prepare()
     return grading

@@ -17,7 +17,6 @@ from grader.notebook.workspace import Workspace, course
 from grader.words import mark, say
 
 _KINDS = ("msg", "srv", "action")
-FIRST_TIME = mark("building the contract's interfaces: once on this machine, about a minute, longer on a busy one")
 
 
 def load(workspace: Workspace) -> None:

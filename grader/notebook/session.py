@@ -288,7 +288,7 @@ class Run:
             self._give_up(str(error))
             return
         if not contract_is_built:
-            progress.say(say(interface_types.FIRST_TIME))
+            progress.say(say(building.FIRST_TIME))
         interface_types.load(self._workspace)
         progress.say(say("starting {node}", node=self.node))
         from grader.notebook.watched_stage import TrialOver, WatchedStage

@@ -23,6 +23,7 @@ from grader.quality.bisect_failures import run_python, run_without_culprits
 from grader.quality.left_by_build import with_installed
 from grader.quality.source_files import PythonFile
 from grader.sanitize import printable
+from grader.words import mark, say
 
 # flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
 # not depend on them, so a student who runs ament_flake8 here does not see their findings, and they cost nothing.
@@ -136,7 +137,8 @@ def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -
     """Raise a GraderError if the tool does not work at all, rather than not on this text."""
     output = done.stdout[-500:] + done.stderr[-500:] if done else ""
     if any(sign in output for sign in ("No module named", "required plugins", "ImportError", "config file does not")):
-        raise GraderError(f"{tool} does not work on this machine: {output.strip()}. Run `make setup`.")
+        words = mark("{tool} does not work on this machine: {why}. Run `make setup`.")
+        raise GraderError(say(words, tool=tool, why=output.strip()))
 
 
 def _combine(

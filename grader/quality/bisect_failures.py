@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from grader.errors import GraderError
+from grader.words import say
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -35,7 +36,7 @@ def run_python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedPr
     except subprocess.TimeoutExpired:
         return None
     except OSError as error:
-        raise GraderError(f"Cannot start prlimit ({error}). Install util-linux.") from error
+        raise GraderError(say("Cannot start prlimit ({why}). Install util-linux.", why=error)) from error
     return None if done.returncode < 0 or done.returncode > 128 else done
 
 

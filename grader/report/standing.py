@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from grader.words import say
+
 DATA = "report.json"
 
 
@@ -26,7 +28,9 @@ class Standing:
         return self.submission != "" and self.submission == source.resolve().name
 
     def __str__(self) -> str:
-        return f"the report of {self.submission}" if self.submission else f"a {DATA} that is none of this kit's"
+        if self.submission:
+            return say("the report of {submission}", submission=self.submission)
+        return say("a {file} that is not one of this kit's", file=DATA)
 
 
 def standing(folder: Path) -> Standing | None:

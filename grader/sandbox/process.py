@@ -26,6 +26,7 @@ from grader.sandbox.process_guard import ProcessGuard
 from grader.sandbox.syscall_filter import open_filter
 from grader.sandbox.warm_python import leave_keyring
 from grader.sandbox.warm_start import CannotFork, Program, WarmPython
+from grader.words import mark, say
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
 _LAST_OUTPUT_S = 5.0  # for our own thread to read what has been written
@@ -102,7 +103,8 @@ class Process:
                 self._group.close()
                 if self._view is not None:
                     self._view.close()
-                raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
+                words = mark("Cannot start {program} ({why}). Run `grader doctor`; it prints the fix.")
+                raise GraderError(say(words, program="bwrap", why=error)) from error
             for pipe in (info, up):
                 pipe.close_write_end()
             self._output = _Output(os.dup(output.read_end), limits.output_bytes)
@@ -234,7 +236,7 @@ class Process:
         if self._guard is not None and self._guard.host_full:
             raise GraderError(self._guard.host_full)
         if self._stopped == cgroup.HOST_MEMORY:
-            raise GraderError(shortage.NO_MEMORY)
+            raise GraderError(say(shortage.NO_MEMORY))
 
     def _signal_command(self, number: signal.Signals) -> None:
         for pid in self._command():
@@ -330,8 +332,11 @@ def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> R
     output = process.output
     if exit_code is not None and output.startswith(("bwrap: ", "proot error: ", "seccomp: ")):
         raise GraderError(
-            f"The sandbox could not be set up: {output.strip()[:500]}. Run `grader doctor`; it prints the fix. "
-            "--unsafe-no-sandbox grades almost without a sandbox, which is not enough for a real grade."
+            say(
+                "The sandbox could not be set up: {why}. Run `grader doctor`; it prints the fix. "
+                "--unsafe-no-sandbox grades almost without a sandbox, which is not enough for a real grade.",
+                why=output.strip()[:500],
+            )
         )
     stopped = process.stopped()
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)
@@ -344,22 +349,30 @@ def require(*, for_points: bool = True) -> None:
         GraderError: it cannot; the message says what to do.
     """
     if not sys.platform.startswith("linux"):
-        raise GraderError("Grading needs Linux: submissions run in bubblewrap. Use Linux or WSL 2.")
+        raise GraderError(say("Grading needs Linux: submissions run in bubblewrap. Use Linux or WSL 2."))
     if (most := Machine().process_limit()) < shortage.FEW_PROCESSES:
-        raise GraderError(f"A grading has more processes than the {most} of this container. Run `grader doctor`.")
+        words = mark("A grading has more processes than the {most} of this container. Run `grader doctor`.")
+        raise GraderError(say(words, most=most))
     if why := namespaces.refusal():
         if for_points and namespaces.confinement() is namespaces.Confinement.NONE and not namespaces.sandbox_disabled():
             raise GraderError(
-                f"No sandbox that keeps a submission apart works here ({why}), so no points are given. `grader check` "
-                "works for your own package. Run `grader doctor`; it prints the fix."
+                say(
+                    "No sandbox that keeps a submission apart works here ({why}), so no points are given. "
+                    "`grader check` works for your own package. Run `grader doctor`; it prints the fix.",
+                    why=why,
+                )
             )
         if lacks := submission_user.lacks():
-            raise GraderError(f"No sandbox works here: {why}, and {lacks}. Run `grader doctor`; it prints the fix.")
+            words = mark("No sandbox works here: {why}, and {lacks}. Run `grader doctor`; it prints the fix.")
+            raise GraderError(say(words, why=why, lacks=lacks))
     tried = run(["true"], Sandbox())
     if not tried.ok:
         raise GraderError(
-            f"No command can run in a sandbox here: {tried.output.strip()[:300]}. Run `grader doctor`. If a limit "
-            "cannot be set, the grader itself has a lower one: `ulimit -a` shows it."
+            say(
+                "No command can run in a sandbox here: {why}. Run `grader doctor`. If a limit cannot be set, the "
+                "grader itself has a lower one: `ulimit -a` shows it.",
+                why=tried.output.strip()[:300],
+            )
         )
 
 
@@ -392,8 +405,11 @@ def _require_readable(box: Sandbox) -> None:
     for path in box.read_only:
         if path.exists() and not submission_user.is_readable(path):
             raise GraderError(
-                f"{path} can be read by root alone, and submissions do not run as root. "
-                f"Run `chmod -R go+rX {path}`, or grade as an ordinary user."
+                say(
+                    "{path} can be read by root alone, and submissions do not run as root. "
+                    "Run `chmod -R go+rX {path}`, or grade as an ordinary user.",
+                    path=path,
+                )
             )
 
 

@@ -21,6 +21,7 @@ from grader.errors import GraderError
 from grader.host import ros_env, submission_user, tempdir
 from grader.sandbox.bwrap import _ETC, _ROOT_FOLDERS, HOME, Sandbox
 from grader.sandbox.syscall_filter import PROGRAM_BELOW_PROOT
+from grader.words import say
 
 _START = Path(__file__).with_name("user_start.py")
 # Its text is run below proot, which needs some of the calls that the filter refuses.
@@ -121,7 +122,7 @@ def _place(user: int | None) -> Path:
     place = submission_user.VIEWS
     place.mkdir(mode=0o711, exist_ok=True)
     if place.stat().st_uid != 0:
-        raise GraderError(f"{place} belongs to another user. Remove it and grade again.")
+        raise GraderError(say("{path} belongs to another user. Remove it and grade again.", path=place))
     place.chmod(0o711)
     tempdir.sweep(place, "view")
     return place

@@ -7,6 +7,7 @@ from grader.source import Collected, Source, Subject, served
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.suite_run import run_suite
+from grader.words import say
 
 
 class StudentTestRuns(Source):
@@ -27,7 +28,7 @@ class StudentTestRuns(Source):
         ran = run_suite(
             package, subject.install, discover_tests(package, settings.course.nodes), settings.course,
             seconds=settings.test_seconds, seed=settings.seed,
-            kept_runs=kept_runs, progress=lambda path: settings.progress(f"own tests: {path}"),
+            kept_runs=kept_runs, progress=lambda path: settings.progress(say("own tests: {path}", path=path)),
         )  # fmt: skip
         flagged = bool(ran.flags or ran.tests.doubts)
         if not (flagged or any(_in_doubt(module) for module in ran.tests.modules)):

@@ -27,6 +27,7 @@ from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.tree_under_test import Tree
 from grader.student_tests.worker_report import ModuleRun, read_run
+from grader.words import mark, say
 
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
@@ -113,7 +114,8 @@ class WarmWorker:
         if not taken.exists():
             if number == 0:
                 output = self.process.output
-                raise GraderError(f"The process that runs the package's own tests did not start:\n{output}")
+                words = mark("The process that runs the package's own tests did not start:\n{output}")
+                raise GraderError(say(words, output=output))
             self.process.kill()
         self.tree.keep_byte_code(untrusted.read_json(taken, _DATA_CAP), request.files)
         for file in (taken, tree, path):  # with the last one the tests begin

@@ -33,6 +33,7 @@ from grader.trials.request import (
     not_started,
 )
 from grader.trials.worker_start import Worker, Workers
+from grader.words import say
 
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the worker in it
 _CRASHED = {
@@ -260,7 +261,7 @@ class _Worker(threading.Thread):
             return evidence.from_json(out.read_text(), evidence.Trial)
         status = process.returncode
         if status in _KILLED and ended_by_itself and not out_of_time:
-            raise GraderError(shortage.KILLED)
+            raise GraderError(say(shortage.KILLED))
         if status in _CRASHED:
             if not has_crashed:
                 return self._run_trial(plan, has_crashed=True)

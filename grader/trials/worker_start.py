@@ -21,6 +21,7 @@ from grader.errors import GraderError
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_python
 from grader.trials.request import ALONE, READY, SERVE
+from grader.words import say
 
 _WORKER = (sys.executable, "-m", "grader.trials.worker")
 _LOG_CHARACTERS = 2000
@@ -119,7 +120,7 @@ class Workers:
         raise GraderError(
             shortage.explain_output(said)
             or shortage.explain_disk(self._folder)
-            or f"The trial worker did not start:\n{said}\nRun `grader doctor`."
+            or say("The trial worker did not start:\n{said}\nRun `grader doctor`.", said=said)
         )
 
     def _run(self, command: list[str], *, stdin: int, stdout: int, log: IO[str]) -> subprocess.Popen[str]:

@@ -957,7 +957,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 #       - run: colcon test-result --verbose         # ends with 1 if a test has failed
 # ```
 #
-# **Which line makes the job fail if a test fails, and why is `setup.sh` sourced twice?**
+# **Which line makes the job fail if a test fails, and why do two steps begin by sourcing a `setup.sh`?**
 # The last one: `colcon test` ends with 0 as long as it could run the tests.
 # Each `run` is a new shell, so the next one knows nothing of what the last one sourced.
 #

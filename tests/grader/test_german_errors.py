@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import errno
+import html
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.archives import NODE, XML, below, write, zipped
+from helpers.course import COURSE
 from helpers.german import german_course
 from helpers.notebook_fixtures import workspace
 
-from grader import notebook
+from grader import cli, notebook
+from grader.course import find as find_course
+from grader.errors import GraderError
+from grader.host import namespaces, shortage, supervised
+from grader.intake.submission import open_submission
 from grader.notebook import clinic, find, frames, packing, pieces
 from grader.notebook.workspace import Workspace
+from grader.words import say
 
 __all__ = ["german_course", "workspace"]
 
@@ -87,3 +97,135 @@ def test_a_notebook_of_a_german_course_says_it_in_german(
 ):
     notebook.course()  # as the import of grader.notebook in a kernel does
     assert german in said(call, capsys)
+
+
+def empty_file(place: Path) -> Path:
+    return write(place, {"team07.zip": ""}) / "team07.zip"
+
+
+def wrong_kind(place: Path) -> Path:
+    return write(place, {"team07.zip": "no zip"}) / "team07.zip"
+
+
+def documents_only(place: Path) -> Path:
+    return write(place / "team07", {"README.md": "My robot"})
+
+
+def archive_inside(place: Path) -> Path:
+    return zipped(write(place / "team07", {"a.zip": "no zip", "b.rar": "Rar!"}) / "c.zip", {"../x.md": ""}).parent
+
+
+HANDED_IN = [
+    (empty_file, ["team07.zip ist eine leere Datei.", "Packe den Ordner des Pakets in ein Zip-Archiv, und gib noch"]),
+    (wrong_kind, ["team07.zip ist weder ein Ordner noch ein Zip- oder Tar-Archiv."]),
+    (documents_only, ["team07 enthält nur Dokumente (README.md).", "Gib den Ordner des Pakets ab, den mit"]),
+    (
+        archive_inside,
+        [
+            "a.zip wurde nicht geöffnet: a.zip ist weder ein Ordner",
+            "b.rar wurde nicht geöffnet: Das Bewertungsprogramm öffnet nur Zip- und Tar-Archive.",
+            "Das Archiv c.zip darin wurde geöffnet.",
+            "../x.md: der Pfad führt mit '..' aus der Abgabe hinaus",
+        ],
+    ),
+]
+
+
+@pytest.mark.sandbox  # which must be there before anything is taken in
+@pytest.mark.parametrize(("hand_in", "german"), HANDED_IN)
+def test_the_report_of_what_cannot_be_opened_is_german(
+    hand_in: Callable[[Path], Path],
+    german: list[str],
+    german_course: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+):
+    out = tmp_path / "out"
+    assert cli.main(["grade", str(hand_in(tmp_path / "handed_in")), "--out", str(out)]) == 1
+    printed, page = capsys.readouterr().err, html.unescape((out / "report.html").read_text())
+    assert [words for words in german if words not in printed or words not in page] == []
+
+
+def test_the_choice_between_packages_is_explained_in_german(german_course: Path, tmp_path: Path):
+    find_course()
+    files = {
+        **below("a/"),
+        "a/data.zip": "",
+        "b/package.xml": XML.format("my_old_robot"),
+        "b/my_old_robot/driver.py": NODE,
+        "c/package.xml": XML.format("my_messages"),
+        "c/msg/A.msg": "",
+    }
+    intake = open_submission(zipped(tmp_path / "team07.zip", files), tmp_path / "in", COURSE).intake
+    assert intake.chosen_because == "es den Namen hat, den die Aufgabe verlangt"
+    assert intake.others == ["b (my_old_robot)", "c (my_messages; nur Nachrichten)"]
+    assert intake.notes == ["a/data.zip wurde nicht geöffnet: Es gibt ein Paket außerhalb davon."]
+
+
+ON_THIS_MACHINE = [
+    (
+        lambda: shortage.explain(MemoryError()),
+        "The grader has run out of memory. No points are",
+        "ist der Speicher aus",
+    ),
+    (
+        lambda: shortage.explain(FileNotFoundError(errno.ENOENT, "no", "bwrap")),
+        "The program bwrap is not on the PATH.",
+        "Das Programm bwrap ist nicht im PATH. Es gehen keine Punkte verloren",
+    ),
+    (
+        lambda: shortage.explain_output("No space left on device"),
+        "A disk is full (`df -h` shows which). No points are lost",
+        "Ein Laufwerk ist voll (`df -h` zeigt, welches). Es gehen keine Punkte verloren",
+    ),
+    (
+        namespaces.notice,
+        "Graded with --unsafe-no-sandbox: the submission",
+        "Bewertet mit --unsafe-no-sandbox: Der Code",
+    ),
+]
+
+
+@pytest.mark.parametrize(("call", "english", "german"), ON_THIS_MACHINE)
+def test_what_this_machine_lacks_is_said_in_the_language_of_the_course(
+    call: Callable[[], str], english: str, german: str, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+):
+    monkeypatch.setenv(namespaces.UNSAFE_VARIABLE, "1")
+    assert english in call()
+    request.getfixturevalue("german_course")
+    find_course()
+    assert german in call()
+
+
+@pytest.mark.sandbox
+def test_the_commands_refuse_in_german(german_course: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert cli.main(["check", "F1", "--package", str(tmp_path / "none")]) == 1
+    assert f"grader: Es gibt weder eine Datei noch einen Ordner {tmp_path}/none. Prüfe" in capsys.readouterr().err
+    other, out = empty_file(tmp_path / "other"), tmp_path / "out"
+    assert cli.main(["grade", str(empty_file(tmp_path)), "--out", str(out)]) == 1
+    assert capsys.readouterr().out == f"Bericht: {out}/report.html\n"
+    assert cli.main(["grade", str(other), "--out", str(out)]) == 2
+    assert f"In {out} ist der Bericht zu team07.zip; es wurde nichts geschrieben." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "german"),
+    [
+        (lambda: KeyboardInterrupt(), "grader: abgebrochen; es wurde nichts geschrieben.\n"),
+        (lambda: GraderError(say(shortage.KILLED)), "grader: Ein Prozess des Bewertungsprogramms wurde von außen"),
+    ],
+)
+def test_the_end_of_a_check_from_outside_is_said_in_german(
+    error: Callable[[], BaseException],
+    german: str,
+    german_course: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+):
+    def end(_work: Callable[[], int]) -> int:
+        raise error()
+
+    monkeypatch.setattr(supervised, "run", end)
+    monkeypatch.setattr(sys, "argv", ["grader", "check", "F1"])
+    assert cli.main() in (3, 130)
+    assert german in capsys.readouterr().err

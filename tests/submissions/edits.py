@@ -981,7 +981,7 @@ _EDITS = (
         "The node has its own remapping rule for the scan, which overrides those of a launch file.",
         (_DRIVER, "super().__init__('robot_controller', **node_options)",
          "super().__init__(\n            'robot_controller', cli_args=['--ros-args', '-r', 'scan:=scan'], **node_options)"),
-        says=("scan remapped to front/scan: the node still has scan",),
+        says=("with scan remapped to front/scan, the node still has scan",),
     ),
     # -- I6, I7, I8 -----------------------------------------------------------------------------------------------
     _edit(
@@ -1027,7 +1027,7 @@ _EDITS = (
          "                                                self._control, clock=STEADY)\n"),
         (_DRIVER, "NEVER = -math.inf", "from rclpy.clock import Clock, ClockType\n\n"
          "STEADY = Clock(clock_type=ClockType.STEADY_TIME)\nNEVER = -math.inf"),
-        says=("while the clock was stopped",),
+        says=("while the clock is stopped",),
     ),
     _edit(
         "stamps_with_wall_time",
@@ -1221,7 +1221,7 @@ _EDITS = (
         removes=tuple(f"test/test_{tested}.py" for tested in (
             "layers", "motion", "robot_controller", "running", "scans", "sensor_processor", "settings", "speed_server",
             "steering")),
-        says=("no test that asserts something uses robot_controller or sensor_processor",),
+        says=("no test that asserts something runs code of robot_controller or sensor_processor",),
         why="the files belong to the layout (Q3) and to the report of the tests (Q6), and the nodes are not covered (T2, T3)",
     ),
     _edit(
