@@ -23,16 +23,18 @@ _OF_TRIALS = (
     "Trial", "Command", "Sample", "ScanSummary", "Touch", "Call", "Goal", "Message", "ParameterAnswer", "ProcessEnd",
     "Graph", "Endpoint",
 )  # fmt: skip
+_OF_THE_ENGINE = ("open", "facts", "close")
+"""What the engine asks of a stage, not a script."""
 _NO_OPTIONS = re.compile(r"(?m)^- `(?:sentence|script|kind)`: .*\n")
 
 
 def page() -> str:
     """Return the text of the page."""
-    time = public("trials/observation.py", "Observation")["t"]
+    stage = {name: part for name, part in public("trials/stage.py", "Stage").items() if name not in _OF_THE_ENGINE}
     return "".join((
         f"{_HEAD}\n## The options of `@trial`\n{_NO_OPTIONS.sub('', words(_class('trials/plan.py', 'TrialPlan')))}",
-        f"\n## `stage`, in a trial\n{_method(time)}",
-        *map(_method, public("trials/stage.py", "Stage").values()),
+        "\n## `stage`, in a trial\n",
+        *map(_method, stage.values()),
         "\n## What a trial has recorded\n",
         *(f"\n### {name}\n{words(_class('evidence/trial.py', name))}\n{_fields(name)}" for name in _OF_TRIALS),
         f"\n## `judge`, in a check\n{words(_class('checks/judge.py', 'Judge'))}",

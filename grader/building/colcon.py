@@ -139,9 +139,9 @@ def build(
             if missing := ros_env.missing_tools():
                 raise GraderError(
                     say(
-                        "This machine lacks {tools}, so no package can be built. Run `grader doctor`; it prints the "
+                        "This machine has no {tools}, so no package can be built. Run `grader doctor`; it prints the "
                         "command that installs what is missing.",
-                        tools=say(" and ").join(missing),
+                        tools=say(" and no ").join(missing),
                     )
                 )
             with submission_user.readable_by_sandboxes():

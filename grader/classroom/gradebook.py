@@ -202,7 +202,8 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     """Return the gradebook of a single grading, such as one in a student's own repository."""
     name = str(report.get("submission", "submission"))
     if "requirements" not in report:
-        why = str(report.get("refused", {}).get("because", "it could not be graded"))
+        refusal = report.get("refused", {"because": "it could not be graded"})
+        why = " ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name))
         refused = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
         return Gradebook(whole, (refused,), (refused,), {name: refused})
     found = _requirements(whole, report, {})

@@ -49,8 +49,8 @@ def choose() -> int | None:
     if os.geteuid() != 0:
         return None
     if namespaces.refusal():  # a submission that kills all it may kill must not be root
-        return _id()
-    return None if namespaces.sandbox_disabled() or refusal() else _id()
+        return new_id()
+    return None if namespaces.sandbox_disabled() or refusal() else new_id()
 
 
 def runs_as_root() -> bool:
@@ -72,14 +72,14 @@ def lacks() -> str:
     if shutil.which(PROOT) is None:
         return say("proot is not installed")
     root = os.geteuid() == 0
-    if root and not _is_mapped(_id()):
+    if root and not _is_mapped(new_id()):
         return say("this container has no other user's id")
     if closed := [path for path in prefixes() if root and not _is_open(path)]:
         return say("other users cannot enter {path}, so no submission could start Python from there", path=closed[0])
     if root and not os.access(VIEWS.parent, os.W_OK):
         return say("{path} cannot be written", path=VIEWS.parent)
     tried = _run(
-        [*(become(_id()) if root else ()), PROOT, "--verbose=-1", "--bind=/usr:/ws/probe", "test", "-d", "/ws/probe"]
+        [*(become(new_id()) if root else ()), PROOT, "--verbose=-1", "--bind=/usr:/ws/probe", "test", "-d", "/ws/probe"]
     )
     return "" if tried.returncode == 0 else tried.stderr.strip().partition("\n")[0][:200] or say("proot does not work")
 
@@ -106,7 +106,7 @@ def refusal() -> str:
     Raises:
         GraderError: no sandbox works at the moment, so that this cannot be told; nothing may run as root for that.
     """
-    user = _id()
+    user = new_id()
     command = [
         "bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--unshare-pid", "--unshare-ipc",
         "--die-with-parent", *CAPABILITIES, "--perms", "1777", "--size", "65536", "--tmpfs", "/tmp",
@@ -164,7 +164,7 @@ def give(folders: Sequence[Path], user: int) -> None:
         subprocess.run(["chown", "-Rh", owner, "--", *map(str, folders)], capture_output=True, check=False)
 
 
-def _id() -> int:
+def new_id() -> int:
     """Return the id of a user that belongs to one sandbox alone; that of nobody in a container without such ids."""
     return next(filter(_is_mapped, map(secrets.choice, _IDS)), _NOBODY)
 

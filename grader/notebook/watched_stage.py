@@ -14,8 +14,9 @@ from grader.course import Course
 from grader.evidence import Kind, Reason
 from grader.trials.interfaces import interface
 from grader.trials.messages import fill
-from grader.trials.observation import Program, TrialOver, has_one_thread
+from grader.trials.node_under_test import NodeUnderTest, Program, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
+from grader.trials.recorder import TrialRecorder
 from grader.trials.stage import Stage
 from grader.words import say
 from sim import Recorder, Simulator
@@ -43,15 +44,17 @@ class WatchedStage(Stage):
         plan = TrialPlan(
             "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
         )
-        super().__init__(course, plan, simulator.seed, simulator, process, domain_id, reliable=False)
-        self._work_limit_s = math.inf
-        self.has_one_thread = has_one_thread(package)
-        self._recorder = recorder
-        self._readings: list[Reading] = []
-        self._recorded = messages
+        watched = NodeUnderTest(
+            course, plan, simulator, process, domain_id,
+            one_thread=has_one_thread(package), reliable=False, work_limit_s=math.inf,
+        )  # fmt: skip
+        super().__init__(
+            course, plan, simulator.seed, simulator, watched,
+            recorder=_WatchedRecorder(plan, watched, simulator, recorder, messages),
+        )  # fmt: skip
         for topic, type_ in self.contract.publishes.items():
             if topic != self.bridge.topics.command:
-                self._record(interface(type_), topic)
+                self._record(interface(type_), topic, messages[topic])
 
     def tick(self) -> None:
         """Let one tick of simulated time pass.
@@ -63,10 +66,10 @@ class WatchedStage(Stage):
 
     def ask(self, service: str, fields: Mapping[str, object]) -> tuple[Any, str]:
         """Return a service's response, or None and the reason."""
-        client = self._clients.get(service)
-        if client is None or not self._found(service, client.service_is_ready):
+        client = self.node.services.get(service)
+        if client is None or not self.node.found(service, client.service_is_ready):
             return None, say("no node offers {service}", service=service)
-        future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
+        future = client.call_async(fill(self.node.service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
@@ -76,29 +79,42 @@ class WatchedStage(Stage):
 
     def deaf_to(self) -> str:
         """Return in words which sensors the node receives nothing of, "" if there are none."""
-        topics = self._deaf_to()
+        topics = self.node.deaf_to()
         return str(Reason(Kind.UNHEARD, said=", ".join(topics))) if topics else ""
 
     @property
     def takes_goals(self) -> bool:
         """Return whether the node offers the action."""
-        return self.action is not None and bool(self.action.server_is_ready())
+        return self.node.action is not None and bool(self.node.action.server_is_ready())
 
-    def _record(self, kind: Any, topic: str) -> None:
-        def take(message: Any) -> None:
-            self._recorded[topic].append((self.t, message))
+    def _record(self, kind: Any, topic: str, messages: list[tuple[float, Any]]) -> None:
+        self.bridge.subscribe(kind, topic, lambda message: messages.append((self.t, message)))
 
-        self.bridge.subscribe(kind, topic, take)
 
-    def _take_command(self, t: float, message: Any) -> None:
-        super()._take_command(t, message)
-        self._recorded[self.bridge.topics.command].append((t, message))
+class _WatchedRecorder(TrialRecorder):
+    """Passes commands and readings on to what a notebook shows."""
 
-    def _take_published(self, reading: Reading) -> None:
-        super()._take_published(reading)
+    def __init__(
+        self,
+        plan: TrialPlan,
+        node: NodeUnderTest,
+        simulator: Simulator,
+        recorder: Recorder,
+        messages: Mapping[str, list[tuple[float, Any]]],
+    ) -> None:
+        super().__init__(plan, simulator, node.recorded_topics)
+        self._recorder, self._commands = recorder, messages.get(node.bridge.topics.command, [])
+        self._readings: list[Reading] = []
+
+    def take_command(self, t: float, message: Any) -> None:
+        super().take_command(t, message)
+        self._commands.append((t, message))
+
+    def take_published(self, reading: Reading) -> None:
+        super().take_published(reading)
         self._readings.append(reading)
 
-    def _sample(self) -> None:
-        super()._sample()
+    def sample(self, t: float) -> None:
+        super().sample(t)
         self._recorder.take(self._readings)
         self._readings.clear()

@@ -2,7 +2,8 @@
 
 Run by path with a plain Python, as root or as the user who checks. It forks: the child gives up every right and becomes
 proot, below which the command runs (user_command.py); this process kills what is left of that user when the command has
-ended, or when it is asked to with SIGTERM. See landlock(7), prctl(2) and, for users, setresuid(2).
+ended, or when it is asked to with SIGTERM. With users, a second child, the killer, does that: it was forked before the
+command could use up all processes, and acts when this process is killed, too. See landlock(7), prctl(2), setresuid(2).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import signal
 import struct
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import warm_python  # type: ignore[import-not-found]  # beside this file, found because it is run by path
 from user_command import INFO, STATUS  # type: ignore[import-not-found]
@@ -34,6 +35,11 @@ _SUBREAPER = 36
 def main() -> None:
     """Run the command that the argument, JSON, asks for, and exit with its status; 128 + N if signal N killed it."""
     asked: dict[str, Any] = json.loads(sys.argv[1])
+    alive, living = os.pipe()
+    killer = 0 if asked["user"] is None else os.fork()
+    if asked["user"] is not None and killer == 0:
+        kill_when_closed(alive, asked["user"], asked["killer"])
+    os.close(alive)
     (status, report), (told, tell) = os.pipe(), os.pipe()
     wake, woken = os.pipe()
     os.set_blocking(woken, False)
@@ -50,7 +56,8 @@ def main() -> None:
     os.close(asked["info"])
     ready, _, _ = select.select([status, wake], [], [])
     said = os.read(status, 16) if status in ready else b""  # nothing, if what was to report it was killed
-    kill_all(asked["user"], child)
+    os.close(living)
+    kill_all(child, killer)
     clean_up(asked["user"], child)
     code = int(said or -signal.SIGKILL)
     sys.exit(128 - code if code < 0 else code)
@@ -101,20 +108,29 @@ def restrict(read: list[str], write: list[str]) -> None:
     os.close(ruleset)
 
 
-def kill_all(user: int | None, child: int) -> None:
-    """Kill every process of the user, and wait until none is left. Without a user of its own: those of its sessions."""
+def kill_when_closed(pipe: int, user: int, killer: int) -> NoReturn:
+    """Kill every process of the user once no process holds the pipe's other end any more.
+
+    As the user `killer`, none of whose processes are the submission's: it cannot kill this one first.
+    """
+    os.dup2(pipe, 0)
+    os.closerange(1, 65536)
+    os.read(0, 1)
+    os.setresuid(killer, user, killer)
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(-1, signal.SIGKILL)  # all at one moment, so that none can start another one meanwhile
+    os._exit(0)
+
+
+def kill_all(child: int, killer: int) -> None:
+    """Kill the child and all it has started, which the killer does, too, and wait until no process is left."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(child, signal.SIGKILL)
-    if user is not None and (killer := os.fork()) == 0:
-        os.setresuid(user, user, user)
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(-1, signal.SIGKILL)  # all that this user may kill, at one moment, but for this process
-        os._exit(0)
     with contextlib.suppress(ChildProcessError):  # what lost its parent is a child of this process
         while True:
             for left in own_children():
                 with contextlib.suppress(ProcessLookupError):
-                    if left != (killer if user is not None else 0):
+                    if left != killer:
                         os.kill(left, signal.SIGKILL)
             os.waitpid(-1, 0)
 

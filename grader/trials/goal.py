@@ -10,7 +10,6 @@ from action_msgs.msg import GoalStatus
 from grader import evidence
 from grader.trials.messages import fill
 from sim.bridge import Bridge
-from sim.simulator import Simulator
 
 _STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -22,25 +21,20 @@ _SILENT_S = 0.6
 _FEEDBACK_KEPT = 20_000  # a flood must not fill our memory
 
 
-class Observer(Protocol):
-    """What a goal needs of the observation that it belongs to."""
+class Client(Protocol):
+    """What a goal needs of the node that it is sent to: its action and the bridge that spins for its answers."""
 
     action: Any
     action_type: Any
     bridge: Bridge
-    simulator: Simulator
-
-    @property
-    def t(self) -> float:
-        """Return the simulated time since the trial began, in seconds."""
 
 
 class SentGoal:
     """A goal that was sent: its progress and, in the end, its facts. Position in the odom frame, in metres."""
 
-    def __init__(self, observer: Observer, x: float, y: float, tolerance: float) -> None:
-        self._observer = observer
-        self._sent_t = observer.t
+    def __init__(self, node: Client, x: float, y: float, tolerance: float) -> None:
+        self._node = node
+        self._sent_t = node.bridge.time
         self._x, self._y, self._tolerance = x, y, tolerance
         self._feedback: list[list[float]] = []
         self._ended_t = math.nan
@@ -50,8 +44,8 @@ class SentGoal:
         self._result: Any = None
         self.problem: evidence.Reason | None = None
         pose = {"position": {"x": float(x), "y": float(y)}, "orientation": {"w": 1.0}}
-        goal = fill(observer.action_type.Goal(), {"target_pose": pose, "tolerance": float(tolerance)})
-        sending = observer.action.send_goal_async(goal, feedback_callback=self._take_feedback)
+        goal = fill(node.action_type.Goal(), {"target_pose": pose, "tolerance": float(tolerance)})
+        sending = node.action.send_goal_async(goal, feedback_callback=self._take_feedback)
         sending.add_done_callback(self._take_answer)
 
     @property
@@ -78,7 +72,7 @@ class SentGoal:
     def silent(self) -> bool:
         """Return whether feedback is overdue: the contract asks for some every half second."""
         last = self._feedback[-1][0] if self._feedback else self._sent_t
-        return self.running and self._observer.t - last > _SILENT_S
+        return self.running and self._node.bridge.time - last > _SILENT_S
 
     @property
     def result(self) -> Any:
@@ -90,11 +84,11 @@ class SentGoal:
 
         Else it would be chance whether the request reaches the node before or after the next tick.
         """
-        self._cancel_t = self._observer.t
+        self._cancel_t = self._node.bridge.time
         if self.accepted:
             self._cancel = self._handle.cancel_goal_async()
-            if self._observer.bridge.pace == "lockstep":
-                self._observer.bridge.spin_until(self._cancel.done, ANSWER_WALL_S)
+            if self._node.bridge.pace == "lockstep":
+                self._node.bridge.spin_until(self._cancel.done, ANSWER_WALL_S)
 
     def facts(self) -> evidence.Goal:
         """Return what has become of the goal so far."""
@@ -127,11 +121,11 @@ class SentGoal:
 
     def _take_result(self, future: Any) -> None:
         self._result = future.result()
-        self._ended_t = self._observer.t
+        self._ended_t = self._node.bridge.time
 
     def _take_feedback(self, message: Any) -> None:
-        pose = self._observer.simulator.pose
+        pose = self._node.bridge.simulator.pose
         true_distance = math.hypot(self._x - pose.x, self._y - pose.y)
-        self._observer.bridge.note_feedback()
+        self._node.bridge.note_feedback()
         if len(self._feedback) < _FEEDBACK_KEPT:
-            self._feedback.append([self._observer.t, float(message.feedback.distance_remaining), true_distance])
+            self._feedback.append([self._node.bridge.time, float(message.feedback.distance_remaining), true_distance])

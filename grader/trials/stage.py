@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import os
+import random
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -14,7 +16,6 @@ import numpy as np
 from action_msgs.msg import GoalStatusArray
 from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import qos_profile_action_status_default
 
 from grader import evidence, sandbox
@@ -26,13 +27,19 @@ from grader.trials.cpu_affinity import hear_at_once
 from grader.trials.goal import ANSWER_WALL_S, SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
-from grader.trials.observation import Observation, Program
+from grader.trials.node_under_test import NodeUnderTest, Program
+from grader.trials.plan import TrialPlan
+from grader.trials.recorder import TrialRecorder
 from grader.trials.service_proxy import ServiceProxy
 from grader.trials.wire_layout import Reader
 from sim import Circle
 from sim.bridge import TICK_S
 from sim.sensors import ScanReading
+from sim.simulator import Simulator
 
+_ENDING_ROUNDS = 8  # of the node's executor, from the timer that stops the robot to the result of its goal
+_ENDING_TICKS = 20  # for so long after it has stopped, a robot may have arrived; then it is blocked
+_CLOCK_CHECK_TICKS = 10
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unjudged, and costs no points
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
@@ -60,14 +67,99 @@ class _ScanFilter:
         return replace(scan, ranges=ranges, range_min=range_min, range_max=range_max)
 
 
-class Stage(Observation):
-    """A node, a robot and a world, controlled by a trial's script. Times are simulated seconds since the start."""
+def _start_nothing(command: Sequence[str]) -> Program:
+    raise RuntimeError(f"this stage starts no other command: {' '.join(command)}")
 
-    _scan_filter = _ScanFilter()
-    launch_file = ""
-    """Where the sandbox has the trial's launch file."""
-    readers: Mapping[str, Reader] = MappingProxyType({})
-    """By topic, how to read messages whose fields the submission has in another order than the contract."""
+
+class Stage:
+    """A node, a robot and a world, controlled by a trial's script. Times are simulated seconds since the start.
+
+    Args:
+        plan, seed: the trial, and the instructor's seed, from which each trial draws its own numbers.
+        simulator: the robot and its world.
+        node: the running node.
+        recorder: collects the facts; one of its own by default.
+        start: starts another command of the submission in the node's sandbox.
+        launch_file: where the sandbox has the trial's launch file.
+        others: programs that run beside the node, by name.
+        readers: by topic, how to read messages whose fields the submission has in another order than the contract.
+    """
+
+    def __init__(
+        self,
+        course: Course,
+        plan: TrialPlan,
+        seed: int,
+        simulator: Simulator,
+        node: NodeUnderTest,
+        *,
+        recorder: TrialRecorder | None = None,
+        start: Callable[[Sequence[str]], Program] = _start_nothing,
+        others: Mapping[str, Program] = MappingProxyType({}),
+        launch_file: str = "",
+        readers: Mapping[str, Reader] = MappingProxyType({}),
+    ) -> None:
+        self.course, self.plan, self.contract = course, plan, node.contract
+        self.simulator, self.node, self.bridge = simulator, node, node.bridge
+        self.recorder = recorder or TrialRecorder(plan, simulator, node.recorded_topics)
+        self.recorded = self.recorder.facts
+        self.commands, self.choices, self.measured = (
+            self.recorded.commands,
+            self.recorded.choices,
+            self.recorded.measured,
+        )
+        # Seeded with a string, so that each trial draws its own numbers from the instructor's one seed.
+        self.random = random.Random(f"{seed}:{plan.name}")
+        self.bridge.on_command = self.recorder.take_command
+        self.bridge.on_published = self.recorder.take_published
+        self._start, self._launch_file, self._readers = start, launch_file, readers
+        self._others = dict(others)
+        self._scan_filter = _ScanFilter()
+        self._service_proxy: ServiceProxy | None = None
+        self._other_graph: evidence.Graph | None = None
+        self._interrupted = False
+        self._standing_ticks = 0
+        self._started = time.monotonic()
+
+    @property
+    def t(self) -> float:
+        """Return the simulated time since the trial began, in seconds: `began = stage.t`."""
+        return self.bridge.time
+
+    def open(self) -> None:
+        """Wait for the node to come up and record the graph.
+
+        Raises:
+            TrialOver: the node does not come up.
+        """
+        self.node.await_start()
+        self.recorder.sample(self.t)
+
+    def facts(self, ended: Reason | None, script_error: str) -> evidence.Trial:
+        """Return everything that was recorded, once what the node has published so far has arrived."""
+        self.bridge.drain()
+        node, process = self.node, self.node.process
+        return self.recorder.complete(
+            ready=node.ready,
+            pace=self.bridge.pace,
+            ended=ended,
+            script_error=script_error,
+            graph=node.graph,
+            other_graph=self._other_graph,
+            launch=self.plan.launch,
+            process=_end(process, "interrupt" if self._interrupted else "us" if node.aborted else "itself"),
+            wall_seconds=round(time.monotonic() - self._started, 2),
+            others={name: _end(other) for name, other in self._others.items()},
+            foreign=node.foreign_publishers(),
+            deaf_to=node.deaf_to(),
+            stopped=process.stopped(),
+        )
+
+    def close(self) -> None:
+        """Leave the graph."""
+        if self._service_proxy is not None:
+            self._service_proxy.close()
+        self.node.close()
 
     # -- seeded choices -------------------------------------------------------------------------------------------
 
@@ -88,7 +180,7 @@ class Stage(Observation):
 
     def mark(self, name: str) -> None:
         """Record the present time, in s, under `name`: `stage.mark("asked")` for `trial.marks["asked"]`."""
-        self.marks[name] = self.t
+        self.recorded.marks[name] = self.t
 
     def run(self, seconds: float, tick_s: float = TICK_S) -> None:
         """Let `seconds` of simulated time pass, in steps of `tick_s` seconds: `stage.run(2.0)`.
@@ -104,7 +196,7 @@ class Stage(Observation):
         In wall seconds for each second, `trial.measured["kept"]`. They exclude the time that the node ran or waited for
         a CPU, so they are what it sleeps away in its callbacks.
         """
-        clock = CpuClock(self.process, [os.getpid()])
+        clock = CpuClock(self.node.process, [os.getpid()])
         before = clock.read() - clock.ran
         self.run(seconds)
         self.measured[name] = round((clock.read() - clock.ran - before) / seconds, 3)
@@ -144,20 +236,19 @@ class Stage(Observation):
         The fields are those of the request. An answer that has not come after 2 s of simulated time is recorded as
         missing; that is not an error.
         """
-        client = self._clients[service]
+        client = self.node.services[service]
         asked = self.t
-        if not self._found(service, client.service_is_ready):
-            return self._note_call(asked, service, fields, None, Reason(Kind.NO_SERVICE, service))
-        future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
+        if not self.node.found(service, client.service_is_ready):
+            return self.recorder.note_call(asked, service, fields, None, problem=Reason(Kind.NO_SERVICE, service))
+        future = client.call_async(fill(self.node.service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
-            return self._note_call(
-                asked, service, fields, None, Reason(Kind.NO_ANSWER, service, seconds=_ANSWER_WITHIN_S)
-            )
+            problem = Reason(Kind.NO_ANSWER, service, seconds=_ANSWER_WITHIN_S)
+            return self.recorder.note_call(asked, service, fields, None, problem=problem)
         response = future.result()
         self.bridge.settle()
-        return self._note_call(asked, service, fields, plain(response))
+        return self.recorder.note_call(asked, service, fields, plain(response), self.t)
 
     def proxy_services(self, services: Iterable[str]) -> None:
         """Offer services in the node's place and forward the calls to it, so that calls made by others are recorded.
@@ -165,12 +256,12 @@ class Stage(Observation):
         `stage.proxy_services(["patrol"])` in a trial with `remappings={"patrol": "patrol_itself"}`.
         Lets time pass until the node's own services have been found, or as long as an answer may take.
         """
-        targets = {service: (self._service_types[service], self.plan.remappings[service]) for service in services}
+        targets = {service: (self.node.service_types[service], self.plan.remappings[service]) for service in services}
 
         def note(service: str, request: Any, answer: Any) -> None:
-            self._note_call(self.t, service, plain(request), plain(answer))
+            self.recorder.note_call(self.t, service, plain(request), plain(answer), self.t)
 
-        self._service_proxy = ServiceProxy(self._domain_id, targets, note)
+        self._service_proxy = ServiceProxy(self.node.domain_id, targets, note)
         self.run_until(self._service_proxy.is_ready, _ANSWER_WITHIN_S)
 
     def navigate(self, x: float, y: float, tolerance: float = 0.1) -> SentGoal:
@@ -178,15 +269,15 @@ class Stage(Observation):
 
         Position in the odom frame and tolerance, in metres. `goal.running`, `goal.ended` and `goal.cancel()` go on.
         """
-        found = self._found(self.action_name, self.action.server_is_ready)
-        goal = SentGoal(self, x, y, tolerance)
-        self.goals.append(goal)
+        found = self.node.found(self.node.action_name, self.node.action.server_is_ready)
+        goal = SentGoal(self.node, x, y, tolerance)
+        self.recorder.goals.append(goal)
         if not found:
-            goal.problem = Reason(Kind.NO_ACTION, self.action_name)
+            goal.problem = Reason(Kind.NO_ACTION, self.node.action_name)
             return goal
         self._await(lambda: goal.answered)
         if not goal.answered:
-            goal.problem = Reason(Kind.NO_VERDICT, self.action_name, seconds=_ANSWER_WITHIN_S)
+            goal.problem = Reason(Kind.NO_VERDICT, self.node.action_name, seconds=_ANSWER_WITHIN_S)
         elif goal.accepted:
             # A navigation loop that sleeps by wall time would fall behind a clock that races ahead.
             self.bridge.await_feedback()
@@ -201,7 +292,7 @@ class Stage(Observation):
 
         Whether it was accepted and its value afterwards are in `trial.parameters`.
         """
-        future = self._parameters_of(self.plan.node).set_parameters([Parameter(name, value=value)])
+        future = self.node.parameters_of(self.plan.node).set_parameters([Parameter(name, value=value)])
         self._await(future.done)
         accepted, reason = None, f"no answer within {_ANSWER_WITHIN_S:g} s"
         if future.done() and future.result() is not None:
@@ -218,39 +309,35 @@ class Stage(Observation):
         A topic that the contract has the node publish, or the log. It returns when the subscription is matched,
         because a trial at twelve times real time can be over before that.
         """
-        read = self.readers.get(topic)
+        read = self._readers.get(topic)
 
         def take(message: Any) -> None:
-            if not self._may_keep(self.recorded.messages):
-                return
             found = read(message) if read else plain(message)
             if found is not None:
-                self.recorded.messages.append(evidence.Message(self.t, topic, found))
+                self.recorder.take_message(self.t, topic, found)
 
-        self._found(f"topic {topic}", lambda: self.bridge.node.count_publishers(topic) > 0)
+        self.node.found(f"topic {topic}", lambda: self.bridge.node.count_publishers(topic) > 0)
         if topic == LOG_TOPIC:
             subscription = self.bridge.node.create_subscription(Log, topic, take, LOG_QOS)
         else:
             message_type = interface(self.contract.publishes[topic])
             subscription = self.bridge.subscribe(message_type, topic, take, raw=read is not None)
-        self._found(f"subscription of {topic}", lambda: subscription.get_publisher_count() > 0)
+        self.node.found(f"subscription of {topic}", lambda: subscription.get_publisher_count() > 0)
         self.bridge.await_match()
 
     def watch_goals(self) -> None:
         """Record from the action's status topic how all goals go, whoever sent them: `stage.watch_goals()`."""
-        topic = f"{self.action_name}/_action/status"
+        topic = f"{self.node.action_name}/_action/status"
 
         def take(message: Any) -> None:
             for status in message.status_list[:20]:
                 goal = bytes(status.goal_info.goal_id.uuid).hex()
-                if not self._may_keep(self.recorded.messages):
-                    return
-                self.recorded.messages.append(evidence.Message(self.t, topic, {"goal": goal, "status": status.status}))
+                self.recorder.take_message(self.t, topic, {"goal": goal, "status": status.status})
 
         subscription = self.bridge.node.create_subscription(
             GoalStatusArray, topic, take, qos_profile_action_status_default
         )
-        self._found(f"topic {topic}", lambda: subscription.get_publisher_count() > 0)
+        self.node.found(f"topic {topic}", lambda: subscription.get_publisher_count() > 0)
         self.bridge.await_match()
 
     def refresh_graph(self) -> None:
@@ -258,29 +345,29 @@ class Stage(Observation):
 
         The second is wall time without waits for a CPU.
         """
-        self._wait_until(lambda: False, 1.0)
-        self.graph = graph.snapshot(self.bridge.node, self.plan.node)
+        self.node.wait_until(lambda: False, 1.0)
+        self.node.record_graph()
 
     def record_graph(self, *topics: str) -> None:
         """Record the graph once more, when it shows these topics of the node and the contract's services and action.
 
         `stage.record_graph("scan", "cmd_vel")`
         """
-        for service, client in self._clients.items():
-            self._found(service, client.service_is_ready)
-        if self.action is not None:
-            self._found(self.action_name, self.action.server_is_ready)
-        self._await_topics(self.plan.node, topics)
+        for service, client in self.node.services.items():
+            self.node.found(service, client.service_is_ready)
+        if self.node.action is not None:
+            self.node.found(self.node.action_name, self.node.action.server_is_ready)
+        self.node.await_topics(self.plan.node, topics)
         if self.bridge.alive():
-            self.graph = graph.snapshot(self.bridge.node, self.plan.node)
+            self.node.record_graph()
 
     def record_graph_of(self, node: str, *topics: str) -> None:
         """Record what the graph shows of another node, when it shows these topics of it.
 
         `stage.record_graph_of("camera", "image")`
         """
-        self._await_topics(node, topics)
-        self.other_graph = graph.snapshot(self.bridge.node, node)
+        self.node.await_topics(node, topics)
+        self._other_graph = graph.snapshot(self.bridge.node, node)
 
     # -- the robot's sensors and its world ------------------------------------------------------------------------
 
@@ -324,7 +411,7 @@ class Stage(Observation):
 
         The output is that of `trial.others["arguments"]`.
         """
-        process = self.others["arguments"] = self.start([*sandbox.LAUNCH, self.launch_file, "--show-args"])
+        process = self._others["arguments"] = self._start([*sandbox.LAUNCH, self._launch_file, "--show-args"])
         self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
     def run_script(self, script: str) -> Program:
@@ -332,9 +419,8 @@ class Stage(Observation):
 
         The trial needs `shows_source=True`. How it ended is in `trial.others["demo.py"]`.
         """
-        process = self.others[PurePosixPath(script).name] = self.start(
-            ["python3", str(source_folder(self.course) / script)]
-        )
+        process = self._start(["python3", str(source_folder(self.course) / script)])
+        self._others[PurePosixPath(script).name] = process
         return process
 
     def interrupt(self, limit: float = 5.0) -> None:
@@ -343,23 +429,37 @@ class Stage(Observation):
         The seconds are wall time, excluding time spent waiting for a CPU: a busy machine gives more.
         """
         self.mark("interrupt")
-        self.interrupted = True
-        clock = CpuClock(self.process, [os.getpid()])
+        self._interrupted = True
+        clock = CpuClock(self.node.process, [os.getpid()])
         hear_at_once()
-        self.process.interrupt()
-        while not self.process.has_ended() and clock.read() < limit:
+        self.node.process.interrupt()
+        while not self.node.process.has_ended() and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
             self.bridge.tick_by_wall()
-        if self.process.has_ended():
+        if self.node.process.has_ended():
             self.measured["seconds_to_end"] = round(clock.read(), 2)
-            self.bridge.spin_until(lambda: self.process.exit_code() is not None, _EXIT_CODE_WALL_S)
+            self.bridge.spin_until(lambda: self.node.process.exit_code() is not None, _EXIT_CODE_WALL_S)
         # The node's last messages may still be on their way, above all the zero that it should end with.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)
-        self._wait_until(lambda: not self.commands or self.commands[-1].is_zero, _LAST_WORD_S)
+        self.node.wait_until(lambda: not self.commands or self.commands[-1].is_zero, _LAST_WORD_S)
         self.bridge.alive = lambda: False
 
     # -- internal -------------------------------------------------------------------------------------------------
+
+    def _tick(self, dt: float = TICK_S) -> None:
+        busy = any(goal.running for goal in self.recorder.goals)
+        self.node.tick(dt, busy=busy)
+        stands = bool(self.commands) and self.commands[-1].v == self.commands[-1].omega == 0.0
+        self._standing_ticks = self._standing_ticks + 1 if busy and stands else 0
+        if 0 < self._standing_ticks <= _ENDING_TICKS:
+            # The robot may have arrived: from the timer that stops it to the result takes some rounds.
+            self.bridge.settle(_ENDING_ROUNDS)
+        self.recorder.sample(self.t)
+        if len(self.recorded.samples) % _CLOCK_CHECK_TICKS == 0 and self.bridge.node.count_publishers("/clock") > 1:
+            self.node.foreign_publishers()
+        if any(goal.silent for goal in self.recorder.goals):
+            self.bridge.await_feedback()
 
     def _filter_scans(self, scan_filter: _ScanFilter) -> None:
         self._scan_filter = self.bridge.filter_scan = scan_filter
@@ -370,20 +470,10 @@ class Stage(Observation):
             return
         self.run_until(condition, _ANSWER_WITHIN_S)
 
-    def _await_topics(self, node: str, topics: Iterable[str]) -> None:
-        wanted = set(topics)
-        self._found(f"topics of {node}", lambda: wanted <= {e.topic for e in graph.endpoints(self.bridge.node, node)})
-
-    def _parameters_of(self, node: str) -> AsyncParameterClient:
-        """Return the client for a node's parameters. A request sent before its services are found would be lost."""
-        client = self._parameter_clients[node]
-        self._found(f"parameters of {node}", client.services_are_ready)
-        return client
-
     def _note_parameter(
         self, name: str, wanted: object, accepted: bool | None, reason: str, node: str
     ) -> evidence.ParameterAnswer:
-        future = self._parameters_of(node).get_parameters([name])
+        future = self.node.parameters_of(node).get_parameters([name])
         self._await(future.done)
         value = None
         if future.done() and future.result() is not None and future.result().values:
@@ -395,3 +485,9 @@ class Stage(Observation):
                 reason = reason or f"an answer that is not a parameter's value: {error}"[:300]
         self.recorded.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.recorded.parameters[-1]
+
+
+def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:
+    code = process.exit_code()
+    by = "us" if code is None else by
+    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), process.output[-4000:])

@@ -85,7 +85,7 @@ def launch(stage: Stage) -> None:
     """Run a launch file with changed parameter files."""
     for node in stage.plan.awaits:
         stage.get_parameter("use_sim_time", node)
-        for name in stage.in_files:
+        for name in stage.recorded.in_files:
             stage.get_parameter(name, node)
     stage.list_launch_arguments()
     if len(stage.plan.awaits) < len(stage.course.nodes):

@@ -15,7 +15,7 @@ import random
 import sys
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
@@ -31,7 +31,7 @@ from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
 from grader.trials.interfaces import interface, own_package
-from grader.trials.observation import TrialOver, has_one_thread
+from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
 from grader.trials.request import CANNOT, LATE_VARIABLE, NODE_ENVIRONMENT, READY, SERVE, TrialRequest, not_started
 from grader.trials.stage import Stage, source_folder
@@ -136,17 +136,23 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
     ):
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
-        reliable = not request.best_effort
-        stage = Stage(course, plan, request.seed, simulator, process, request.domain_id, reliable=reliable)
-        stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
-        stage.patience_s = request.patience_s
-        if plan.launch and not plan.namespace:
-            stage.launch_file = _in_sandbox(install, request.ros_name, f"launch/{plan.launch}")
-        stage.readers = _readers(install, course)
-        stage.has_one_thread = one_thread
-        for name, remappings in plan.beside.items():
-            stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
-        stage.in_files.update(in_files)
+
+        def start(command: Sequence[str]) -> sandbox.Process:
+            return others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
+
+        node = NodeUnderTest(
+            course, plan, simulator, process, request.domain_id,
+            one_thread=one_thread, reliable=not request.best_effort, patience_s=request.patience_s,
+        )  # fmt: skip
+        own_launch = plan.launch and not plan.namespace
+        stage = Stage(
+            course, plan, request.seed, simulator, node,
+            start=start,
+            others={name: start(_node_command(request.ros_name, name, names)) for name, names in plan.beside.items()},
+            launch_file=_in_sandbox(install, request.ros_name, f"launch/{plan.launch}") if own_launch else "",
+            readers=_readers(install, course),
+        )  # fmt: skip
+        stage.recorded.in_files.update(in_files)
         ended, script_error = None, ""
         try:
             stage.open()

@@ -131,8 +131,11 @@ def test_gradescope_says_what_is_wrong_with_another_package(autograder: Path, tm
     (tmp_path / "homework").mkdir()
     (tmp_path / "homework" / "main.py").write_text("print('not a package')\n")
     results = graded(autograder, tmp_path / "homework")
-    assert results["score"] == 0.0
-    assert "package.xml" in str(results["output"])
+    assert (results["score"], results["tests"]) == (0.0, [])
+    assert str(results["output"]) == (
+        "submission contains no package.xml. Zip the package folder itself (the one with package.xml and setup.py) and "
+        "submit again."
+    )
 
 
 def test_gradescope_gets_results_of_a_submission_that_takes_too_long(autograder: Path, tmp_path: Path):

@@ -384,7 +384,10 @@ def test_a_single_refusal_becomes_results_json_too(tmp_path):
     (path,) = (tmp_path / "results").rglob("results.json")
     results = json.loads(path.read_text())
     assert results["score"] == 0.0
-    assert "package.xml" in results["output"]
+    assert results["output"] == (
+        "homework contains no package.xml. Zip the package folder itself (the one with package.xml and setup.py) and "
+        "submit again."
+    )
 
 
 def test_github_gets_annotations_that_a_submission_cannot_forge(book):

@@ -113,13 +113,13 @@ def test_a_file_that_only_root_can_read_is_the_graders_error(tmp_path: Path):
 
 
 def test_each_sandbox_of_root_has_a_user_of_its_own_within_the_ids_of_a_container(monkeypatch: pytest.MonkeyPatch):
-    ids = {submission_user._id() for _ in range(3)}
+    ids = {submission_user.new_id() for _ in range(3)}
     monkeypatch.setattr(Path, "read_text", lambda *_: "         0     100000      65536\n")
-    assert len({submission_user._id() for _ in range(3)} & set(range(20_000, 60_000))) > 1
+    assert len({submission_user.new_id() for _ in range(3)} & set(range(20_000, 60_000))) > 1
     monkeypatch.setattr(Path, "read_text", lambda *_: "         0     100000      1\n")
-    assert submission_user._id() == 65534
+    assert submission_user.new_id() == 65534
     monkeypatch.setattr(Path, "read_text", lambda *_: "         0          0 4294967295\n")
-    assert len(ids | {submission_user._id() for _ in range(3)}) > 1
+    assert len(ids | {submission_user.new_id() for _ in range(3)}) > 1
 
 
 def test_where_root_cannot_give_submissions_another_user_they_run_as_before(monkeypatch: pytest.MonkeyPatch):

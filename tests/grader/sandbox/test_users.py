@@ -92,7 +92,7 @@ def test_nothing_of_the_graders_can_be_read(tmp_path: Path, monkeypatch: pytest.
     secret = tmp_path / "secret"
     secret.write_text("the expected values")
     tmp_path.chmod(0o700)
-    other = users.lay_out(Sandbox(), submission_user._id())
+    other = users.lay_out(Sandbox(), submission_user.new_id())
     statements = [f"os.listdir({str(tmp_path)!r})", f"open({str(secret)!r})", "open('/etc/shadow')"]
     statements += [f"os.listdir({str(other.folder)!r})", f"open({str(other.folder / 'tmp' / 'x')!r}, 'w')"]
     said = python(tried(*statements)).output.split()
@@ -137,6 +137,33 @@ def test_no_process_of_a_sandbox_outlives_it():
     assert _processes_of(user) == []
 
 
+def test_a_command_that_has_used_up_its_processes_is_killed_all_the_same():
+    """What kills them had to be forked first, for which no process was left: all of them went on."""
+    code = (
+        "import os, time\ntry:\n    while os.fork():\n        pass\n    os.setsid()\n"
+        "except OSError:\n    print(os.getuid(), flush=True)\ntime.sleep(1000)"
+    )
+    with Process(["python3", "-c", code], Sandbox(environment=ENVIRONMENT), Limits(processes=64)) as process:
+        user = int(_printed(process))
+    assert _processes_of(user) == []
+
+
+def test_no_process_outlives_the_one_that_started_them():
+    """It is killed where it does not end in time, and out of memory; the command went on."""
+    code = "import os, time; print(os.getuid(), flush=True); time.sleep(1000)"
+    with Process(["python3", "-c", code], Sandbox(environment=ENVIRONMENT), Limits()) as process:
+        user = int(_printed(process))
+        process._popen.kill()
+        _await_end(user)
+
+
+def _printed(process: Process) -> str:
+    deadline = time.monotonic() + 60
+    while not process.output.endswith("\n") and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return process.output
+
+
 def test_a_killed_grader_leaves_no_process(tmp_path: Path):
     code = (
         "import sys, time; from grader import sandbox; from grader.sandbox import Process, Sandbox, Limits\n"
@@ -151,6 +178,10 @@ def test_a_killed_grader_leaves_no_process(tmp_path: Path):
         user = int(grader.stdout.readline())
         assert _processes_of(user)
         grader.kill()
+    _await_end(user)
+
+
+def _await_end(user: int) -> None:
     deadline = time.monotonic() + 60
     while _processes_of(user) and time.monotonic() < deadline:
         time.sleep(0.02)
@@ -224,7 +255,8 @@ def test_a_build_of_many_small_files_is_not_crashed_by_proot(tmp_path: Path):
     (tmp_path / "build.ninja").write_text(rule + "".join(f"build {n}.o: copy int.c\n" for n in range(40)))
     box = Sandbox(writable={tmp_path: "/ws/build"}, environment=ENVIRONMENT, cwd="/ws/build")
     ninja = [str(ros_env.PREFIX / "bin" / "ninja"), "-j4"]
-    assert [sandbox.run([*ninja, "-t", "clean"], box).exit_code, sandbox.run(ninja, box).exit_code] == [0, 0]
+    ended = [sandbox.run([*ninja, "-t", "clean"], box), sandbox.run(ninja, box)]
+    assert [each.exit_code for each in ended] == [0, 0], ended
 
 
 def test_a_fork_bomb_is_ended_at_once_where_no_cgroup_can_be_made(monkeypatch: pytest.MonkeyPatch):
@@ -262,7 +294,7 @@ def test_without_proot_the_fix_is_named(monkeypatch: pytest.MonkeyPatch):
 
 def test_the_command_is_asked_for_in_json_that_names_no_path_of_the_graders():
     """Anyone may read a process's arguments in /proc."""
-    view = users.lay_out(Sandbox(), submission_user._id())
+    view = users.lay_out(Sandbox(), submission_user.new_id())
     *_, asked = users.command_line(["true"], Sandbox(), view, user=7, info_fd=user_command.INFO)
     view.close()
     assert not [path for path in json.loads(asked)["landlock"]["read"] if "grader" in Path(path).name]

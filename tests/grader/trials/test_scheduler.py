@@ -173,16 +173,16 @@ def test_only_a_node_with_one_thread_is_not_interrupted(
 
 TELLS_CORES = """
 import os
-from grader.trials.observation import Observation
+from grader.trials.stage import Stage
 
 def facts(self, *how):
-    threads = [0, *self.process.thread_times()]
-    self.choices["forked"] = float(self.process._program is not None)
+    threads = [0, *self.node.process.thread_times()]
+    self.choices["forked"] = float(self.node.process._program is not None)
     (self.choices["policy"],) = {float(os.sched_getscheduler(thread)) for thread in threads}
     self.choices["cores"] = float(len(set().union(*map(os.sched_getaffinity, threads))))
     return usual(self, *how)
 
-usual, Observation.facts = Observation.facts, facts
+usual, Stage.facts = Stage.facts, facts
 """
 
 
