@@ -16,6 +16,7 @@ from sensor_msgs.msg import LaserScan
 
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.tables import HangError, limited, shown
+from grader.notebook.workspace import course
 from grader.words import mark, say
 from sim import TB4, Pose, Simulator, load_world, normalize_angle
 from sim.messages import to_message
@@ -213,9 +214,10 @@ def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Calla
         if (got.header.stamp, got.header.frame_id) != (scan.header.stamp, _BASE):
             said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
             yield said, f"{scan.header.stamp.sec} s, {_BASE}", say("the stamp stays, the frame does not")
+    commands = [node.command for node in course().nodes.values() if node.command]
     for namespace in ("", "/robot1"):
         robots = {"imu/data": "imu", "battery/state": "battery_state"}
-        wanted = {name: f"{namespace}/{robots.get(name, name)}" for name in ("scan", "cmd_vel", "odom", *robots)}
+        wanted = {name: f"{namespace}/{robots.get(name, name)}" for name in ("scan", *commands, "odom", *robots)}
         if (given := names(namespace)) != wanted:
             look = say("a full name is the namespace, a slash and the name")
             yield _gave(f"names({namespace!r})", given), shown(wanted), look
