@@ -21,14 +21,15 @@ CANNOT = "cannot: "
 LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
 
-NODE_ENVIRONMENT = ros_env.environment(building.INSTALL, home=sandbox.HOME) | {
-    "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
-}
-"""The environment of nodes but for their DDS domain."""
-
 PATIENCE_S = 20.0
 DEAF_S = 10.0
 """How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
+
+
+def node_environment() -> dict[str, str]:
+    """Return the environment of nodes but for their DDS domain: that of the ROS which has been chosen by now."""
+    # With faulthandler a node that hangs can tell where.
+    return ros_env.environment(building.INSTALL, home=sandbox.HOME) | {"PYTHONFAULTHANDLER": "1"}
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,9 @@ from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     CANNOT,
     LATE_VARIABLE,
-    NODE_ENVIRONMENT,
     PATIENCE_S,
     TrialRequest,
+    node_environment,
     not_started,
 )
 from grader.trials.worker_start import Worker, Workers
@@ -130,7 +130,7 @@ def start_observers(
     with contextlib.ExitStack() as stack:
         channels = []
         if trials >= fork_from:
-            channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
+            channels.append(stack.enter_context(sandbox.WarmPython(node_environment())).channel)
         workers = Workers(course.folder, _environment(contract, folder), folder, channels)
         yield stack.enter_context(contextlib.closing(workers))
 

@@ -33,7 +33,7 @@ from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
 from grader.trials.interfaces import interface, own_package
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, NODE_ENVIRONMENT, READY, SERVE, TrialRequest, not_started
+from grader.trials.request import CANNOT, LATE_VARIABLE, READY, SERVE, TrialRequest, node_environment, not_started
 from grader.trials.stage import Stage, source_folder
 from grader.trials.worker_start import serve_forks
 from sim import Simulator, World, load_world
@@ -57,7 +57,7 @@ def main() -> int:
         serve_forks()
         namespaces.enter_private_network()
         warm_python.restart_lttng()  # not before: only a process with one thread may enter namespaces
-    return work(course, sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[3])) if sys.argv[3:] else None)
+    return work(course, sandbox.WarmPython(node_environment(), int(sys.argv[3])) if sys.argv[3:] else None)
 
 
 def prepare(course: Course) -> None:
@@ -192,7 +192,7 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
         visible |= {_ROS2: "/ws/ros2"}
     if plan.namespace:
         visible |= {course.path("trials/launch"): "/ws/launch"}
-    environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
+    environment = {**node_environment(), "ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(read_only=visible, environment=environment, network=True), in_files
 
 

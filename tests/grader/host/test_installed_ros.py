@@ -15,6 +15,7 @@ from grader import KIT
 from grader.authoring import package_edits
 from grader.errors import UsageError
 from grader.host import provenance, ros_env
+from grader.trials.request import node_environment
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 # Which rclpy a node has imported, and all libraries of ROS that are in its memory.
@@ -49,6 +50,8 @@ def test_processes_of_a_submission_get_the_installed_ros_and_the_kits_own_the_wh
     assert theirs["LD_LIBRARY_PATH"] == f"/ws/install/lib:{tmp_path}/jazzy/lib"
     assert str(tmp_path / "jazzy") not in " ".join(ours.values())
     assert ros_env.environment(home=tmp_path, wheels=True) == before
+    # Nodes were forked from a process with the wheels, where a module had been imported before the choice was made.
+    assert node_environment()["AMENT_PREFIX_PATH"].endswith(f":{tmp_path}/jazzy")
 
 
 def test_a_grade_says_which_ros_it_was_made_with(tmp_path: Path):
@@ -101,7 +104,7 @@ def test_a_package_is_built_and_run_with_the_installed_ros(tmp_path: Path):
     shown = [
         line
         for file in (tmp_path / "out" / "evidence" / "trials").glob("*.json")
-        for line in json.loads(file.read_text())["output_tail"].splitlines()
+        for line in json.loads(file.read_text())["process"]["output_tail"].splitlines()
         if line.startswith("USES")
     ]
     assert shown

@@ -14,7 +14,7 @@ from grader.errors import GraderError
 from grader.host import namespaces, ros_env, submission_user
 from grader.sandbox import MIB, Limits, Process, Sandbox, WarmPython, process
 from grader.sandbox.cpu_clock import CpuClock
-from grader.trials.request import NODE_ENVIRONMENT
+from grader.trials.request import node_environment
 
 pytestmark = pytest.mark.sandbox
 
@@ -264,9 +264,9 @@ def test_the_output_is_whole_once_the_exit_status_is_known(
     script.write_text("#!/usr/bin/env python3\nprint('the last words')\n")
     script.chmod(0o755)
     tmp_path.chmod(0o755)
-    box = Sandbox(read_only={tmp_path: "/ws/in"}, environment=NODE_ENVIRONMENT, network=True)
+    box = Sandbox(read_only={tmp_path: "/ws/in"}, environment=node_environment(), network=True)
     with ExitStack() as stack:
-        warm = stack.enter_context(WarmPython(NODE_ENVIRONMENT)) if forked else None
+        warm = stack.enter_context(WarmPython(node_environment())) if forked else None
         said = stack.enter_context(Process(["/ws/in/says.py"], box, Limits(), warm))
         assert wait_until(lambda: said.exit_code() is not None)
         assert said.output == "the last words\n"
