@@ -116,7 +116,7 @@ def _contract(submission: Submission, settings: Settings) -> Built:
     ):
         raise NotKept
     if not is_built:
-        settings.progress(say("building the contract's interfaces: once on this machine, about a minute"))
+        settings.progress(say(building.FIRST_TIME))
     return building.build_contract(settings.cache, settings.course)
 
 
@@ -128,7 +128,7 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
     if (types := built.facts.types_package) != course.package:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept
-        words = mark("building the contract's interfaces as {package}: once on this machine, about a minute")
+        words = mark("building the contract as {package}: once on this machine, about a minute, longer on a busy one")
         settings.progress(say(words, package=types))
         contract = building.build_contract(settings.cache, course, types)
     name = built.facts.package

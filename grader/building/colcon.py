@@ -21,7 +21,7 @@ from grader.building import install_tree, installed_code, type_hashes
 from grader.course import Course
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, submission_user, tempdir
-from grader.words import say
+from grader.words import mark, say
 
 # The same paths in every sandbox: by them ccache recognises the generated code of a class's submissions.
 _SOURCE, _BUILD, _INSTALL, _CCACHE = "/ws/src", "/ws/build", "/ws/install", "/ws/ccache"
@@ -65,6 +65,9 @@ class _Job:
     seconds: float
     trusted: bool
     main: str
+
+
+FIRST_TIME = mark("building the contract's interfaces: once on this machine, about a minute, longer on a busy one")
 
 
 def build_contract(cache: Path, course: Course, package: str = "") -> Built:

@@ -34,9 +34,13 @@ class CellHooks:
         if message := self._backups.before(info.raw_cell):
             print(message)
 
-    def after(self, result: Any) -> None:
-        """Note the file that the cell has written."""
-        self._backups.after(result.info.raw_cell, os.environ.get(NOTEBOOK, ""))
+    def into(self, line: str, cell: str) -> None:
+        """Put the functions of a cell into a file, and note which of them are new there."""
+        path = target(f"%%{pieces.MAGIC} {line}")
+        added = self._backups.added(path) if path else {}
+        pieces.into(line, cell, added)
+        if path and added:
+            self._backups.note_added(path, added)
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
@@ -49,6 +53,7 @@ class CellHooks:
                 if path := target(whole):
                     path.parent.mkdir(parents=True, exist_ok=True)
                 magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
+                self._backups.after(whole, os.environ.get(NOTEBOOK, ""))
                 if path and path.is_relative_to(package := self._workspace.package):
                     written = path.relative_to(package).as_posix()
                     if meant := checkpoints.meant_by(written):
@@ -74,7 +79,6 @@ def install(workspace: Workspace) -> None:
     for event, callback in (
         ("pre_run_cell", hooks.before),
         ("post_execute", hooks.draw),
-        ("post_run_cell", hooks.after),
     ):
         for older in list(shell.events.callbacks[event]):
             if isinstance(getattr(older, "__self__", None), CellHooks):
@@ -85,7 +89,7 @@ def install(workspace: Workspace) -> None:
         transforms.insert(0, without_comments_above_a_magic)
     before_begin.install()
     warnings.formatwarning = format_warning
-    shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
+    shell.register_magic_function(hooks.unless_later(hooks.into, pieces.MAGIC), "cell", pieces.MAGIC)
     for name in before_begin.WRITES:
         original = before_begin.original(shell)
         shell.register_magic_function(hooks.unless_later(original, name), "cell", name)

@@ -14,6 +14,7 @@ import shlex
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 from grader.words import say
@@ -24,7 +25,8 @@ FORCE = "-f"
 """Lets a cell replace the file of a later notebook, or one that holds pieces."""
 APPENDS = {"-a", "--append"}
 _FLAGS = {*APPENDS, FORCE}
-_WRITTEN = "written.json"  # path -> checksum of the text that a cell last wrote there, that cell's notebook and magic
+# path -> checksum of the text that a cell last wrote there, that cell's notebook and magic, what %%into has added
+_WRITTEN = "written.json"
 
 
 def target(cell: str) -> Path | None:
@@ -96,14 +98,26 @@ class FileBackups:
         path = target(cell)
         content = _content(path) if path is not None else None
         if path is not None and content is not None:
-            self._note({self._name(path): [_sum(content), notebook, _magic(cell)]})
+            magic = _magic(cell)
+            self._note({self._name(path): [_sum(content), notebook, magic, self.added(path) if magic == _INTO else {}]})
+
+    def added(self, path: Path) -> dict[str, list[str]]:
+        """Return the functions that `%%into` cells have added to a file, each with the functions of its cell."""
+        match self._all_written().get(self._name(path)):
+            case [_, _, _, dict(found)]:
+                return found
+        return {}
+
+    def note_added(self, path: Path, added: dict[str, list[str]]) -> None:
+        """Note what `%%into` cells have added to a file by now."""
+        self._note({self._name(path): [*self._written(path), added]})
 
     def note_laid_out(self, notebooks: Mapping[str, str]) -> None:
         """Note the package's files that the course has laid out, with the notebook that each is from, and no others."""
         files = {name: _content(self._workspace.package / name) or b"" for name in notebooks}
         self._note({name: [_sum(content), notebooks[name], ""] for name, content in files.items()}, alone=True)
 
-    def _note(self, written: dict[str, list[str]], *, alone: bool = False) -> None:
+    def _note(self, written: dict[str, list[Any]], *, alone: bool = False) -> None:
         before = self._all_written()
         now = written if alone else before | written
         if now != before:
@@ -133,7 +147,7 @@ class FileBackups:
             copy = folder / f"{stem} ({number}){name.suffix}"
         return copy
 
-    def _all_written(self) -> dict[str, list[str]]:
+    def _all_written(self) -> dict[str, list[Any]]:
         try:
             found = json.loads((self._folder / _WRITTEN).read_text(encoding="utf-8"))
         except (OSError, ValueError):

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from copy import deepcopy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import TransformStamped
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
+from numpy.typing import NDArray
+from sensor_msgs.msg import LaserScan
 
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.tables import HangError, limited, shown
+from grader.notebook.workspace import course
 from grader.words import mark, say
-from sim import Pose, normalize_angle
+from sim import TB4, Pose, Simulator, load_world, normalize_angle
+from sim.messages import to_message
+
+_BASE = "base_link"
 
 Place = tuple[float, float, float]
 """x and y in metres and the yaw in radians of one frame in another."""
@@ -45,6 +54,19 @@ def place(message: TransformStamped) -> Place:
 def seconds(message: TransformStamped) -> float:
     """Return the stamp of a message in seconds."""
     return float(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
+
+
+def read_bag(folder: str | Path, topic: str) -> list[Any]:
+    """Return the messages on a topic of a bag, in the order in which they were written."""
+    from rclpy.serialization import deserialize_message
+    from rosbags.rosbag2 import Reader
+
+    from grader.trials.interfaces import interface
+
+    with Reader(folder) as bag:
+        wanted = [connection for connection in bag.connections if connection.topic == topic]
+        raw = [(connection.msgtype, data) for connection, _, data in bag.messages(connections=wanted)]
+    return [deserialize_message(data, interface(kind)) for kind, data in raw]
 
 
 def check(task: str, *written: Callable[..., Any]) -> Checked:
@@ -163,7 +185,54 @@ def _lookup(lookup: Callable[..., Any]) -> Findings:
     )
 
 
-_TASKS: dict[str, Callable[..., Findings]] = {"TF1": _compose_and_invert, "TF2": _at, "TF3": _lookup}
+def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Callable[..., Any]) -> Findings:
+    command, now = Twist(), Time(sec=12, nanosec=500_000_000)
+    command.linear.x, command.angular.z = 0.17, -0.4
+    got = stamped(command, now)
+    if not isinstance(got, TwistStamped) or got.twist != command:
+        look = say("a TwistStamped whose twist is v = 0.17, omega = -0.4")
+        yield _gave("stamped(...)", got), look, say("give the twist to TwistStamped when you make it")
+    elif (got.header.stamp, got.header.frame_id) != (now, _BASE):
+        said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
+        yield said, f"12 s, {_BASE}", say("the header has two fields that you set")
+    scan: Any = to_message(Simulator(load_world("office"), TB4, seed=8).scan())
+    before = deepcopy(scan)
+    for yaw in (math.pi / 2, 0.7):
+        got = turned(scan, yaw)
+        if scan != before:
+            yield say("you have changed the scan that came in"), say("a copy with other angles"), "copy.deepcopy(scan)"
+        if not isinstance(got, LaserScan) or len(got.ranges) != len(scan.ranges):
+            look = say("a LaserScan with {count} readings", count=len(scan.ranges))
+            yield _gave("turned(...)", got), look, say("return the copy")
+            return
+        if not np.allclose(_points(got, 0.0), _points(scan, yaw), atol=1e-3):
+            yield (
+                say("for a lidar turned by {yaw:.2f} rad, the readings lie elsewhere around the robot", yaw=yaw),
+                say("each reading where it was measured"),
+                say("is yaw added or subtracted? At both ends of the angles?"),
+            )
+        if (got.header.stamp, got.header.frame_id) != (scan.header.stamp, _BASE):
+            said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
+            yield said, f"{scan.header.stamp.sec} s, {_BASE}", say("the stamp stays, the frame does not")
+    commands = [node.command for node in course().nodes.values() if node.command]
+    for namespace in ("", "/robot1"):
+        robots = {"imu/data": "imu", "battery/state": "battery_state"}
+        wanted = {name: f"{namespace}/{robots.get(name, name)}" for name in ("scan", *commands, "odom", *robots)}
+        if (given := names(namespace)) != wanted:
+            look = say("a full name is the namespace, a slash and the name")
+            yield _gave(f"names({namespace!r})", given), shown(wanted), look
+
+
+def _points(scan: LaserScan, yaw: float) -> NDArray[np.float64]:
+    """Return x and y of each finite reading in the frame in which the scan's is turned by `yaw`, in a fixed order."""
+    step = scan.angle_increment
+    angles = np.mod(scan.angle_min + yaw + step * np.arange(len(scan.ranges)) + step / 2, math.tau) - step / 2
+    order = np.argsort(angles)
+    ranges = np.nan_to_num(np.asarray(scan.ranges, float)[order], posinf=0.0)
+    return np.stack([ranges * np.cos(angles[order]), ranges * np.sin(angles[order])])
+
+
+_TASKS: dict[str, Callable[..., Findings]] = {"TF1": _compose_and_invert, "TF2": _at, "TF3": _lookup, "TF4": _adapt}
 
 
 def _places(count: int, seed: int) -> list[Place]:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from sim.live import Live
 
 TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
-_FIRST_TIME = mark("; the first time takes about a minute, where it has interfaces")
+_FIRST_TIME = mark("; the first time takes about a minute where it has interfaces, longer on a busy machine")
 
 
 @dataclass(frozen=True, repr=False)
@@ -288,7 +288,7 @@ class Run:
             self._give_up(str(error))
             return
         if not contract_is_built:
-            progress.say(say("building the contract's interfaces: once on this machine, about a minute"))
+            progress.say(say(building.FIRST_TIME))
         interface_types.load(self._workspace)
         progress.say(say("starting {node}", node=self.node))
         from grader.notebook.watched_stage import TrialOver, WatchedStage

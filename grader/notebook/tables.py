@@ -133,7 +133,7 @@ def _read_in(file: Path, names: dict[str, object]) -> str:
         if _INTERFACES.search(text):
             with Progress() as progress:
                 if not building.contract_is_built(building.cache_folder(), workspace.course()):
-                    progress.say(say("building the contract's interfaces: once on this machine, about a minute"))
+                    progress.say(say(building.FIRST_TIME))
                 interface_types.load(workspace.find())
         for statement in ast.parse(text).body:
             module = compile(ast.Module([statement], []), str(file), "exec", dont_inherit=True)

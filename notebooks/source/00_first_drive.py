@@ -276,6 +276,7 @@ robot
 
 # %% [markdown]
 # These are the fields that you used above, under the same names.
+# The stamp is in simulated time, which begins at 100 s here: in ROS, time 0 means that no clock has been heard yet.
 # The ranges travel as 32-bit numbers, which is why `range_min` is no longer exactly 0.15.
 # More about that in notebook 02.
 #

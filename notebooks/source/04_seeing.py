@@ -659,6 +659,25 @@ print(count)
 # The grader looks at that too: **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
 # You check it below for the node that you write today; the controller's part comes in notebook 07.
 #
+# A second setting can keep two ends apart: **durability** says what happens to a message that was sent *before* a subscriber joined.
+#
+# | | volatile | transient local |
+# |---|---|---|
+# | as an offer | "if you join late, you have missed it" | "I keep the last ones for those who join late" |
+# | as a request | "only new messages, please" | "also those that you have kept" |
+#
+# Volatile is the default, and right for a scan.
+# A map, a robot's description or the static transforms of notebook 12 are sent *once*; their publishers are transient local.
+# The rule is the one from above: a subscriber that requests transient local gets nothing from a volatile publisher.
+#
+# <details><summary>The name of a map is sent once, by a transient local publisher. After that, two subscribers join: one volatile, one transient local. What does each hear, and what if the publisher is volatile?</summary>
+#
+# The volatile one hears nothing, because it asks only for new messages; the transient local one hears the name.
+# From a volatile publisher neither hears anything, and the transient local one would not even hear what is sent later: it asks for more than is offered.
+# That is how RViz can show a map that was sent an hour before RViz was opened.
+# In rclpy: `QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)`.
+# </details>
+#
 # One more thing that others see: the **names**.
 # The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can put it elsewhere:
 # `--ros-args -r raw_scan:=scan`, or a whole second robot in a namespace of its own.

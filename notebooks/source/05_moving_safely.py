@@ -54,6 +54,9 @@ from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("05")
 
 # %% [markdown]
+# If the lines above say that files are missing, and you would rather start here than go back, run `start_at("05")` in a cell of its own.
+
+# %% [markdown]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.

@@ -930,10 +930,66 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # The grader builds what you hand in, and nothing else, in an empty room: no network, no home, no old build.
 # You have been using that room all along: each `check` ran in it.
 #
+# ### A fresh machine for each push
+#
+# Teams have such a room, too: a **CI job** (continuous integration) builds and tests each commit on a fresh machine.
+# For that, the package must be in a Git repository. Once, in `ws/src/ros2_robot_controller`:
+#
+#     git init
+#     printf '%s\n' __pycache__/ '*.pyc' .pytest_cache/ > .gitignore
+#     git add . && git commit -m "The package as handed in"
+#
+# `build/`, `install/` and `log/` lie two folders up and so are not part of it: files that a command can make again are not committed.
+# On GitHub, the job is a file `.github/workflows/test.yaml` (this kit does not run it; other hosts have the same steps in other words):
+#
+# ```yaml
+# on: [push, pull_request]
+# jobs:
+#   test:
+#     runs-on: ubuntu-24.04
+#     container: ros:jazzy                          # an image with ROS 2 from apt
+#     steps:
+#       - uses: actions/checkout@v4
+#         with: {path: src/ros2_robot_controller}   # a workspace, as in this course
+#       - run: apt-get update && rosdep update && rosdep install -y --from-paths src
+#       - run: . /opt/ros/jazzy/setup.sh && colcon build
+#       - run: . install/setup.sh && colcon test
+#       - run: colcon test-result --verbose         # ends with 1 if a test has failed
+# ```
+#
+# **Which line makes the job fail if a test fails, and why do two steps begin by sourcing a `setup.sh`?**
+# The last one: `colcon test` ends with 0 as long as it could run the tests.
+# Each `run` is a new shell, so the next one knows nothing of what the last one sourced.
+#
+# <details><summary>You import <code>irobot_create_msgs</code> and have forgotten it in <code>package.xml</code>. At home everything works. What fails in this job, and why only here?</summary>
+#
+# The tests, with `ModuleNotFoundError`: `rosdep install` installs what `package.xml` names, and the image has little else. The build passes, because CMake does not look for packages that only Python imports. A machine has found what I2 asks for.
+# </details>
+# <details><summary>The job fails once in ten pushes, without a change. What do you do, and what do you not do?</summary>
+#
+# One of the tests is flaky (notebook 09): find out what it waits for, and control the clock in the test. Do not just run the job again until it passes: some day the failure will be a real one, and you will run it again.
+# </details>
+#
 # ## Read it like an instructor
 #
 # Now look at your package as a stranger who has thirty of them to grade.
 # Three requirements were waiting for today: Q3 (everything in its place), Q5 and Q6.
+#
+# Tools measure two of the things that Q3 asks for.
+# The **cyclomatic complexity** of a function is the number of its decisions (`if`, `for`, `while`, `except`, ...) plus one.
+# A function of complexity 4 needs at most four tests to take each of its branches once.
+# `flake8` measures it, with its plug-in mccabe. The contract's limit is 10; which of your functions lie above 3?
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: your own functions may be others.
+# !python3 -m flake8 --isolated --select C901 --max-complexity 3 ros2_robot_controller
+
+# %% [markdown]
+# The other one is duplication: no block of six lines may occur twice, whatever its indentation and comments.
+# The check below looks for such blocks; outside this course, `pylint --disable=all --enable=duplicate-code` does.
+#
+# **Which of the two improves** if you split a long function in two?
+# The complexity. Duplication goes away if a function is *called* twice instead of written twice.
 
 # %% tags=["check"]
 check("Q3", "Q5", "Q6")

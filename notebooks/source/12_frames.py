@@ -26,9 +26,10 @@
 # - say what the frames `map`, `odom`, `base_link` and `laser` are for, and who publishes each transform;
 # - compose, invert and interpolate transforms, and find the way through a tree of them;
 # - say what tf2 answers, why it sometimes refuses, and which time to ask for;
+# - write the adapter that lets a package drive a robot with other frames, types and names;
 # - recognise in a picture a lidar that is mounted turned, a wrong time, and odometry that has drifted.
 #
-# **Time:** 65 to 120 minutes in two parts: up to *From any frame to any other* 40 to 75 minutes, the rest 25 to 45.
+# **Time:** 90 to 165 minutes in three parts: up to *From any frame to any other* 40 to 75 minutes, then 25 to 45, and *An adapter* 25 to 45.
 #
 # The tree, with each frame's place in the one above it:
 #
@@ -586,13 +587,133 @@ axes.legend();
 # The contract's goals are in `odom` (notebook 07), because the course's robot drives for a minute and has no map.
 # A navigator that drives all day takes its goal in `map`, and in each control step asks tf2 where that is in `odom`.
 #
+# ## An adapter
+#
+# Part 3: 25 to 45 minutes.
+#
+# Your package drives a robot whose lidar faces ahead and whose `cmd_vel` takes a `Twist`.
+# A TurtleBot 4 differs in both, and where there are several of them, each has a **namespace** of its own.
+# You could change your package, but then it would no longer drive the course's robot.
+# An **adapter** is a small node between package and robot, so that neither has to change.
+#
+# Before you write one, you want a recording of the other robot.
+# No TurtleBot 4 was available for this course, so the bag comes from the simulator with its TurtleBot profile: a lidar that is turned and behind the centre, stamped commands, slower wheels.
+# In an empty room, the robot drives straight ahead and stops before the wall at x = 6.
+
+# %%
+import copy
+
+from geometry_msgs.msg import TwistStamped
+
+from grader.notebook.frames import read_bag
+from sim.bag import write_bag
+
+BAG = "../../turtlebot4_bag"
+# !rm -rf {BAG}
+aisle = Simulator(World("an empty room", room((0.0, 0.0), (6.0, 4.0)), start=Pose(1.0, 2.0, 0.0)), TB4, seed=4)
+write_bag(drive(aisle, lambda seen: Twist(0.3 if aisle.pose.x < 5.2 else 0.0, 0.0), 16.0), BAG)
+# !ros2 bag info {BAG} | grep -o "Topic: .*Type: [^ ]*"
+
+# %% [markdown]
+# Look at the type of `/cmd_vel`, and at the frame of a scan:
+
+# %%
+scans, commands = read_bag(BAG, "/scan"), read_bag(BAG, "/cmd_vel")
+print(type(commands[0]).__name__, "and", type(scans[0]).__name__, "in", scans[0].header.frame_id)
+print(f"angles from {scans[0].angle_min:.2f} to {scans[0].angle_max:.2f} rad")
+
+# %% [markdown]
+# **Predict:** a package that knows nothing of frames takes angle 0 for straight ahead. While the robot drives towards the wall, how does the closest reading within 15° of angle 0 change?
+#
+# **Exercise TF4.** Write the three functions that such a node needs:
+#
+# - `stamped(command, now)` returns a `TwistStamped` with the command, the stamp `now`, and the frame `base_link`;
+# - `turned(scan, yaw)` returns a scan whose angles count from the robot's x axis, for a lidar that is turned by `yaw` on the robot. Its frame is `base_link`; its stamp and its readings are those of `scan`. Leave `scan` itself as it is: other parts of the program may hold it;
+# - `names(namespace)` returns a dictionary: for each topic of your package, its full name on a robot in that namespace (`""` or `"/robot1"`). `scan`, `cmd_vel` and `odom` have the same names there; `imu/data` and `battery/state` are called `imu` and `battery_state`.
+
+# %% tags=["function"]
+def stamped(command, now):
+    """Return the command (Twist) as a TwistStamped of the time `now` (a Time message)."""
+    return command  # TODO
+
+
+def turned(scan, yaw):
+    """Return a scan with its angles from the robot's x axis, for a lidar turned to the left by `yaw` (rad)."""
+    return scan  # TODO: a copy with other angles
+
+
+def names(namespace):
+    """Return the robot's full name for each topic of the package."""
+    return {}  # TODO
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# What a lidar that is turned to the left by yaw sees at its angle 0 lies at the angle yaw for the robot. So is yaw added or subtracted? Two fields of the scan change; the step between beams does not.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `TwistStamped(twist=command)`, then set its header. `copy.deepcopy(scan)` returns a copy that you may change. A full name begins with a slash: `f"{namespace}/scan"`.
+# </details>
+# <details><summary>Hint 3: <code>turned</code>, all but one line</summary>
+#
+# ```python
+# result = copy.deepcopy(scan)
+# result.angle_min += yaw
+# ...                       # the same for the other end
+# result.header.frame_id = "base_link"
+# return result
+# ```
+# </details>
+
+# %%
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist as TwistMessage
+
+
+def ahead(scan):
+    """Return the closest reading within 15° of angle 0."""
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    return float(np.asarray(scan.ranges)[np.abs(angles) < math.radians(15)].min())
+
+
+sent = TwistMessage()
+sent.linear.x = 0.2
+tries({
+    "stamped(sent, Time(sec=7)).header.stamp.sec": 7,
+    "stamped(sent, Time(sec=7)).twist.linear.x": 0.2,
+    "round(ahead(turned(scans[0], math.pi / 2)), 1)": 5.0,
+    "round(ahead(turned(scans[-1], math.pi / 2)), 1)": 0.8,
+    "names('/robot1').get('imu/data')": "/robot1/imu",
+    "names('').get('scan')": "/scan",
+})
+
+# %%
+figure, axes = plt.subplots(figsize=(8, 2.8), layout="constrained")
+when = [scan.header.stamp.sec + scan.header.stamp.nanosec * 1e-9 for scan in scans]
+axes.plot(when, [ahead(scan) for scan in scans], color="#D55E00", label="as it comes from the lidar")
+axes.plot(when, [ahead(turned(scan, math.pi / 2)) for scan in scans], color="#0072B2", label="from the adapter")
+axes.set(xlabel="simulated time (s)", ylabel="closest reading ahead (m)", ylim=(0, None))
+axes.grid(alpha=0.3)
+axes.legend();
+
+# %% tags=["check"]
+check("TF4", stamped, turned, names)
+
+# %% [markdown]
+# Without the adapter, the package looks at the wall to the robot's left, at y = 4, and sees no reason to stop.
+#
+# The rest of the node is two subscriptions and two publishers. The whole node is [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py), and the launch file next to it does with remappings what `names` does. Compare them with yours.
+#
+# One difference stays: the lidar is 4 cm behind the robot's centre, so each distance ahead is 4 cm too long. **Is that error on the safe side?** No: the robot would stop too late, so the launch file raises `emergency_stop_distance`.
+#
 # > **On a real TurtleBot 4**
 # >
 # > - `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints the ninety degrees, `ros2 run tf2_tools view_frames` draws the tree, and RViz shows it moving (*Add, TF*). The lidar's frame is called `rplidar_link` there.
 # > - In a node: `buffer = tf2_ros.Buffer()`, `listener = tf2_ros.TransformListener(buffer, node)`, then `buffer.lookup_transform("odom", "rplidar_link", scan.header.stamp)`. There are no wheels of tf2, so this kit cannot run that.
 # > - "Extrapolation into the future" by *seconds*, not hundredths: the clocks of two computers differ. `chrony` on both is the cure, not a longer timeout.
 # > - On a scan's own turning: a lidar takes 0.1 s for a revolution, so in a corner the last beam was measured 6° later than the first. `laser_geometry` can take that out, with two lookups for a scan.
-# > - [docs/turtlebot4.md](../docs/turtlebot4.md) turns the scans in an adapter instead, so that a package without tf2 works.
+# > - [docs/turtlebot4.md](../docs/turtlebot4.md) says how to run your package on one, with the adapter.
 
 # %% [markdown]
 # ## Go further

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
@@ -164,6 +165,13 @@ def test_what_it_gives_and_its_skeletons_keep_ament_flake8s_rules(
     command = [sys.executable, "-m", "flake8", f"--config={STYLE}", "--extend-ignore=F401", "--jobs=1", *written]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.stdout + done.stderr == ""
+
+
+@pytest.mark.parametrize("name", ["06_services", "07_going_there"])
+def test_a_node_on_the_bench_hears_its_sensors(name: str, source_page: Callable[[str], Page]):
+    """Attributes that were set by hand suited one design only, and went past the callbacks that a learner writes."""
+    for cell in source_page(name).code():
+        assert not re.search(r"\.node\._(near|pose|\w+_time)\b[^=\n]*=", cell.source), cell["id"]
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):

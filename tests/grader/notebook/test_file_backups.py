@@ -218,6 +218,29 @@ def test_a_skeletons_cell_that_is_run_again_does_not_empty_the_pieces(workspace:
     assert backups.refusal(CELL.replace("1", "2"), "08") == ""
 
 
+def test_a_skeletons_cell_that_is_run_twice_more_does_not_empty_the_pieces(workspace: Workspace, package: Path) -> None:
+    """Its refusal was taken for the latest text, so that the second time it replaced the file."""
+    said = in_a_kernel(
+        "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
+        "s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
+        "s.run_cell('%%into own.py\\ndef steer():\\n    return 1\\n')\n"
+        "for _ in range(2):\n    s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
+    )
+    assert said.count("own.py was not replaced") == 2
+    assert "return 1" in (package / "own.py").read_text()
+
+
+def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace: Workspace, package: Path) -> None:
+    begin = "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
+    in_a_kernel(
+        f"{begin}s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
+        "s.run_cell('%%into own.py\\ndef steer():\\n    return 1\\n\\ndef turn():\\n    return 1\\n')\n"
+    )
+    said = in_a_kernel(f"{begin}s.run_cell('%%into own.py\\ndef steer():\\n    return 2\\n')\n")
+    assert said.endswith("own.py has now: steer\nno longer in this cell, so removed: turn\n")
+    assert (package / "own.py").read_text() == "def steer():\n    return 2\n"
+
+
 def test_a_comment_above_a_cell_magic_is_no_line_magic_that_is_not_found(workspace: Workspace, package: Path) -> None:
     said = in_a_kernel(
         "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"

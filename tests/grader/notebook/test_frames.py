@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,8 +12,9 @@ from rclpy.utilities import ok
 
 from grader.authoring import notebook_source
 from grader.notebook import tables
-from grader.notebook.frames import check, place, seconds, transform
-from sim import Pose
+from grader.notebook.frames import check, place, read_bag, seconds, transform
+from sim import TB4, Pose, Simulator, Twist, World, drive
+from sim.bag import write_bag
 
 NAME = "12_frames"
 
@@ -27,11 +29,16 @@ def solved(old: str = "", new: str = "") -> dict[str, Any]:
 
 
 def answer(task: str, names: dict[str, Any]) -> str:
-    functions = {"TF1": ("compose", "inverse"), "TF2": ("at",), "TF3": ("lookup",)}[task]
+    functions = {
+        "TF1": ("compose", "inverse"),
+        "TF2": ("at",),
+        "TF3": ("lookup",),
+        "TF4": ("stamped", "turned", "names"),
+    }[task]
     return repr(check(task, *(names[name] for name in functions)))
 
 
-@pytest.mark.parametrize("task", ["TF1", "TF2", "TF3"])
+@pytest.mark.parametrize("task", ["TF1", "TF2", "TF3", "TF4"])
 def test_the_solution_passes(task: str):
     assert answer(task, solved()) == f"{task} passed"
 
@@ -47,6 +54,11 @@ MISTAKES = [
     ("TF3", "if depth(source) >= depth(target)", "if depth(source)", "both are bolted to base_link"),
     ("TF3", "raise LookupError(", "return (0.0, 0.0, 0.0)  # (", "frames of different trees"),
     ("TF3", "    if source == target:\n        return 0.0, 0.0, 0.0\n", "", "map and map are not in one tree"),
+    ("TF4", "result = TwistStamped(twist=command)", "return command", "a TwistStamped whose twist is v = 0.17"),
+    ("TF4", "result.header.stamp = now", "", "the stamp is 0 s"),
+    ("TF4", "copy.deepcopy(scan)", "scan", "you have changed the scan that came in"),
+    ("TF4", "result.angle_min += yaw", "result.angle_min -= yaw", "each reading where it was measured"),
+    ("TF4", '"imu/data": "imu"', '"imu/data": "imu/data"', "names('') is"),
 ]  # fmt: skip
 
 
@@ -57,6 +69,30 @@ def test_a_mistake_is_refused_with_what_was_seen_and_expected(task: str, old: st
     assert "    seen " in text
     assert "    expected " in text
     assert said in " ".join(text.split())
+
+
+def test_readings_in_another_order_are_as_good_as_other_angles():
+    """A scan is also turned if its readings are rolled by 90 beams and its angles stay."""
+    names = solved()
+
+    def rolled(scan: Any, yaw: float) -> Any:
+        result = names["turned"](scan, yaw)
+        beams = round(yaw / scan.angle_increment)
+        result.ranges = scan.ranges[-beams:] + scan.ranges[:-beams]
+        result.angle_min, result.angle_max = scan.angle_min, scan.angle_max
+        result.angle_min += yaw - beams * scan.angle_increment
+        return result
+
+    assert check("TF4", names["stamped"], rolled, names["names"]).passed
+
+
+def test_a_bag_is_read_as_it_was_written(tmp_path: Path):
+    recording = drive(Simulator(World(), TB4), lambda _: Twist(0.2, 0.0), 1.0)
+    write_bag(recording, tmp_path / "bag")
+    scans, commands = read_bag(tmp_path / "bag", "/scan"), read_bag(tmp_path / "bag", "/cmd_vel")
+    assert len(scans) == len(recording.scan_t)
+    assert type(commands[-1]).__name__ == "TwistStamped"
+    assert commands[-1].twist.linear.x == 0.2
 
 
 def test_a_function_that_gives_no_place_is_refused():
