@@ -23,14 +23,14 @@ _OF_TRIALS = (
     "Trial", "Command", "Sample", "ScanSummary", "Touch", "Call", "Goal", "Message", "ParameterAnswer", "ProcessEnd",
     "Graph", "Endpoint",
 )  # fmt: skip
-_OF_THE_ENGINE = ("open", "facts", "close")
+OF_THE_ENGINE = ("open", "facts", "close")
 """What the engine asks of a stage, not a script."""
 _NO_OPTIONS = re.compile(r"(?m)^- `(?:sentence|script|kind)`: .*\n")
 
 
 def page() -> str:
     """Return the text of the page."""
-    stage = {name: part for name, part in public("trials/stage.py", "Stage").items() if name not in _OF_THE_ENGINE}
+    stage = {name: part for name, part in public("trials/stage.py", "Stage").items() if name not in OF_THE_ENGINE}
     return "".join((
         f"{_HEAD}\n## The options of `@trial`\n{_NO_OPTIONS.sub('', words(_class('trials/plan.py', 'TrialPlan')))}",
         "\n## `stage`, in a trial\n",
