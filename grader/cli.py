@@ -323,7 +323,7 @@ def _grade(options: argparse.Namespace) -> int:
     print(console.render(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
     print(say("Report: {path}", path=options.out / report.PAGE))
     if (theirs := report.for_student(options.out, report.PAGE)) != options.out / report.PAGE:
-        print(f"For the student, without what is held back: {theirs}")
+        print(say("For the student, without what is held back: {path}", path=theirs))
     return EXIT_GRADED
 
 

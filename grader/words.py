@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gettext as _gettext
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 ENGLISH = "en"
 LOCALE = Path(__file__).parent / "locale"
+MOST_SHOWN = 10
+"""How many things of one kind are named before the others are only counted."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,12 @@ def say(text: str, /, **fields: object) -> str:
 def say_count(one: str, many: str, /, n: int, **fields: object) -> str:
     """Return the text for the number `n`, which both have as a field: `say_count("{n} file", "{n} files", 3)`."""
     return _FILLS.vformat(ngettext(one, many, n), (), {"n": n, **fields})
+
+
+def some(names: Sequence[str], most: int = MOST_SHOWN, between: str = ", ") -> str:
+    """Return the first names, and how many more there are: `some(paths, 2)` for "a, b and 3 more"."""
+    rest = say(" and {n} more", n=len(names) - most) if len(names) > most else ""
+    return between.join(names[:most]) + rest
 
 
 def mark(text: str) -> str:

@@ -40,7 +40,6 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
-from rclpy.subscription import Subscription
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
@@ -162,7 +161,6 @@ class Bridge:
         """The number of signs of life so far: messages of the node's and answers to calls."""
         self.served = 0
         """The number of answers to calls so far, which only a node gives whose executor is free."""
-        self._subscriptions: list[Subscription] = []
         if topics.command and stamped:
             self.subscribe(TwistStamped, topics.command, self._take_stamped)
         elif topics.command:
@@ -180,25 +178,20 @@ class Bridge:
         """Count messages of the answer topic as answers (the command topic is watched anyway)."""
         self.subscribe(message_type, self.topics.answer, lambda _: self._note_answer())
 
-    def subscribe(
-        self, message_type: type, topic: str, take: Callable[[Any], None], *, raw: bool = False
-    ) -> Subscription:
+    def subscribe(self, message_type: Any, topic: str, take: Callable[[Any], None], *, raw: bool = False) -> None:
         """Subscribe reliably, or best effort if somebody publishes the topic so, who would not be heard otherwise.
 
         What is subscribed to before the node has come up is decided when it has: `await_node`. `raw` hands over bytes.
         """
-        subscription = self.node.create_subscription(message_type, topic, take, _AS_PUBLISHED, raw=raw)
-        self._subscriptions.append(subscription)
-        return subscription
+        self.node.create_subscription(message_type, topic, take, _AS_PUBLISHED, raw=raw)
 
     def _subscribe_again(self) -> None:
         """Subscribe anew to what is published best effort: a subscription keeps the quality that it began with."""
-        for old in self._subscriptions:
+        for old in list(self.node.subscriptions):
             published = self.node.get_publishers_info_by_topic(old.topic_name)
             if any(each.qos_profile.reliability == QoSReliabilityPolicy.BEST_EFFORT for each in published):
-                self.node.create_subscription(old.msg_type, old.topic_name, old.callback, _AS_PUBLISHED, raw=old.raw)
+                self.subscribe(old.msg_type, old.topic_name, old.callback, raw=old.raw)
                 self.node.destroy_subscription(old)
-        self._subscriptions.clear()
 
     @property
     def time(self) -> float:

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from pathlib import PurePosixPath
 
 from grader.checks.build_log import find_error
-from grader.checks.findings import some
 from grader.checks.first_cause import behind, listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
 from grader.course import Course
 from grader.evidence import Kind, Reason
-from grader.words import mark, say, say_count
+from grader.words import mark, say, say_count, some
 
 _PROGRAMS_BY_CMAKE = mark("install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set")
 _SHARED_BY_CMAKE = mark("install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")

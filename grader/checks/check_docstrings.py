@@ -3,7 +3,7 @@
 from collections import defaultdict
 from dataclasses import replace
 
-from grader.checks.findings import MOST_SHOWN, listing
+from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
     Count,
@@ -17,7 +17,7 @@ from grader.checks.package_text import (
     used_by_nodes,
 )
 from grader.evidence import Definition
-from grader.words import mark, say
+from grader.words import MOST_SHOWN, mark, say
 
 NEEDS = ("quality", "linters")
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from grader.checks.findings import MOST_SHOWN, listing, place, some
+from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
     Count,
@@ -18,7 +18,7 @@ from grader.checks.package_text import (
     weighed,
 )
 from grader.evidence import Finding
-from grader.words import say
+from grader.words import MOST_SHOWN, say, some
 
 NEEDS = ("quality", "linters")
 

@@ -4,11 +4,10 @@ import signal
 from collections.abc import Iterable
 
 from grader import tracebacks
-from grader.checks.findings import some
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import ProcessEnd, Trial
-from grader.words import say
+from grader.words import say, some
 
 NEEDS = ("quality", "linters")
 

@@ -3,7 +3,7 @@
 from grader.checks.check_student_tests import expect_contract
 from grader.checks.judge import Judge, NotReached, Unjudged
 from grader.evidence import Mutant, Mutation, short_name
-from grader.words import say
+from grader.words import say, some
 
 NEEDS = ("student tests", "mutation")
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
@@ -98,6 +98,4 @@ def _unnoticed(mutants: list[Mutant]) -> list[str]:
 
 def _passed(mutant: Mutant) -> str:
     names = [short_name(name) for name in mutant.tried]
-    shown = ", ".join(names[:2])
-    more = say(" and {n} more", n=len(names) - 2) if len(names) > 2 else ""
-    return say("{shown}{more} passed all the same", shown=shown, more=more)
+    return say("{names} passed all the same", names=some(names, 2))

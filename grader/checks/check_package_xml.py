@@ -1,11 +1,10 @@
 """I2: package.xml, compared with the package."""
 
-from grader.checks.findings import some
 from grader.checks.judge import Judge, NotReached
 from grader.course import packages
 from grader.course.rosdep_keys import is_declared
 from grader.evidence import Manifest
-from grader.words import say
+from grader.words import say, some
 
 NEEDS = ("quality",)
 

@@ -1,11 +1,10 @@
 """Q5: README.md, and its table of interfaces against the graph."""
 
-from grader.checks.findings import MOST_SHOWN
 from grader.checks.interface_table import agreement
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import Finding, Readme
-from grader.words import say
+from grader.words import MOST_SHOWN, say
 
 NEEDS = ("quality", "linters", "idle")
 

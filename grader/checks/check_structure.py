@@ -1,6 +1,6 @@
 """Layout, complexity, functions in their place, repeated blocks."""
 
-from grader.checks.findings import MOST_SHOWN, listing, place, some
+from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
     charge,
@@ -11,7 +11,7 @@ from grader.checks.package_text import (
     weighed,
     within_bounds,
 )
-from grader.words import say, say_count
+from grader.words import MOST_SHOWN, say, say_count, some
 
 NEEDS = ("quality", "linters")
 

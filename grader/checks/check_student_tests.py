@@ -1,9 +1,9 @@
 """T1 and T2: the package's own tests, and their coverage."""
 
-from grader.checks.findings import place, some
+from grader.checks.findings import place
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import StudentTests, TestModule
-from grader.words import mark, say
+from grader.words import mark, say, some
 
 NEEDS = ("student tests",)
 _STEADY = mark(

@@ -1,10 +1,10 @@
 """Q1: ament_flake8's rules."""
 
-from grader.checks.findings import MOST_SHOWN, listing, place, some
+from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
 from grader.checks.package_text import weighed, weights
 from grader.evidence import Quality, SourceFile, reading_limits
-from grader.words import say, say_count
+from grader.words import MOST_SHOWN, say, say_count, some
 
 NEEDS = ("quality", "linters")
 

@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from grader.evidence import Finding
-from grader.words import mark, say
+from grader.words import MOST_SHOWN, mark, say
 
-MOST_SHOWN = 10
 _PLACES = 3
 
 # The reasons for the rules that students meet most. The longest matching prefix of a rule's name is used.
@@ -89,9 +88,3 @@ def listing(findings: Sequence[Finding]) -> str:
 def place(finding: Finding) -> str:
     """Return "path:line"."""
     return f"{finding.path}:{finding.line}"
-
-
-def some(words: Sequence[str], most: int = MOST_SHOWN, between: str = ", ") -> str:
-    """Return the first words, and how many more there are."""
-    rest = say(" and {n} more", n=len(words) - most) if len(words) > most else ""
-    return between.join(words[:most]) + rest

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 
 from grader import tracebacks
-from grader.checks.findings import place, some
+from grader.checks.findings import place
 from grader.checks.first_cause import behind, besides, sentence, shown_by
 from grader.course import Course
 from grader.evidence import (
@@ -24,7 +24,7 @@ from grader.evidence import (
     StudentTests,
     Trial,
 )
-from grader.words import mark, say
+from grader.words import mark, say, some
 
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}

@@ -7,11 +7,10 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePosixPath
 
-from grader.checks.findings import MOST_SHOWN, some
 from grader.checks.judge import Failed, Judge
 from grader.course.model import JUDGED, role
 from grader.evidence import Definition, Quality, SourceFile, reading_limits
-from grader.words import say, say_count
+from grader.words import MOST_SHOWN, say, say_count, some
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
 _LINES_PER_FINDING = 10

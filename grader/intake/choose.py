@@ -14,7 +14,7 @@ from grader.intake import kinds
 from grader.intake.locate import Candidate, Tree
 from grader.intake.unpack import content_hash
 from grader.sanitize import printable
-from grader.words import mark, say
+from grader.words import mark, say, some
 
 _NAMED = 5  # packages named in a sentence
 
@@ -94,11 +94,10 @@ def choose_named(tree: Tree, name: str, path: str) -> Choice:
     chosen = find_named(tree, path)
     if chosen is None:
         paths = [printable(candidate.path) for candidate in sorted(tree.candidates, key=rank)]
-        more = " " + say("and {n} more", n=len(paths) - _NAMED) if len(paths) > _NAMED else ""
         words = mark("There is no package at {path} in {name}.")
         raise UsageError(
             say(words, path=printable(path), name=printable(name)),
-            say("It has packages at {paths}.", paths=", ".join(paths[:_NAMED]) + more)
+            say("It has packages at {paths}.", paths=some(paths, _NAMED))
             if paths
             else say("It holds no package at all."),
         )

@@ -9,7 +9,7 @@ import hashlib
 import json
 from pathlib import Path, PurePosixPath
 
-from grader.words import say, say_count
+from grader.words import say_count, some
 
 MARKER = ".course.json"
 MAX_BYTES = 64 * 1024
@@ -22,13 +22,12 @@ def note(package: Path) -> str:
     found = unchanged(package)
     if not found:
         return ""
-    more = " " + say("and {n} more", n=len(found) - _MAX_SHOWN) if len(found) > _MAX_SHOWN else ""
     return say_count(
         "{n} file was laid out by the course (start_at) and not changed since, so not the student's own work: {names}.",
         "{n} files were laid out by the course (start_at) and not changed since, so not the student's own work: "
         "{names}.",
         len(found),
-        names=", ".join(found[:_MAX_SHOWN]) + more,
+        names=some(found, _MAX_SHOWN),
     )
 
 

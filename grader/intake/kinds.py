@@ -11,7 +11,7 @@ from grader.course import Course
 from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
 from grader.intake.locate import Candidate, Tree
 from grader.sanitize import printable
-from grader.words import mark, say
+from grader.words import mark, say, some
 
 _ZIP = mark("Zip the package folder itself (the one with package.xml and setup.py) and submit again.")
 
@@ -122,10 +122,9 @@ def _asked(course: Course) -> str:
 def _packages(found: Sequence[tuple[str, str]]) -> str:
     """Return the predicate about packages, given as name and kind, none of which can be graded."""
     if len(found) > 1:
-        shown = ", ".join(f"{name} ({say(which)})" for name, which in found[:_NAMED])
-        more = " " + say("and {n} more", n=len(found) - _NAMED) if len(found) > _NAMED else ""
+        shown = some([f"{name} ({say(which)})" for name, which in found], _NAMED)
         words = mark("contains {count} packages, and none with a node in Python: {packages}.")
-        return say(words, count=len(found), packages=shown + more)
+        return say(words, count=len(found), packages=shown)
     name, which = found[0]
     if which == ROS1:
         return say("contains a ROS 1 (catkin) package, {name}.", name=name)

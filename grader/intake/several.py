@@ -12,7 +12,7 @@ from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, Entry, K
 from grader.intake.locate import Tree
 from grader.intake.names import tool_folder
 from grader.sanitize import printable
-from grader.words import say
+from grader.words import say, some
 
 _ARCHIVES = (*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES)
 # As learning platforms name the submissions in an export; the group is whose it is.
@@ -107,13 +107,12 @@ def _way_to(path: str) -> list[str]:
 
 
 def _refusal(name: str, parts: Sequence[str]) -> SubmissionError:
-    more = " " + say("and {n} more", n=len(parts) - _NAMED) if len(parts) > _NAMED else ""
-    shown = ", ".join(printable(part, 60) for part in parts[:_NAMED])
+    shown = some([printable(part, 60) for part in parts], _NAMED)
     return SubmissionError(
         say(
             "{name} holds the submissions of several people: {parts}. `grader grade` takes one.",
             name=printable(name),
-            parts=shown + more,
+            parts=shown,
         ),
         say(
             "Name one of them, or grade all with `grader batch`. "

@@ -30,7 +30,12 @@ from grader.words import mark, say
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
 _LAST_OUTPUT_S = 5.0  # for our own thread to read what has been written
-_GONE_S = 5.0  # for the kernel to end what is killed
+_GONE_S = 60.0  # for the kernel to end what is killed, which it does at once unless a disk holds a process up
+_HELD = mark(
+    "A process of the submission has not ended within {seconds:g} s after it was killed: the kernel holds it, as for a "
+    "network disk that does not answer. `ps -eo pid,stat,wchan:20,args` shows it. End what it waits for, then grade "
+    "again."
+)
 _MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
 
 
@@ -217,12 +222,13 @@ class Process:
             GraderError: the host ran out of disk space or memory, so the result says nothing about the command.
         """
         self._kill_tree()
-        if self._init_end is not None:
-            os.close(self._init_end)
-            self._init_end = None
+        gone = self._await_init()
         for guard in (self._guard, self._counter):
             if guard is not None:
                 guard.close()
+        if self._init_end is not None:  # not before: a guard may be killing the tree
+            os.close(self._init_end)
+            self._init_end = None
         self._output.close()
         if self._program is not None:
             self._program.exit_code()
@@ -233,6 +239,8 @@ class Process:
             submission_user.give(self._written, os.geteuid())
         self._stopped = self.stopped()
         self._group.close()
+        if not gone:
+            raise GraderError(say(_HELD, seconds=_GONE_S))
         if self._guard is not None and self._guard.host_full:
             raise GraderError(self._guard.host_full)
         if self._stopped == cgroup.HOST_MEMORY:
@@ -270,16 +278,17 @@ class Process:
                 self._popen.wait()
         self._await_init()
 
-    def _await_init(self) -> None:
+    def _await_init(self) -> bool:
         """Wait until the first process of the sandbox has ended, and with it all others in its pid namespace.
 
-        bubblewrap has ended before it: it goes as soon as it knows the command's exit status, and the kernel kills the
-        first process after that.
+        Return whether it has. bubblewrap has ended before it: it goes as soon as it knows the command's exit status,
+        and the kernel kills the first process after that.
         """
-        if self._init_end is not None:
-            waiting = select.poll()  # unlike select(), with any number of open files
-            waiting.register(self._init_end, select.POLLIN)
-            waiting.poll(_GONE_S * 1000)
+        if self._init_end is None:
+            return True
+        waiting = select.poll()  # unlike select(), with any number of open files
+        waiting.register(self._init_end, select.POLLIN)
+        return bool(waiting.poll(_GONE_S * 1000))
 
 
 class _Output:

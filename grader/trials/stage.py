@@ -318,11 +318,10 @@ class Stage:
 
         self.node.found(f"topic {topic}", lambda: self.bridge.node.count_publishers(topic) > 0)
         if topic == LOG_TOPIC:
-            subscription = self.bridge.node.create_subscription(Log, topic, take, LOG_QOS)
+            self.bridge.node.create_subscription(Log, topic, take, LOG_QOS)
         else:
             message_type = interface(self.contract.publishes[topic])
-            subscription = self.bridge.subscribe(message_type, topic, take, raw=read is not None)
-        self.node.found(f"subscription of {topic}", lambda: subscription.get_publisher_count() > 0)
+            self.bridge.subscribe(message_type, topic, take, raw=read is not None)
         self.bridge.await_match()
 
     def watch_goals(self) -> None:

@@ -1068,7 +1068,7 @@ _EDITS = (
         "package.xml is of format 2, which has no groups.",
         (_PACKAGE_XML, '<package format="3">', '<package format="2">'),
         (_PACKAGE_XML, "  <member_of_group>rosidl_interface_packages</member_of_group>\n", ""),
-        says=("it is format",),
+        says=(r'it is format \"2\"',),
     ),
     _edit(
         "writes_out_its_licence",
