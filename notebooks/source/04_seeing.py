@@ -679,7 +679,7 @@ print(count)
 # </details>
 #
 # One more thing that others see: the **names**.
-# The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can put it elsewhere:
+# The contract's `raw_scan` is relative, without a slash in front, so that it can be moved when your node is started:
 # `--ros-args -r raw_scan:=scan`, or a whole second robot in a namespace of its own.
 # With `/raw_scan` you would decide that for everyone.
 #
@@ -723,7 +723,7 @@ axes.invert_yaxis()
 # ### Part 2's files
 #
 # First a file that you are given: it declares a node's parameters.
-# In notebook 08 you write it anew, so that it refuses nonsense.
+# In notebook 08 you replace it by one that refuses nonsense.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/utils/settings.py
