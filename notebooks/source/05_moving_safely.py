@@ -485,7 +485,7 @@ tries({
 # Why may it turn in place at 0.4 m from a wall? Otherwise it could never turn away from it.
 #
 # **Exercise.** `make_safe` is the table from top to bottom.
-# Both kinds of stopping are complete: `STOP`, which is (0, 0), not a `Command` that goes on turning.
+# Both kinds of stopping are complete: they return `STOP`, which is (0, 0), and not a `Command` that goes on turning.
 # Only a command that does not want to drive (`v` is 0) turns in place before an obstacle.
 # What is left at the end is the wanted command within its limits, forwards and backwards: `clamp(value, low, high)`, which you wrote in notebook 03.
 
@@ -899,7 +899,7 @@ class Driver(Node):
 # - `_now` is the time by the **node's clock**, in seconds. With `use_sim_time` that is the simulator's clock (notebook 04). `time.time` knows nothing of it.
 # - `_measured` is the **stamp** of a message, in the same seconds: when the sensor measured, not when the message arrived.
 # - `def __init__(self, **node_options)` takes any named arguments and hands them on, with the same two stars, to `Node`: `super().__init__(...)` runs the `__init__` of the class that this one extends. Without that call there is no node.
-# - `_limits` reads the parameters anew each time, so that a change takes effect at once. `fields(Limits)` gives the names of the dataclass's fields, which are the parameters' names.
+# - `_limits` reads the parameters each time, so that a change takes effect at once. `fields(Limits)` gives the names of the dataclass's fields, which are the parameters' names.
 # - `_on_odom` keeps the pose only if all its numbers are finite: a sum with a NaN in it is NaN.
 #
 # ### Step 1: wire it up
