@@ -39,7 +39,7 @@
 #     ├── action/                    NavigateToPosition.action          (notebook 02)
 #     └── ros2_robot_controller/
 #         ├── driver.py              drives, and stops before walls     (notebook 05)
-#         ├── speed_server.py        takes a speed, tells its status    (notebook 06)
+#         ├── speed_server.py        takes a speed, reports its status  (notebook 06)
 #         ├── navigator.py           <- part 2: the action
 #         ├── robot_controller.py    <- given: starts the new class
 #         └── utils/
@@ -1357,7 +1357,7 @@ check("F9")
 # %% [markdown]
 # <details><summary>Two designs for the feedback, once yours passes</summary>
 #
-# **At a rate of its own.** The timer tells what the last odometry left in `self._pose`.
+# **At a rate of its own.** The timer reports what the last odometry left in `self._pose`.
 #
 # ```python
 # def _give_feedback(self):
@@ -1378,7 +1378,7 @@ check("F9")
 #             NavigateToPosition.Feedback(distance_remaining=self._distance_to(self._goal)))
 # ```
 #
-# The second one never tells an old distance, and falls silent when odometry does, which a client can notice.
+# The second one never reports an old distance, and falls silent when odometry does, which a client can notice.
 # But the rate is then that of the sensor, and the contract names a parameter for it: `fusion_rate`. So the course's package has the first one.
 # </details>
 #
