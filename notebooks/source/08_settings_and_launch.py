@@ -244,7 +244,7 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
 # %% [markdown]
 # The plain name reaches the node only outside every namespace.
 # `**` means any number of namespaces, also none, so `/**/cart` means "a cart, wherever it is", and `/**` every node.
-# In a package write the first of the two: whoever uses it chooses the namespace, and you cannot know which.
+# In a package write the first of the two: its users choose the namespace, and you cannot know which.
 #
 # Two more mistakes, one of which is loud.
 # **Which one?**
@@ -350,7 +350,7 @@ cart.destroy_node()
 #
 # `add_on_set_parameters_callback` asks *before* a change, and its answer decides.
 # Here are two carts with the same callback.
-# One line stands in another place.
+# Only the place of one line differs.
 
 # %%
 from rcl_interfaces.msg import SetParametersResult
@@ -694,8 +694,8 @@ tries({
 #
 # | what | from | after a change |
 # |---|---|---|
-# | the control timer, `self._control_timer`, which calls `self._control` | `laser_processing_rate` | make it anew |
-# | the feedback timer, `self._feedback_timer`, which calls `self._give_feedback` | `fusion_rate` | make it anew |
+# | the control timer, `self._control_timer`, which calls `self._control` | `laser_processing_rate` | make a new one |
+# | the feedback timer, `self._feedback_timer`, which calls `self._give_feedback` | `fusion_rate` | make a new one |
 # | the speed in force, `self._speed` | was within `max_linear_speed` when it was set | keep it within the new limit |
 #
 # The constructor is done, and so is a first try at the speed.
@@ -804,7 +804,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 # %% [markdown]
 # <details><summary>Two designs for the last layer, once yours obeys</summary>
 #
-# **Make anew what has changed.** The course's: an `if` for each timer.
+# **Replace what has changed.** The course's: an `if` for each timer.
 #
 # ```python
 # changed = {parameter.name for parameter in parameters}
@@ -848,7 +848,7 @@ with run_node("sensor_processor", world="open_field") as run:
 # Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and correct it as you have corrected the controller, then run the cell again:
 #
 # - at the end of `__init__`: `self.add_post_set_parameters_callback(self._on_parameters_changed)`;
-# - a method `_on_parameters_changed(self, parameters)` that makes the timer anew when `fusion_frequency` has changed.
+# - a method `_on_parameters_changed(self, parameters)` that makes a new timer when `fusion_frequency` has changed.
 #
 # <details><summary>The method, all but the last line</summary>
 #
@@ -955,7 +955,7 @@ check("I6")
 # | part | what it says |
 # |---|---|
 # | `Node(executable=..., namespace=..., parameters=[...], remappings=[...])` | start this program, under these names, with these settings |
-# | `DeclareLaunchArgument('speed', default_value='0.2')` | whoever starts the file may give a `speed` |
+# | `DeclareLaunchArgument('speed', default_value='0.2')` | `ros2 launch` may be given a `speed` |
 # | `LaunchConfiguration('speed')` | a placeholder for the `speed` that was given |
 #
 # `**cart` hands over the items of a dictionary as named arguments, so `Node(**cart, ...)` is `Node(executable='python3', arguments=['cart.py'], ...)`.
@@ -1234,7 +1234,7 @@ check("I1", "I5")
 #
 # <details><summary><code>ros2 param get</code> says 5 Hz, <code>ros2 topic hz</code> says 10. What happened?</summary>
 #
-# The timer was made with the old rate, and was not made anew.
+# The timer was made with the old rate, and was not replaced.
 # </details>
 #
 # <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>
