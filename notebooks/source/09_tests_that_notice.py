@@ -347,7 +347,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # %% [markdown]
 # <details><summary>One answer</summary>
 #
-# `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: a reading from beyond the lidar's range is no reading.
+# `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: what comes from beyond the lidar's range is not a reading.
 # </details>
 #
 # Some mutants cannot be noticed at all, because the change makes no visible difference: `x < 3` and `x <= 2`, for whole numbers.
@@ -594,7 +594,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "m
 # monkeypatch.setattr(Publisher, 'publish', record)  # what leaves the node is written down
 # ```
 #
-# Two words of pytest: a **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test, and what stands after its `yield` tidies up.
+# Two words of pytest: a **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test, and the lines after its `yield` tidy up.
 # **`monkeypatch`** is a fixture of pytest's own that replaces an attribute for one test, and puts the old one back.
 #
 # The next cell writes the file; JupyterLab shows it folded. Run it (Shift+Enter), and open it (a click on the three dots) when you want to know how one of these works.
@@ -1930,7 +1930,7 @@ check("Q1")
 # > **On a real TurtleBot 4**
 # >
 # > - On a machine with ROS from apt, `ament_flake8` has more plug-ins and asks for more: single quotes, imports in alphabetical order. Your skeletons keep those rules too.
-# > - A bench finds most mistakes and never all. It has no wheels that slip, no battery that sinks, no lidar that is mounted turned by 90°. The first drive on a real robot is slow, and a hand is at the switch.
+# > - A bench finds most mistakes, but never all. It has no wheels that slip, no battery that sinks, no lidar that is mounted turned by 90°. The first drive on a real robot is slow, and a hand is at the switch.
 # > - A recording is a test input: `ros2 bag record /scan /odom` on the day something went wrong, and the next version of your node has to cope with it at your desk.
 #
 # ## Go further
