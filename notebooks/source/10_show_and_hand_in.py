@@ -1088,7 +1088,7 @@ for name in lost:
 # %% [markdown]
 # ## What you can do now
 #
-# That was the last notebook.
+# That was the last notebook with points; [11](11_clinic.ipynb) is a clinic of broken packages, [12](12_frames.ipynb) is about frames.
 # Tick off what you could do tomorrow, without looking it up:
 #
 # - [ ] make a package that builds anywhere, with interfaces of its own (01, 02)
