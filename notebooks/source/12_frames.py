@@ -488,7 +488,7 @@ for wait in (0.0, 0.02, 0.05):
 # ## Odometry drifts
 #
 # The wheels count their turns, and nothing else.
-# Let one of them be a little larger than the program believes: in each metre the robot then turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
+# Let one of them be larger than the program believes, by a small `share`: in each metre the robot then turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
 #
 # By hand, for 1 %: 0.01 / 0.233 m = 0.043 rad/m. After 10 m that is 0.43 rad, **25°**.
 #
