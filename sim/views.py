@@ -89,9 +89,10 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
 
 
 def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None, at: float | None = None) -> View:
-    """Return the map of a run beside its speeds and distances over simulated time, without panels where nothing happens.
+    """Return the map of a run beside its speeds and distances over simulated time.
 
-    `at` (s) is the moment that the map shows; thresholds (name -> m) are drawn into the distances.
+    `at` (s) is the moment that the map shows; thresholds (name -> m) are drawn into the distances. A panel in which
+    nothing happens is not drawn.
     """
     figure = View(figsize=(13.0, 6.0), layout="constrained")
     plan, speed, turn, distance = _map_and_lines(figure, recording)

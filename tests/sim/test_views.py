@@ -83,14 +83,14 @@ def test_the_names_of_thresholds_stand_where_no_line_crosses_them(crash: Recordi
     (0.5, load_world("wall_ahead"), {"v (m/s)", "omega (rad/s)", "distance (m)"}),
 ])  # fmt: skip
 def test_a_panel_in_which_nothing_happens_is_not_drawn(omega: float, world: World, panels: set[str]) -> None:
-    run = drive(Simulator(world), lambda seen: Twist(0.2, omega), 1.0)
+    run = drive(Simulator(world), lambda _: Twist(0.2, omega), 1.0)
     rest = {"x (m)", "y (m)", "simulated time (s)"}
     assert labels(run_view(run)) == rest | panels
     assert labels(compare_view(run, run)) == rest | {name.replace("distance", "closest reading") for name in panels}
 
 
 def test_a_goal_is_drawn_above_the_robot_that_stands_on_it() -> None:
-    run = drive(Simulator(World("there", goals=(Pose(0.1, 0.0),))), lambda seen: Twist(0.2, 0.0), 1.0)
+    run = drive(Simulator(World("there", goals=(Pose(0.1, 0.0),))), lambda _: Twist(0.2, 0.0), 1.0)
     (axes,) = map_view(run).axes
     (goal,) = [line for line in axes.get_lines() if line.get_marker() == "*"]
     assert goal.get_zorder() > max(patch.get_zorder() for patch in axes.patches)
