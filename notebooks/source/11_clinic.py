@@ -29,7 +29,7 @@
 # - say which tool answers which question: the graph of nodes and topics, `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
 # - show that a cure cures, and that it breaks nothing else.
 #
-# **Time:** 90 to 180 minutes, 5 to 20 for each case; they can be treated on different days, in any order.
+# **Time:** 90 to 240 minutes, 5 to 25 for each case; they can be treated on different days, in any order.
 #
 # The patient on the table is a whole package:
 #
@@ -184,7 +184,7 @@ check("C2", diagnosis)
 admit("C3")
 
 # %% [markdown]
-# **What will the two commands say**, if the complaint is right?
+# **Predict:** what will the two commands say, if the complaint is right?
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a list may still lack a name that has just come up.
