@@ -20,6 +20,7 @@ from typing import Any
 
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import parse
+from grader.notebook import alt_text
 from grader.notebook.workspace import course
 from grader.words import say
 
@@ -175,6 +176,7 @@ def _time_limit() -> Iterator[None]:
 def _draw(found: Matrix) -> None:
     import matplotlib.pyplot as plt
     import numpy as np
+    from IPython import get_ipython
     from matplotlib.colors import ListedColormap
 
     rows, columns = len(found.mutants), len(found.tests)
@@ -189,4 +191,5 @@ def _draw(found: Matrix) -> None:
         ylabel=say("line and mistake"),
         title=say("{n} of {rows} mutants noticed (green)", n=seen.any(axis=1).sum(), rows=rows),
     )
+    alt_text.describe_figures(get_ipython())  # the hook after the cell is too late for a kernel's first figure
     plt.show()

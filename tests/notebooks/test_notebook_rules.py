@@ -61,6 +61,7 @@ VIOLATIONS = [
     ("folds_are_closed", "Three.</details>", "Three."),
     ("exercises_are_checked_and_hinted", "<summary>Hint 3</summary>", "<summary>More</summary>"),
     ("exercises_are_checked_and_hinted", '# %% tags=["check"]\ncheck("I3")', "# %%\n1"),
+    ("designs_are_left_to_the_learner", '# %% tags=["exercise"]', '# %% tags=["exercise", "design"]'),
     ("tags_fit_the_cells", '# %% tags=["check"]', "# %%"),
     ("pieces_are_tried_and_hinted", "# %%\n# The piece, tried", "# %% [markdown]\n# The piece, tried"),
     ("pieces_are_tried_and_hinted", '# %% tags=["piece"]', '# %% tags=["piece", "design"]'),
@@ -153,6 +154,7 @@ def test_a_students_notebook_with_an_output_breaks_the_rule(example: Path):
         ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="wrote /home/me/ws/x")),
         ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="[INFO] [1763731234.123456789] [node]: on")),
         ("outputs_name_no_machine", nbformat.v4.new_output("display_data", data={"text/html": "<p>/tmp/x</p>"})),
+        ("pictures_are_said_in_words", nbformat.v4.new_output("display_data", data={"image/png": "iVBORw0K"})),
     ],
 )
 def test_an_output_breaks_the_rule(name: str, output: nbformat.NotebookNode, example: Path):
