@@ -52,6 +52,23 @@ begin("11")
 # %% [markdown]
 # (If that says that files are missing, never mind: each patient brings its own.)
 #
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 04: <code>ros2 topic list</code> shows the topic, and a subscriber hears nothing. Name two reasons.</summary>
+#
+# The two ends want different qualities of service. Or the name is another one: a namespace, a remapping, a missing slash.
+# </details>
+# <details><summary>Notebook 05: while one callback sleeps for 0.3 s, what happens to the others?</summary>
+#
+# They wait: there is one thread. Scans queue up, and the oldest are dropped.
+# </details>
+# <details><summary>Notebook 08: a parameter file is read without an error and changes nothing. What do you look at?</summary>
+#
+# Its first key: the node's name with its namespace, or `/**`. A key that fits no node is no error.
+# </details>
+#
 # ## How a case goes
 #
 # 1. `admit("C1")` lays the patient out. If you have treated it before, it comes back as you left it; `admit("C1", fresh=True)` begins anew.
