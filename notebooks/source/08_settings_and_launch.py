@@ -1193,16 +1193,18 @@ check("I1", "I5")
 # (On a web page it is a picture. The film below shows the drive.)
 
 # %%
-from sim import Box, World
+from sim import Box, World, room
 from sim.film import Film
 
-floor = World("a box in the way", obstacles=(Box((2.0, 0.0), (0.2, 0.6), name="box"),))
+walls = room((-0.7, -1.2), (3.0, 1.2))
+floor = World("a box in the way", obstacles=(*walls, Box((2.0, 0.0), (0.2, 0.6), name="box")))
 run = run_node(launch="robot_controller_launch.py", world=floor)
+run.drive(0.5)
 live = run.live()
 live
 
 # %% [markdown]
-# Now it gets a speed, and seven seconds.
+# Now give it a speed, and seven seconds.
 #
 # **Predict:** how far from the box will it stop, and which line of which file says so?
 
@@ -1213,6 +1215,8 @@ live.run(7.0)
 
 # %% [markdown]
 # Half a metre, says `config/robot_params.yaml`.
+# (The view's *clearance* counts from the hull, so it shows 0.171 m less.)
+#
 # **What will the robot do** when you change that while it stands there?
 
 # %%
@@ -1234,7 +1238,7 @@ run.close()
 Film(recording)
 
 # %% [markdown]
-# `sensor_processor` ran beside it and heard no scan, because nobody publishes `raw_scan` here.
+# `sensor_processor` ran beside it and heard no scan, because nobody publishes `raw_scan` here; the first item of *Go further* changes that.
 #
 # ### Windows that others use
 #

@@ -528,7 +528,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 
 # %%
 from grader.notebook import mine, mutant
-from sim import Box, Simulator, Twist, World
+from sim import Box, Simulator, Twist, World, room
 from sim.bridge import to_message
 from sim.live import Live
 
@@ -553,7 +553,8 @@ class Shuttle:
 def watch(motion):
     """Return a live view of a Shuttle with this motion.py."""
     boxes = Box((-1.5, 0.0), (0.3, 0.6), name="rear"), Box((1.5, 0.0), (0.3, 0.6), name="front")
-    return Live(Simulator(World("between two boxes", obstacles=boxes)), driver=Shuttle(motion))
+    world = World("between two boxes", obstacles=(*room((-2.0, -0.9), (2.0, 0.9)), *boxes))
+    return Live(Simulator(world), driver=Shuttle(motion))
 
 
 watch(mine("utils.motion"))

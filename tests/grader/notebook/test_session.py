@@ -493,7 +493,7 @@ run = run_node(launch="robot_controller_launch.py")
 report(trouble=run.trouble, moved=run.drive(1.0).x[-1])
 """,
     )
-    assert facts["trouble"].startswith("robot_controller_launch.py ended before robot_controller came up")
+    assert facts["trouble"].startswith("robot_controller_launch.py ended before a node came up")
     assert facts["moved"] == 0.0
 
 
