@@ -521,7 +521,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "s
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
 
 # %% [markdown]
-# A grey row is a robot that all your tests have passed.
+# A grey row is a robot that passes all your tests so far.
 # Let it drive.
 # `Shuttle` goes to and fro between two boxes, backwards first: it drives until `make_safe` stops it, then the other way.
 # This is your own file, with no mistake in it; in Jupyter you see it live, and can drag the boxes.
@@ -570,11 +570,9 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 # %% [markdown]
 # It looks ahead while it drives backwards, so it does not see the box.
 # Nearer than 0.2 m the emergency stop acts, too late and for good: whatever is wanted, it never moves again.
-# All your tests pass on this robot.
+# The next table closes the gap.
 #
 # **Change one thing:** another row, or another function. A mutant that stands still is noticed on the first day; which of them would pass a demonstration?
-#
-# The next table closes the gap.
 #
 # #### Table 3: stop, or stop everything
 #
