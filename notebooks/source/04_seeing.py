@@ -16,16 +16,16 @@
 # ![At the left a robot's lidar scan on the map, at the right the distance to a moving cart over time: the true distance as a line, the closest valid reading as points on it](pictures/04.png)
 #
 # Your robot gets eyes: a lidar that sends 360 distances, ten times a second.
-# Some of them are no distances at all.
-# Beside it an inertial sensor reports a hundred times a second, and a battery once.
-# Today you write the first node that works: it listens to all three and says, twenty times a second, how near the nearest thing is and how the robot is doing.
+# Some of them are not distances at all.
+# An inertial sensor reports a hundred times a second, and a battery once.
+# Today you write the first node that does real work: it listens to all three and says, twenty times a second, how near the nearest thing is and how the robot is doing.
 #
 # **You will be able to**
 #
 # - read a laser scan: which beam looks where, in whose frame, and which readings mean nothing;
 # - see why a subscriber hears nothing although the topic is there, and cure it;
 # - bring sensors of different rates together in one message, at a rate of your choice;
-# - tell simulated time from wall time, and keep your node out of the wrong one;
+# - tell simulated time from wall time, and keep your node on the right one;
 # - warn once, and not a hundred times.
 #
 # **Time:** three parts, with a day between two of them if you like.
@@ -144,13 +144,13 @@ live
 # %% [markdown]
 # (Where no kernel runs you see a picture.)
 #
-# Many a program says "ahead is beam 180", because it was so on one robot.
+# Many programs take beam 180 for "ahead", because it was so on one robot.
 # Other drivers start at angle 0 and go once round.
 # So: take the *angle* of a beam, never its number.
 #
 # ## Whose ahead?
 #
-# Even the angle is only half of the truth.
+# Even the angle is only half the truth.
 # It is measured from the x axis of the *lidar*, and the lidar is bolted to the robot in some way.
 # On a TurtleBot 4 it is turned by 90° to the left.
 # Here is one that stands 2 m in front of a wall.
@@ -167,12 +167,12 @@ for degrees in (0, 90, -90):
 # %% [markdown]
 # `inf`: nothing there.
 # The wall is at -90°, to the *right* of the lidar; a program that takes angle 0 for "ahead" looks to the left of this robot and drives into the wall.
-# And the wall is 2.06 m from the lidar: it does not sit in the robot's centre.
+# And the reading is not 2.00 m: the lidar is 4 cm behind the robot's centre, and the rest is noise.
 #
 # For this, every message with places or directions says in `header.frame_id` whose axes it uses, and ROS knows how the frames are placed relative to each other.
 # Such a placement is called a **transform**: a shift and a rotation.
 # The library **tf2** collects them from the topics `/tf` and `/tf_static`, and `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints one.
-# There is no wheel of tf2 for Python, so this kit does not have it; but it only does arithmetic that you can do, too, and in notebook 12 you will.
+# There is no Python wheel of tf2, so this kit does not have it; but tf2 only does arithmetic that you can do, too, and in notebook 12 you will.
 #
 # On a TurtleBot 4 Standard the transform from the robot's centre, `base_link`, to its lidar is: 4 cm back (x = -0.04 m), and turned by 90° to the left.
 # (On a TurtleBot 4 Lite: 0.4 cm forward, turned by the same 90°.)
@@ -212,7 +212,7 @@ for degrees, distance in ((-90, 2.04), (0, 1.0), (90, 1.0), (180, 1.0)):
 
 # %% [markdown]
 # "Should be discarded": by you.
-# These are the values that occur and mean no distance, in simulation as on real robots:
+# These values occur, in simulation and on real robots, and none of them is a distance:
 #
 # | reading | what it means |
 # |---|---|
@@ -447,7 +447,7 @@ again = drive(Simulator(load_world("wall_ahead")), careful, 8.0)
 print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]:.2f} m")
 
 # %% [markdown]
-# Look for no contact and about 0.3 m.
+# You should see no contacts, and about 0.3 m.
 #
 # ### Exercise 3: ahead and behind
 #
@@ -589,7 +589,7 @@ print("heard:", heard)
 # %% [markdown]
 # ## Be seen on the graph
 #
-# A publisher and a subscriber find each other if three things fit.
+# A publisher and a subscriber are connected if three things match.
 # Two you know from notebook 02: the name of the topic and the *name* of the type (not its hash: different hashes are joined all the same, which is why swapped fields are read in silence).
 # The third is the **quality of service**, QoS: what each of them promises, or asks for.
 #
@@ -652,7 +652,7 @@ print(count)
 # | reliable | reliable | every message arrives |
 # | reliable | best effort | messages arrive |
 # | best effort | best effort | messages arrive |
-# | best effort | reliable | **nothing, in silence** |
+# | best effort | reliable | **nothing**, and no error |
 #
 # So a node that should work on every robot asks for little and offers much:
 # sensors are subscribed with `qos_profile_sensor_data` (best effort, the last 5), results are published reliable, with `10`.
@@ -679,7 +679,7 @@ print(count)
 # </details>
 #
 # One more thing that others see: the **names**.
-# The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can put it elsewhere:
+# The contract's `raw_scan` is relative, without a slash in front, so that it can be moved when your node is started:
 # `--ros-args -r raw_scan:=scan`, or a whole second robot in a namespace of its own.
 # With `/raw_scan` you would decide that for everyone.
 #
@@ -718,12 +718,12 @@ axes.invert_yaxis()
 #
 # The third way is the usual one: the rate is yours.
 # Its price is age: what you say about the scan is up to 0.1 s old, and about the battery up to a second.
-# For a battery that is nothing; for a wall at 0.5 m/s it is 5 cm.
+# For a battery that is nothing; for a wall that comes nearer at 0.5 m/s it is 5 cm.
 #
 # ### Part 2's files
 #
 # First a file that you are given: it declares a node's parameters.
-# In notebook 08 you write it anew, so that it refuses nonsense.
+# In notebook 08 you replace it by one that refuses nonsense.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/utils/settings.py
@@ -940,7 +940,7 @@ print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 
 # %% [markdown]
 # At one message a second the first version gives 60 a minute, and no one reads a log like that.
-# The second remembers the last state, and still chatters while the number trembles.
+# The second remembers the last state, and still chatters while the number goes up and down.
 # Better: once on, the alarm goes off again only *well* above the threshold. This is called hysteresis, and with 2 % of it (`HYSTERESIS_PERCENT`) the alarm sounds once here.
 #
 # Write `alarm_state`: is the alarm on now, given whether it was on, the percentage and the threshold?
@@ -1150,8 +1150,8 @@ tries(
 # ## Publish at a rate
 #
 # The pattern is short; here it is in a node that has nothing to do with robots.
-# A thermometer reports dozens of times a second, this node tells the temperature five times a second.
-# **How many of the reports will it have told after one second, and which?**
+# A thermometer reports dozens of times a second, and this node passes the temperature on five times a second.
+# **How many of the reports will it have passed on after one second, and which ones?**
 
 # %% tags=["nbval-ignore-output"]
 # How many messages fit into a second depends on the machine.
@@ -1200,7 +1200,7 @@ weather.destroy_node()
 # Two more sentences of the contract, requirement **F13**:
 #
 # - "once a scan has been seen, and not before": what would you say about the closest obstacle before you have looked? `inf` means "nothing is near", and that would be a lie. So `self._closest` is `None` until the first scan, and `_fuse` then returns at once.
-# - "stamp from the node's clock, frame `base_link`": `header.stamp` says *when*, `header.frame_id` in *whose axes*. Without a stamp no one can tell a fresh message from one that hung in a queue. The stamp is `self.get_clock().now().to_msg()`.
+# - "stamp from the node's clock, frame `base_link`": `header.stamp` says *when*, `header.frame_id` in *whose axes*. Without a stamp no one can tell a fresh message from one that was stuck in a queue. The stamp is `self.get_clock().now().to_msg()`.
 #
 # Make a `SensorFusionData`, fill its header and its four fields from what is remembered, publish it on `self._fused`; then publish `Float32(data=…)` with the closest reading on `self._distance`.
 
@@ -1395,11 +1395,11 @@ for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
 # %% [markdown]
-# Where your points leave the line, look closer: a scan comes ten times a second, so your points come in pairs; and each reading trembles by half a percent, so the *smallest* of many lies a little too low.
+# Where your points leave the line, look closer: a scan comes ten times a second, so your points come in pairs; and each reading varies by half a percent, so the *smallest* of many is a little too low.
 # The battery reports once a second, so its step comes late.
 #
 # **Move the sliders.** A wall stands 0.52 m away; the alarm sounds below 0.5 m.
-# With which noise does it flicker, and what have the many beams to do with it?
+# At which noise does it flicker, and what do the many beams have to do with it?
 
 # %%
 from grader.notebook.sliders import slide
@@ -1422,7 +1422,7 @@ slide(trembling, noise_percent=(0.0, 3.0, 0.5), beams=(1.0, 61.0, 25.0))
 
 # %% [markdown]
 # The smallest of many numbers is a pessimist: the more beams, the lower it lies.
-# One threshold to go in and a higher one to come out (*hysteresis*, as for the battery's alarm) keeps a flag from flickering.
+# One threshold that switches a flag on and a higher one that switches it off (*hysteresis*, as for the battery's alarm) keep it from flickering.
 #
 # What did the node say, and how often?
 
@@ -1511,7 +1511,8 @@ print("fired by /clock:   ", fired["by /clock"])
 print("fired by the wall:", len(fired["by the wall"]), "times")
 
 # %% [markdown]
-# Ten against one or two, not counting the very first: before the first message on `/clock` such a node believes that it is second 0, and then a hundred seconds pass at once.
+# By `/clock` the timer fires ten times; by the wall, once for each second that you waited.
+# The very first time does not count: before the first message on `/clock` such a node believes that it is second 0, and then a hundred seconds pass at once.
 # (So never use the time before the first message of `/clock`, and be ready for a jump.)
 #
 # In a simulation that runs ten times as fast, a node of the second kind does its work ten times too seldom, and in a slow one too often.
@@ -1525,12 +1526,12 @@ years = (time.time() - seconds(by_clock)) / 3600 / 24 / 365.25
 print(f"time.time() is ahead of it by {years:.0f} years")
 
 # %% [markdown]
-# A message stamped with `time.time()` comes from half a century ahead of all others.
+# A message stamped with `time.time()` is half a century ahead of all others.
 # A node that waits for data "not older than half a second" waits for ever, or takes everything.
 #
 # Requirement **I7** asks that timers and stamps of *both* nodes follow `/clock`.
 # Your sensor processor does if it uses `create_timer` and `get_clock`, and the check asks it today; in notebook 05, when the controller has a timer, it asks both.
-# More: [Clock and Time](https://design.ros2.org/articles/clock_and_time.html), the article in which ROS 2's clocks were decided.
+# More: [Clock and Time](https://design.ros2.org/articles/clock_and_time.html), the article that explains why ROS 2's clocks are as they are.
 
 # %% tags=["check"]
 check("I7")
@@ -1580,7 +1581,7 @@ rclpy.try_shutdown()
 #
 # <details><summary>The topic is listed, the types agree, nothing arrives. What do you type?</summary>
 #
-# `ros2 topic info -v /topic`, and compare the lines "Reliability": best effort offered and reliable requested gives nothing.
+# `ros2 topic info -v /topic`, and compare the lines "Reliability": best effort offered and reliable requested gives nothing. Then "Durability": volatile offered and transient local requested gives nothing either.
 # </details>
 #
 # <details><summary>Why does the node say nothing before the first scan, and not <code>inf</code>?</summary>

@@ -72,7 +72,7 @@ begin("05")
 # </details>
 # <details><summary>Notebook 03: what does <code>clamp(v, low, high)</code> do with a NaN?</summary>
 #
-# Yours hands the NaN on, and does not hide it. (`max(low, min(high, v))` would make `high` of it: full speed.) So ask `math.isfinite` where a number comes in.
+# Yours returns the NaN, and does not hide it. (`max(low, min(high, v))` would turn it into `high`: full speed.) So ask `math.isfinite` where a number comes in.
 # </details>
 
 # %% [markdown]
@@ -226,7 +226,7 @@ slide(room_left, delay=(0.0, 1.0, 0.4), brake=(0.5, 5.5, 5.0))
 #
 # The next cell writes the file's skeleton: two small classes, and six functions that do nothing yet.
 # Read the classes, run the cell, and leave the functions: they come one at a time.
-# (`%%writefile` makes no folders, so the first line does, in case you begin here.)
+# (The `mkdir` makes the file's folder, in case you begin here.)
 
 # %%
 # !mkdir -p ros2_robot_controller/utils
@@ -357,7 +357,7 @@ axes.legend(loc="lower right");
 # Beyond 60 degrees that is nearer than 0.171 m / sin 60° = 0.197 m, and below 0.2 m the robot stops for anything, wherever it is.)
 #
 # When the robot drives backwards, the sector points backwards too.
-# A negative speed with an eye on the front ends in the wall behind.
+# A robot that drives backwards and looks only ahead ends in the wall behind it.
 # Your `scans.py` has the three numbers that matter: `near.ahead`, `near.behind` and `near.anywhere`, in metres.
 #
 # **Exercise.** Two functions, each a choice and a comparison:
@@ -382,7 +382,7 @@ def clearance(near: Proximity, v: float) -> float:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# At the sign of `v`. And `obstacle_in_way` need not ask for the sign: `clearance` has done that.
+# At the sign of `v`. `obstacle_in_way` does not have to look at it: `clearance` has done that.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
@@ -485,7 +485,7 @@ tries({
 # Why may it turn in place at 0.4 m from a wall? Otherwise it could never turn away from it.
 #
 # **Exercise.** `make_safe` is the table from top to bottom.
-# Both kinds of stopping are complete: `STOP`, which is (0, 0), not a `Command` that goes on turning.
+# Both kinds of stopping are complete: they return `STOP`, which is (0, 0), and not a `Command` that goes on turning.
 # Only a command that does not want to drive (`v` is 0) turns in place before an obstacle.
 # What is left at the end is the wanted command within its limits, forwards and backwards: `clamp(value, low, high)`, which you wrote in notebook 03.
 
@@ -625,8 +625,8 @@ tries({
 # ### Look at it, and drag a box in front of it
 #
 # All numbers at once.
-# The left plot should be flat at 0.5 m/s, fall, and be zero left of the threshold.
-# The right one climbs, drops at once, and climbs downwards.
+# From right to left, the left plot should be flat at 0.5 m/s, fall to 0.1 m/s, and be zero below the threshold.
+# The right one climbs step by step, drops to zero at once, and then goes down step by step.
 
 # %%
 def show_motion(motion):
@@ -684,7 +684,7 @@ except AttributeError as missing:
 
 # %% [markdown]
 # It slows down, it stops, and it drives on as soon as the way is free.
-# That is the whole of what is safe.
+# That is all there is to what is safe.
 # What is missing is a node: something that gets scans from a topic, and speaks often enough.
 #
 # If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
@@ -774,7 +774,7 @@ ticker.destroy_node()
 
 # %% [markdown]
 # A timer does nothing by itself: an executor has to spin.
-# What falls due while nothing spins is not made up for, either: a timer that is late is called once, and then on time again.
+# Calls that fall due while nothing spins are not made up for, either: a timer that is late is called once, and then on time again.
 #
 # **Change one thing:** make the timer's period `1 / 20.0` and run both cells again.
 #
@@ -899,13 +899,13 @@ class Driver(Node):
 # - `_now` is the time by the **node's clock**, in seconds. With `use_sim_time` that is the simulator's clock (notebook 04). `time.time` knows nothing of it.
 # - `_measured` is the **stamp** of a message, in the same seconds: when the sensor measured, not when the message arrived.
 # - `def __init__(self, **node_options)` takes any named arguments and hands them on, with the same two stars, to `Node`: `super().__init__(...)` runs the `__init__` of the class that this one extends. Without that call there is no node.
-# - `_limits` reads the parameters anew each time, so that a change takes effect at once. `fields(Limits)` gives the names of the dataclass's fields, which are the parameters' names.
+# - `_limits` reads the parameters each time, so that a change takes effect at once. `fields(Limits)` gives the names of the dataclass's fields, which are the parameters' names.
 # - `_on_odom` keeps the pose only if all its numbers are finite: a sum with a NaN in it is NaN.
 #
 # ### Step 1: wire it up
 #
 # A node is connected in `__init__`.
-# You did this in notebook 04 for the sensor processor; here are the four lines' forms again:
+# You did this in notebook 04 for the sensor processor; here are the three forms again:
 #
 # | what | form |
 # |---|---|
@@ -1119,10 +1119,10 @@ tries({
 # So the scan's callback publishes a stop at once, if one is needed.
 #
 # **Exercise.** `_on_scan` keeps two things: `measure_proximity(scan)` in `self._near`, and when it was measured, `self._measured(scan.header)`, in `self._scan_time`.
-# **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it by `self._now()` on arrival, and how old by its stamp?
+# **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it if you count from its arrival, and how old by its stamp?
 # By its arrival it counts as new, and the robot drives on by what was true 0.6 s ago. By its stamp it is old, and the robot stops.
 #
-# Then: if `make_safe` makes `STOP` of the last command, and the last command was not `STOP` already, publish `STOP`.
+# Then: if `make_safe` turns the last command into `STOP`, and the last command was not `STOP` already, publish `STOP`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
@@ -1251,7 +1251,7 @@ else:
 
 # %% [markdown]
 # The grader asks the same at several speeds, forwards and backwards, creeping, and past a pole at the edge of the sector.
-# F6 is from notebook 04: readings that are none must neither stop the robot nor hide a wall.
+# F6 is from notebook 04: readings that are not distances must neither stop the robot nor hide a wall.
 
 # %% tags=["check"]
 check("F4", "F6")
@@ -1381,7 +1381,7 @@ class Sleeper(Node):
 # %% [markdown]
 # `feed_scans` spins it while a lidar sends 15 scans, ten a second.
 #
-# **Predict:** with a pause of 0.3 s, how many scans does the node get, and how old is the oldest when it looks at it?
+# **Predict:** with a pause of 0.3 s, how many scans does the node get, and how old is the oldest of them when its callback runs?
 
 # %% tags=["nbval-ignore-output"]
 # Wall time is measured, so the numbers differ a little from run to run.
@@ -1429,7 +1429,7 @@ except (NameError, AttributeError):
 # So in a callback there is no `time.sleep`, no waiting for an answer, no loop "until it is there".
 # Remember what you need in `self`, return, and let the timer ask again.
 #
-# Requirement Q4 reads your code for this and four more habits:
+# Requirement Q4 reads your code for this and five more habits:
 #
 # | habit | what it costs |
 # |---|---|
@@ -1447,11 +1447,11 @@ except (NameError, AttributeError):
 #
 # It is not part of the kit; `pip install mypy` in an environment of your own, then `mypy --ignore-missing-imports ros2_robot_controller` (rclpy's messages have no types that it could read).
 #
-# **Which of the five habits** could a tool not find that only reads the types?
+# **Which of the five habits** in the table escape a tool that only reads the types?
 #
 # <details><summary>Answer</summary>
 #
-# All but the missing annotations: `mypy --disallow-untyped-defs` names those. For the others there are linters (notebook 09), and for the number that should be a parameter somebody has to know the contract.
+# All but the missing annotations: `mypy --disallow-untyped-defs` names those. For the others there are linters (notebook 09), except for the number that should be a parameter: to find that one, you have to know the contract.
 # </details>
 
 # %% tags=["check"]
@@ -1505,7 +1505,7 @@ for attempt in range(3):
 #
 # It is a race: now and then the signal meets the node inside a callback, and the zero gets out.
 # It works on your desk and fails in the corridor.
-# And the robot? The course's robot drives on at 0.3 m/s, as you saw at the top of this part.
+# And the robot? The course's robot drives on at 0.3 m/s, as you saw at the top of part 2.
 #
 # ### The life of an executor
 #
@@ -1664,7 +1664,7 @@ counter.destroy_node()
 # **Piece 3, from the first handler to the exit code.**
 # Two things are missing in `run`:
 #
-# - Signals only take a note: `signal.signal(number, handler)` says what is called when that signal comes. The handler interrupts the program anywhere, so it must not do more than set the event. SIGINT is Ctrl-C, and the first thing that `ros2 launch` sends; SIGTERM is what it and the operating system send next.
+# - A signal only sets the event: `signal.signal(number, handler)` says what is called when that signal comes. The handler interrupts the program anywhere, so it must not do more than set the event. SIGINT is Ctrl-C, and the first thing that `ros2 launch` sends; SIGTERM is what it and the operating system send next.
 # - rclpy leaves the signals alone: `rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)`.
 #
 # The rest is there.
@@ -1729,16 +1729,16 @@ check("I8")
 # %% [markdown]
 # > **On a real TurtleBot 4**
 # >
-# > - `cmd_vel` is a `TwistStamped` there on Jazzy: a command with a time of its own, so that a late one can be told. Its base, the Create 3, still takes a plain `Twist` on its own `cmd_vel`, beside `cmd_vel_stamped`.
+# > - `cmd_vel` is a `TwistStamped` there on Jazzy: a command with a stamp, so that one that arrives late can be recognised. Its base, the Create 3, still takes a plain `Twist` on its own `cmd_vel`, beside `cmd_vel_stamped`.
 # > - It stops by itself 0.5 s after the last command. That is the real safety net: no program gets a last word in a power cut, or after `kill -9`.
 # > - It drives 0.306 m/s at most, and brakes with 0.9 m/s².
 # > - Its lidar is turned by 90 degrees, so *ahead* is not angle 0 there (notebook 04). It sits behind the centre, so the front of the hull is further from it than the back: an emergency distance of 0.2 m would come too late. Measure yours; the Standard and the Lite carry it in different places.
-# > - It does not like to drive backwards: beyond a few centimetres more than it came forward it refuses.
+# > - It hardly drives backwards, because it cannot see a step down there: after a few centimetres more than it came forward it refuses.
 
 # %% [markdown]
 # ## Go further
 #
-# - **A threshold that flickers.** At 0.5 m exactly the noise of the lidar makes the flag go on and off. Two thresholds, one to go in and a higher one to come out, cure that. It is called *hysteresis*. Why does the slow-down hide most of it here?
+# - **A threshold that flickers.** At 0.5 m exactly the noise of the lidar makes the flag go on and off. Two thresholds, one that switches it on and a higher one that switches it off, cure that. It is called *hysteresis*. Why does the slow-down hide most of it here?
 # - **Name the weakest link.** For `stop_distance` every part of the delay counts: the scan's period, the callback that is just running, the timer, the radio. Measure one with `ros2 topic delay /scan`.
 # - In the ROS 2 documentation: *Executors* under *Concepts*.
 

@@ -22,7 +22,7 @@
 # You will be able to
 #
 # - steer a robot to a place, and say why it turns first and slows down at the end;
-# - work out how strongly it may steer before it sways;
+# - work out how strongly it may steer before it oscillates;
 # - offer an action: goal, feedback, result, cancel;
 # - write a callback that waits without blocking the others;
 # - send goals from Python, from the command line, and by a click on the map.
@@ -39,7 +39,7 @@
 #     ├── action/                    NavigateToPosition.action          (notebook 02)
 #     └── ros2_robot_controller/
 #         ├── driver.py              drives, and stops before walls     (notebook 05)
-#         ├── speed_server.py        takes a speed, tells its status    (notebook 06)
+#         ├── speed_server.py        takes a speed, reports its status  (notebook 06)
 #         ├── navigator.py           <- part 2: the action
 #         ├── robot_controller.py    <- given: starts the new class
 #         └── utils/
@@ -62,13 +62,13 @@ begin("07")
 #
 # What is wanted? What of it is safe? What can the robot reach in this step? Today only the first one gets another answer.
 # </details>
-# <details><summary>Notebook 03: the robot looks to 179°, the target lies at −179°. By which angle is it off?</summary>
+# <details><summary>Notebook 03: the robot faces 179°, the target lies at −179°. By which angle is it off?</summary>
 #
-# By +2°: the difference, −358°, is normalized into the half-open interval.
+# By +2°: the difference, −358°, is normalized into (−180°, 180°].
 # </details>
 # <details><summary>Notebook 06: a service's callback waits for an answer from the same node. Why does it wait for ever?</summary>
 #
-# The one thread sits in the callback, so the answer cannot be taken in. `await` frees the thread; a second callback group lets the answer in.
+# The one thread is busy in the callback, so the answer cannot be taken in. `await` frees the thread; a second callback group lets the answer in.
 # </details>
 
 # %% [markdown]
@@ -79,7 +79,7 @@ begin("07")
 # ### Where is it?
 #
 # The robot knows its place from odometry: x, y, and the yaw.
-# It stands at (1, 1) and looks along +y, so its yaw is 90 degrees.
+# It stands at (1, 1) and faces along +y, so its yaw is 90 degrees.
 # The target is at (3, 2).
 #
 # By hand:
@@ -108,7 +108,7 @@ print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 
 # %% [markdown]
 # `normalize_angle` is the one that you wrote in notebook 03; here it is the simulator's.
-# Without it a robot that looks to 179 degrees and wants to −179 would turn by 358.
+# Without it a robot that faces 179 degrees and should face −179 would turn by 358.
 #
 # ### How strongly to steer
 #
@@ -157,7 +157,7 @@ axes.grid(alpha=0.3)
 axes.legend();
 
 # %% [markdown]
-# With 10 the robot sways to and fro; with 5 it overshoots; with 1.5 it is a little slow, and calm.
+# With 10 the robot oscillates; with 5 it overshoots; with 1.5 it is a little slow, and calm.
 # A rule of thumb: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
 # `TURN_GAIN` is 1.5 rad/s per rad.
 #
@@ -186,7 +186,7 @@ slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
 #
 # Why not drive and turn at the same time?
 #
-# **Predict:** the target lies half a metre to the left. The robot drives at 0.5 m/s and turns at up to 1 rad/s towards it.
+# **Predict:** the target lies half a metre to the left. The robot drives at 0.5 m/s and turns at up to 1 rad/s towards it. What does its path look like?
 
 # %%
 TARGET = (0.0, 0.5)
@@ -258,8 +258,8 @@ axes.legend();
 
 # %% [markdown]
 # At 0.5 m/s it moves 5 cm from one step of the control loop to the next.
-# The zone is 4 cm wide, so it jumped over it, had to turn right round, and came back.
-# With a speed that falls with the distance it never does.
+# The zone is 4 cm wide, so the robot jumped over it, had to turn right round, and came back.
+# With a speed that falls with the distance that never happens.
 #
 # ### A file in four steps
 #
@@ -444,7 +444,7 @@ except AttributeError:
 # The caller gives a `tolerance`, say 0.1 m.
 # Do not stop at 0.1 m: odometry is not quite where the robot is, and the result is measured by where it *is*.
 # Drive on to `ARRIVAL_SHARE`, half the tolerance, or to `ARRIVAL_M`, 5 cm, if that is less.
-# Only if an obstacle ends the way (`blocked`), within the tolerance will do.
+# Only if an obstacle is in the way (`blocked`), being within the tolerance is enough.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/steering.py
@@ -657,6 +657,8 @@ for node in (talker, person):
     node.destroy_node()
 
 # %% [markdown]
+# The goal is accepted before `execute` begins, but you may see its first feedback earlier: feedback is a topic, the answer comes from a service, and nothing keeps the two in order.
+#
 # `run.go_to(x, y)`, further down, is such a client; and in notebook 09 you write one for a test.
 #
 # ### Wait without blocking
@@ -707,7 +709,7 @@ print(send_and_cancel(sleeping, cancel_callback=accept))
 # A second thread is the textbook's cure.
 # Then two callbacks change `self` at the same time, and you need locks.
 # The better cure is not to wait, but to say what you wait for, and step aside.
-# `server.over` is a future; a timer of that node looks ten times a second whether the goal is over, and if so completes it:
+# `server.over` is a future; ten times a second a timer of that node checks whether the goal is over, and if so completes the future:
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
@@ -722,7 +724,7 @@ print(send_and_cancel(awaiting, cancel_callback=accept))
 # %% [markdown]
 # `await` gives the thread back.
 # **Who resumes it?** The executor: an `async def` callback runs as a *task*; at `await` it hands a note to the executor ("call me when this future is done") and returns; whoever calls `set_result` makes the task due, and the executor goes on with it at its next turn, after the `await`.
-# Sensors, timers and cancels go on, and the timer that steers anyway completes the future when the goal is over.
+# Sensors, timers and cancels go on, and the timer that steers can also complete the future when the goal is over.
 # One thread, no locks.
 #
 # **Predict:** the same again, without the `cancel_callback`.
@@ -1237,6 +1239,8 @@ print(went)
 run_view(run.recording)
 
 # %% [markdown]
+# It turns left, the shorter way (135°, not 225°), and arrives after about 7 s. Feedback comes in part 3.
+#
 # F8 asks for targets ahead, beside and behind: within the tolerance by ground truth, a `final_pose` that agrees with odometry, and a robot that stands still afterwards.
 
 # %% tags=["check"]
@@ -1353,7 +1357,7 @@ check("F9")
 # %% [markdown]
 # <details><summary>Two designs for the feedback, once yours passes</summary>
 #
-# **At a rate of its own.** The timer tells what the last odometry left in `self._pose`.
+# **At a rate of its own.** The timer reports what the last odometry left in `self._pose`.
 #
 # ```python
 # def _give_feedback(self):
@@ -1374,12 +1378,12 @@ check("F9")
 #             NavigateToPosition.Feedback(distance_remaining=self._distance_to(self._goal)))
 # ```
 #
-# The second one never tells an old distance, and falls silent when odometry does, which a client can notice.
+# The second one never reports an old distance, and falls silent when odometry does, which a client can notice.
 # But the rate is then that of the sensor, and the contract names a parameter for it: `fusion_rate`. So the course's package has the first one.
 # </details>
 #
 # You see the same in a terminal.
-# `ros2` reads the type from what *you* have built, so this builds where that has not been done in notebooks 02 or 06.
+# `ros2` reads the type from what *you* have built, so the next cell builds the package, unless you did so in notebook 02 or 06.
 
 # %% tags=["nbval-ignore-output"]
 # How long colcon takes differs from run to run.
@@ -1405,7 +1409,7 @@ run.close()
 # F10: a cancelled goal ends as *canceled*, with `success` false, and the robot stands still within 1 s.
 #
 # Two things happen, and they are easily taken for one.
-# `cancel_callback` says whether the wish is *taken*.
+# `cancel_callback` says whether the request is *accepted*.
 # Then your own code has to end the goal and say `handle.canceled()`.
 #
 # **Predict:** what would the status be if `_navigate` called `handle.succeed()` after a cancel?
@@ -1420,7 +1424,7 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 
 # %% [markdown]
 # `handle.succeed()` would make it *succeeded*, and the client would believe that the robot is there.
-# If you call none of the three, the goal is *aborted*, with a warning.
+# If you call none of `succeed`, `canceled` and `abort`, the goal is *aborted*, with a warning.
 
 # %% [markdown]
 # ## When the way is blocked
@@ -1452,7 +1456,7 @@ Film(recording)
 
 # %% [markdown]
 # Did it twitch forward while it stood before the box?
-# Then the lidar's noise read 0.501 m once, and the next scan took it back.
+# Then, with the lidar's noise, one scan read 0.501 m, and the next one stopped the robot again.
 #
 # Turning in place stays allowed before an obstacle, unless something is nearer than the emergency distance.
 # Otherwise a robot before a wall could never turn away from it.
@@ -1474,8 +1478,8 @@ check("I3", "I4", "Q4")
 # %% [markdown]
 # > **On a real TurtleBot 4**
 # >
-# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (To remap the name is no way out: Jazzy does not apply remappings to actions.)
-# > - Odometry drifts: 1 cm in 5 m here, several on a carpet. For goals on a map one needs localisation, which publishes `map` → `odom`.
+# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (Remapping the name does not help: Jazzy does not remap the names of actions.)
+# > - Odometry drifts: 1 cm in 5 m in this simulator, several centimetres on a carpet. For goals on a map you need localisation, which publishes `map` → `odom` (notebook 12).
 # > - Nav2's `NavigateToPose` is the big brother: the same four parts, with a planner, and recoveries when it is blocked.
 # > - Keep a finger on the cancel.
 

@@ -16,7 +16,7 @@
 # ![One launch file starts four nodes in two namespaces; two robots with different settings drive through the slalom](pictures/08.png)
 #
 # Your robot drives, sees, answers and arrives.
-# Three things still annoy whoever has to use it.
+# Three things still annoy the people who use it.
 # Its numbers are in your code.
 # It takes two terminals to start.
 # And when a second robot comes into the room, both listen to the same `cmd_vel`.
@@ -68,11 +68,11 @@ begin("08")
 #
 # <details><summary>Notebook 05: why does <code>_limits()</code> read the parameters in each step, and not once in <code>__init__</code>?</summary>
 #
-# So that a change takes effect at once. A value that was copied is a photograph.
+# So that a change takes effect at once. A copied value stays as it was.
 # </details>
 # <details><summary>Notebook 07: a goal runs, and the client cancels. Which two things must your node do?</summary>
 #
-# Take the cancel (`cancel_callback`), and end the goal itself with `handle.canceled()`.
+# Accept the cancel (`cancel_callback`), and end the goal itself with `handle.canceled()`.
 # </details>
 # <details><summary>Notebook 04: why is the topic called <code>raw_scan</code> in your code, and not <code>/raw_scan</code>?</summary>
 #
@@ -132,7 +132,7 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 # !ros2 param list /cart
 
 # %% [markdown]
-# Four: every node has `use_sim_time`, which you know from notebook 04, and `start_type_description_service`, which you may forget.
+# Four: every node has `use_sim_time`, which you know from notebook 04, and `start_type_description_service`, which you can ignore.
 #
 # Now change the speed while it runs, and look at what it publishes.
 
@@ -142,7 +142,7 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 # !ros2 param dump /cart
 
 # %% [markdown]
-# You changed no line of code, and started nothing again.
+# You changed no code, and restarted nothing.
 # `dump` prints the settings as a YAML file that a node can be started with; you will write two of these.
 #
 # **What will happen** with a speed of -1.0?
@@ -244,7 +244,7 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
 # %% [markdown]
 # The plain name reaches the node only outside every namespace.
 # `**` means any number of namespaces, also none, so `/**/cart` means "a cart, wherever it is", and `/**` every node.
-# In a package write the first of the two: whoever uses it chooses the namespace, and you cannot know which.
+# In a package write the first of the two: its users choose the namespace, and you cannot know which.
 #
 # Two more mistakes, one of which is loud.
 # **Which one?**
@@ -302,7 +302,7 @@ axes.legend();
 # ### Made once, kept for ever
 #
 # The cart reads `max_linear_speed` each time it publishes.
-# Its `rate` it read once, to make the timer.
+# It read its `rate` once, to make the timer.
 #
 # **What is the timer's period after the rate was set to 50 Hz?**
 
@@ -316,12 +316,12 @@ cart.destroy_node()
 # %% [markdown]
 # The parameter says 50, the timer does 10, and `ros2 param get` answers 50.
 # A timer keeps the period it was made with.
-# The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor is a photograph.
+# The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor never follows a change.
 #
 # Two cures:
 #
-# - **Read it where you use it.** It costs about a microsecond. Your `driver.py` does so with `_limits()`.
-# - **Get a call.** `add_post_set_parameters_callback(f)` calls `f(parameters)` after a change was accepted, with the list of the changed parameters. There you make the timer anew.
+# - **Read it where you use it.** It costs a few microseconds. Your `driver.py` does so with `_limits()`.
+# - **Be called.** `add_post_set_parameters_callback(f)` has `f(parameters)` called after a change was accepted, with the list of the changed parameters. There you make a new timer.
 #
 # Here is a cart with such a callback.
 # `destroy_timer` ends the old timer; without it, both would tick.
@@ -344,13 +344,13 @@ print("timer every", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
 # %% [markdown]
-# The `if` matters: a timer that is made anew begins its period anew, and a robot whose speed limit is changed ten times a second would never tick at all.
+# The `if` matters: a new timer begins a new period, so if every change made one, a node whose speed limit is changed twenty times a second would never tick at all.
 #
 # ### Refused too late
 #
 # `add_on_set_parameters_callback` asks *before* a change, and its answer decides.
 # Here are two carts with the same callback.
-# One line stands in another place.
+# Only the place of one line differs.
 
 # %%
 from rcl_interfaces.msg import SetParametersResult
@@ -573,7 +573,7 @@ tries({
 # Go through the list; look each one up in `settings` by its `.name`; return a sentence for the first whose `.value` is not sensible, such as `'pace must be above 0 and at most 1000 Hz, not -2.0'`.
 # An empty text means that all are accepted.
 #
-# `use_sim_time` comes by here, too, and is not in `settings`: let pass what you do not know.
+# `use_sim_time` is checked here, too, and is not in `settings`: accept what you do not know.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/settings.py
@@ -688,14 +688,14 @@ tries({
 # ### The last layer
 #
 # `robot_controller.py` has been a few lines so far, a `main` over the newest layer.
-# Now it becomes the last layer itself: it gets a call when parameters have changed.
+# Now it becomes the last layer itself: it is called when parameters have changed.
 #
 # Three things in your node were made from a parameter, or checked against one, *once*:
 #
 # | what | from | after a change |
 # |---|---|---|
-# | the control timer, `self._control_timer`, which calls `self._control` | `laser_processing_rate` | make it anew |
-# | the feedback timer, `self._feedback_timer`, which calls `self._give_feedback` | `fusion_rate` | make it anew |
+# | the control timer, `self._control_timer`, which calls `self._control` | `laser_processing_rate` | make a new one |
+# | the feedback timer, `self._feedback_timer`, which calls `self._give_feedback` | `fusion_rate` | make a new one |
 # | the speed in force, `self._speed` | was within `max_linear_speed` when it was set | keep it within the new limit |
 #
 # The constructor is done, and so is a first try at the speed.
@@ -787,7 +787,6 @@ axes.grid(alpha=0.3)
 
 # %% [markdown]
 # Look for a step down at the dotted line, and for two answers: `(True, '')`, and `(False, ...)` with your sentence.
-# Until the pieces are in, it stays at 0.
 
 # %%
 with run_node(world="open_field") as run:
@@ -805,7 +804,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 # %% [markdown]
 # <details><summary>Two designs for the last layer, once yours obeys</summary>
 #
-# **Make anew what has changed.** The course's: an `if` for each timer.
+# **Replace what has changed.** The course's: an `if` for each timer.
 #
 # ```python
 # changed = {parameter.name for parameter in parameters}
@@ -849,7 +848,7 @@ with run_node("sensor_processor", world="open_field") as run:
 # Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and correct it as you have corrected the controller, then run the cell again:
 #
 # - at the end of `__init__`: `self.add_post_set_parameters_callback(self._on_parameters_changed)`;
-# - a method `_on_parameters_changed(self, parameters)` that makes the timer anew when `fusion_frequency` has changed.
+# - a method `_on_parameters_changed(self, parameters)` that makes a new timer when `fusion_frequency` has changed.
 #
 # <details><summary>The method, all but the last line</summary>
 #
@@ -916,8 +915,8 @@ robot:
 # ```
 # </details>
 #
-# Whom do they reach, and with how many values?
-# A node that declares whatever it is given tells.
+# Which nodes do they reach, and with how many values?
+# A node that declares whatever it is given will show it.
 
 # %%
 def reached(file, name, namespace=""):
@@ -944,20 +943,20 @@ check("I6")
 
 # %% [markdown]
 # The check also changes `fusion_frequency` on your running node.
-# The check reports a change that is accepted and has no effect, though it costs no points: the contract asks only for values that are given at the start.
+# If such a change is accepted and has no effect, the answer says so; it costs no points, because the contract asks only for values that are given at the start.
 #
 # That is the end of part 1, and a good place for a break.
 #
 # ## Start it all with one command
 #
 # A launch file is a Python function that returns a list of what to start.
-# It has three kinds of parts, and the file below uses each once:
+# It has three kinds of parts, and the file below uses all of them:
 #
 # | part | what it says |
 # |---|---|
 # | `Node(executable=..., namespace=..., parameters=[...], remappings=[...])` | start this program, under these names, with these settings |
-# | `DeclareLaunchArgument('speed', default_value='0.2')` | whoever starts the file may give a `speed` |
-# | `LaunchConfiguration('speed')` | a placeholder: here the `speed` goes in |
+# | `DeclareLaunchArgument('speed', default_value='0.2')` | `ros2 launch` may be given a `speed` |
+# | `LaunchConfiguration('speed')` | a placeholder for the `speed` that was given |
 #
 # `**cart` hands over the items of a dictionary as named arguments, so `Node(**cart, ...)` is `Node(executable='python3', arguments=['cart.py'], ...)`.
 #
@@ -982,7 +981,7 @@ def generate_launch_description():
              parameters=['cart.yaml', {'max_linear_speed': LaunchConfiguration('speed')}])])
 
 # %% [markdown]
-# `ros2 launch -s` shows what a launch file can be told, and starts nothing.
+# `ros2 launch -s` lists the arguments of a launch file, and starts nothing.
 
 # %%
 write_settings("/**/cart")
@@ -1029,7 +1028,7 @@ carts
 # %% [markdown]
 # Read the result line by line, and find each line in the picture.
 #
-# - The **namespace** went before every name of a node: `/left/cart`, `/left/cmd_vel`. Same code, two robots.
+# - The **namespace** was put before every name of a node: `/left/cart`, `/left/cmd_vel`. Same code, two robots.
 # - The **file** reached both, because its key is `/**/cart`: 0.3 for the left one.
 # - The **argument** came after the file in the list and won: 0.1 for the right one.
 # - The **remapping** renamed a single topic: `/right/wheels/cmd_vel`.
@@ -1053,7 +1052,7 @@ node.destroy_node()
 
 # %% [markdown]
 # A leading `/` makes a name **absolute**: no namespace moves it.
-# Two robots with `/cmd_vel` are one robot with two heads.
+# Two robots with `/cmd_vel` obey the same commands.
 # A leading `~` puts the node's own name before it, for things that belong to that node alone.
 # In a package for others, use relative names: the contract's are, and the grader looks at your nodes in a namespace.
 #
@@ -1242,7 +1241,7 @@ Film(recording)
 #
 # ### Windows that others use
 #
-# On a desktop with ROS from apt people look at a running robot in windows. This kit has none, but something for each of them:
+# On a desktop with ROS from apt people watch a running robot in graphical tools. This kit has none of them, but something in place of each:
 #
 # | window | what it shows | here |
 # |---|---|---|
@@ -1254,7 +1253,7 @@ Film(recording)
 # | `rqt_reconfigure` | a slider for each parameter | `ros2 param set` |
 #
 # RViz is the first thing that you will open on a real robot.
-# It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan whose frame nobody publishes is simply not there (notebook 12).
+# It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan in a frame that no transform mentions is simply not drawn (notebook 12).
 #
 # Passed?
 # Then try two of *your* robots, each in a namespace: write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
@@ -1262,8 +1261,8 @@ Film(recording)
 # > **On a real TurtleBot 4**
 # >
 # > - The base is a node with parameters like yours. `ros2 param set /motion_control safety_override full` lifts its speed limit from 0.306 to 0.46 m/s, and the cliff sensors no longer limit it.
-# > - `turtlebot4-setup` gives a robot a namespace; everything on it moves there, and the launch files of its packages take `namespace:=/robot1`. Relative names are what makes your package go along.
-# > - `use_sim_time:=true` on a real robot looks like a dead one: no `/clock`, so no timer ever fires. It is the first thing to ask when nothing happens.
+# > - `turtlebot4-setup` gives a robot a namespace; everything on it moves there, and the launch files of its packages take `namespace:=/robot1`. With relative names your package moves along.
+# > - A real robot that is started with `use_sim_time:=true` looks dead: there is no `/clock`, so no timer ever fires. Check that first when nothing happens.
 # > - The robot's lidar publishes `scan`. Your second node wants `raw_scan`: that is a job for a remapping, not for another version of the code.
 #
 # ## Go further
@@ -1279,7 +1278,7 @@ Film(recording)
 # <details><summary>Your parameter file has no effect, and there is no message. Name two reasons.</summary>
 #
 # Its key matches no node (another name, or a namespace), or a parameter's name is misspelt.
-# A third: it was changed in `src/` and not installed since, so the launch file reads the old one.
+# A third: it was changed in `src/` and not installed after that, so the launch file reads the old one.
 # </details>
 #
 # <details><summary>Where must the callback that refuses values be registered, and why?</summary>
@@ -1290,7 +1289,7 @@ Film(recording)
 #
 # <details><summary><code>ros2 param get</code> says 5 Hz, <code>ros2 topic hz</code> says 10. What happened?</summary>
 #
-# The timer was made with the old rate, and was not made anew.
+# The timer was made with the old rate, and was not replaced.
 # </details>
 #
 # <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>

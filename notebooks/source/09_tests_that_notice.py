@@ -56,7 +56,7 @@ begin("09")
 # %env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
 
 # %% [markdown]
-# The last line keeps pytest from loading every plug-in that lies on this machine: it starts in a tenth of the time, and the grader's runs do the same.
+# The last line keeps pytest from loading every plug-in that is installed here: it starts in a tenth of the time, and the grader's runs do the same.
 
 # %% [markdown]
 # ## Three questions first
@@ -154,7 +154,7 @@ print("passed")
 
 # %% [markdown]
 # Passed, and no line of `stopping.py` was run.
-# The first assert compares a number with itself: you put the 0.0 in three lines above.
+# The first assert compares a number with itself: you put the 0.0 in two lines above.
 # It looks silly here; with five mocks and a long set-up it looks like a thorough test.
 # Ask of each assert: *which line of my code could make this fail?*
 # If there is none, the test is about the mock.
@@ -260,7 +260,7 @@ busy = False
 # `mutant_matrix` does the same on the spot, for a file of plain functions and the file of its tests.
 # Each row is a mutant, with the line and the mistake; each column is a test; green means that the test fails on the mutant, so it *notices*.
 #
-# Here is the test of before, that reached every line.
+# Here is the test from above that reached every line.
 # **How many of the mutants will it notice?**
 
 # %%
@@ -284,7 +284,7 @@ def test_it_stops_at_a_wall():
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# One line with a number in it notices several.
+# One assert with a number in it notices several mutants.
 #
 # Each row without green is a question: *in which situation would that mistake hurt?*
 # Take "0.5 became 1.0": the robot stops too early.
@@ -307,7 +307,7 @@ def test_it_drives_when_free():
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# What is still grey is about edges: is 0.5 m near or not?
+# The rows that are still grey are about edges: is 0.5 m near or not?
 # What about the nearest reading that a lidar can give?
 # And the nearest of several?
 
@@ -329,10 +329,10 @@ def test_it_knows_its_edges():
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# **Change one thing:** one row is grey still, "12.0 became 24.0".
+# **Change one thing:** one row is still grey, "12.0 became 24.0".
 # Which reading would show it?
 # Write a test for it into the cell below and draw the matrix again.
-# Mind that a test may also call `closest`: a mistake that one function hides, another shows.
+# A test may also call `closest` itself: a mistake that one function hides, another one shows.
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -347,10 +347,10 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # %% [markdown]
 # <details><summary>One answer</summary>
 #
-# `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: a reading from beyond the lidar's range is no reading.
+# `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: what comes from beyond the lidar's range is not a reading.
 # </details>
 #
-# Some mutants cannot be noticed at all, because the change makes no difference that anybody could see: `x < 3` and `x <= 2`, for whole numbers.
+# Some mutants cannot be noticed at all, because the change makes no visible difference: `x < 3` and `x <= 2`, for whole numbers.
 # Such a mutant is called **equivalent**.
 # That is why T3 gives full marks at 75 %, and not at 100.
 #
@@ -662,7 +662,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # monkeypatch.setattr(Publisher, 'publish', record)  # what leaves the node is written down
 # ```
 #
-# Two words of pytest: a **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test, and what stands after its `yield` tidies up.
+# Two words of pytest: a **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test, and the lines after its `yield` tidy up.
 # **`monkeypatch`** is a fixture of pytest's own that replaces an attribute for one test, and puts the old one back.
 #
 # The next cell writes the file; JupyterLab shows it folded. Run it (Shift+Enter), and open it (a click on the three dots) when you want to know how one of these works.
@@ -1129,7 +1129,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 # !python3 -m pytest -q --tb=no test/test_robot_controller.py | tail -n 30
 
 # %% [markdown]
-# Twenty passed: seven tests, two of which are tables.
+# Twenty passed: seven tests, three of which are tables.
 # And eleven failed, "not written yet": your list for today.
 #
 # #### F2: drive at the set speed
@@ -1138,8 +1138,8 @@ def test_another_threshold_is_in_force_at_once(robot):
 # The first: let 0.2 s pass, set 0.25 m/s, and look at the next half second.
 # With an acceleration of 1 m/s² and ten commands a second the speed rises by 0.1 each time: 0.1, 0.2, 0.25, 0.25, 0.25.
 # Compare the *whole list*: it notices a missing ramp, a wrong rate and a wrong end, all at once.
-# Ask also whether the answer says success, names the speed, and whether the status tells it.
-# The second: backwards at -0.5, and where it has got to after 0.6 s.
+# Check also that the answer says success and names the speed, and that the status reports it.
+# The second: backwards at -0.5, and the command that it has reached after 0.6 s.
 
 # %% tags=["piece"]
 # %%into test/test_robot_controller.py
@@ -1324,7 +1324,7 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # From here the name is all that is given: the tests that you write at work are not described either.
 # For each, open the contract's sentence in the [handout](../docs/handout.md), and ask two questions:
 #
-# - which mistake in *my* code would break this sentence? (A cancel that is taken, and after which the robot rolls on. Feedback that comes, and is always the same.)
+# - which mistake in *my* code would break this sentence? (A cancel that is accepted, and a robot that rolls on. Feedback that comes, and is always the same.)
 # - which assert would notice exactly that one?
 #
 # Then make the mistake, see the test fail, and take it out again. "What the grader finds", below, tries some fifty more.
@@ -1434,7 +1434,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 #
 # ### The other node
 #
-# `sensor_processor` has no robot around it: messages in, messages out, so a bare bench will do, and it is a fixture here: `bench`.
+# `sensor_processor` has no robot around it, only messages in and messages out, so a bare bench is enough. Here it is a fixture, `bench`.
 # Eight tests are written already, five are yours.
 
 # %% tags=["skeleton"]
@@ -1649,7 +1649,7 @@ def test_the_latest_of_each_sensor_is_in_the_data(bench, published):
 # %% [markdown]
 # #### F12: each alarm once
 #
-# The battery falls and trembles: 50, 19, 15, 21, 19, 9, 5, 11, 9 and 1 percent.
+# The battery falls, and goes up and down on the way: 50, 19, 15, 21, 19, 9, 5, 11, 9 and 1 percent.
 # However often it crosses 20 and 10, the log must hold one warning and one error, nothing else.
 #
 # And the thresholds are parameters: with 50 and 30 a battery at 40 % warns; when the critical one becomes 45 while the node runs, the next message at 40 % is an error.
@@ -1766,7 +1766,7 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 #
 # You have tested two nodes and one module, and yet nearly all modules are covered: the nodes use them.
 # Covered, not tested; look at `scans.py` more closely.
-# What do your node tests say of a beam at 61 degrees?
+# What do your node tests say about a beam at 61 degrees?
 # Nothing: their scans have four beams.
 #
 # ### Where a thing is
@@ -1812,9 +1812,9 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py")
 # %% [markdown]
 # #### Seven kinds of nothing
 #
-# `valid_readings` is grey where it decides what *no* reading is.
-# Make it a table with one column, `invalid`: NaN, both infinities, zero, a negative one, one below 0.15 m, one above 12 m.
-# Between two of each kind a real 2.0 must be seen; of two alone nothing.
+# `valid_readings` is grey where it decides what is *not* a reading.
+# Make the first test a table with one column, `invalid`: NaN, both infinities, zero, a negative one, one below 0.15 m, one above 12 m.
+# A real 2.0 between two of a kind must be found; with nothing but two of a kind the answer is `INF`.
 
 # %% tags=["piece"]
 # %%into test/test_scans.py
@@ -1852,7 +1852,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "val
 #
 # A single beam with a reading of 1.0, at an angle that the table gives.
 # Within 60 degrees of straight on it is ahead; within 60 degrees of straight back it is behind; else it is only *anywhere*.
-# Test both sides of each edge, left and right, straight back under both its names, and 359 degrees, which some drivers say for -1.
+# Test both sides of each edge, left and right, straight back as 180 and as -180, and 359 degrees, which some drivers send in place of -1.
 
 # %% tags=["piece"]
 # %%into test/test_scans.py
@@ -1959,7 +1959,7 @@ class Careless( object ):
 # !cd ../.. && ament_flake8 careless.py | grep careless.py:
 
 # %% [markdown]
-# It finds the unused `os`, blanks and blank lines, the name `l` that looks like a 1, and two habits: `!= None` and `if` in one line.
+# It finds the unused `os`, spaces and blank lines, the name `l` that looks like a 1, and two habits: `!= None` and `if` in one line.
 # It does not find the worst thing in it, `seen=[]`, one list that all calls share.
 # Nor does it know that a scan can hold NaN.
 # A linter knows the language, not the robot.
@@ -1998,7 +1998,7 @@ check("Q1")
 # > **On a real TurtleBot 4**
 # >
 # > - On a machine with ROS from apt, `ament_flake8` has more plug-ins and asks for more: single quotes, imports in alphabetical order. Your skeletons keep those rules too.
-# > - A bench finds most mistakes and never all. It has no wheels that slip, no battery that sinks, no lidar that is mounted turned by 90°. The first drive on a real robot is slow, and a hand is at the switch.
+# > - A bench finds most mistakes, but never all. It has no wheels that slip, no battery that sinks, no lidar that is mounted turned by 90°. The first drive on a real robot is slow, and a hand is at the switch.
 # > - A recording is a test input: `ros2 bag record /scan /odom` on the day something went wrong, and the next version of your node has to cope with it at your desk.
 #
 # ## Go further
@@ -2032,7 +2032,7 @@ check("Q1")
 #
 # <details><summary>Why does <code>bench.hear</code> look for the subscription by its topic, and not call the callback by its name?</summary>
 #
-# So that the test fails when the topic's name or type is wrong, and does not care how the callback is called.
+# So that the test fails when the topic's name or type is wrong, and does not depend on the name of the callback.
 # A test should know what the contract promises, and nothing of how it is done.
 # </details>
 #

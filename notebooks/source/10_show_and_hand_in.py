@@ -64,14 +64,14 @@ begin("10")
 # </details>
 # <details><summary>Notebook 05: what is your node's last message when it is ended by Ctrl-C, and who sees to that?</summary>
 #
-# A zero on `cmd_vel`: `spin_until` calls `stop` while the context is still alive, because `run` has kept rclpy's own signal handler away.
+# A zero on `cmd_vel`: `spin_until` calls `stop` while the context is still alive, because `run` has switched rclpy's own signal handler off.
 # </details>
 
 # %% [markdown]
 # ## What a hundred points are made of
 #
 # `rubric.yaml` lies in the kit, in plain sight: it is what the grader goes by.
-# Each point is either *core*, what one gets by following the course, or *advanced*.
+# Each point is either *core*, which you get by following the course, or *advanced*.
 # **Guess first:** what weighs more, that the robot works, or all the rest together?
 # And how many of the hundred are advanced?
 
@@ -128,8 +128,8 @@ node.destroy_node()
 # In front of an audience that is a long silence.
 # So each wait gets a time-out, and each time-out a sentence that says what to do.
 #
-# The second habit: say with the **exit status** how it went.
-# 0 means well, anything else means not; a shell, a launch file, a CI job and the grader (Q6) all read that number first.
+# The second habit: let the **exit status** say how it went.
+# 0 means that all went well, any other number that it did not; a shell, a launch file, a CI job and the grader (Q6) all read that number first.
 
 # %%
 import subprocess
@@ -280,7 +280,7 @@ if __name__ == '__main__':
 
 # %% [markdown]
 # And here is the stage.
-# Your node drives in the simulator, before your eyes; the script talks to it from a process of its own, and goes as far as you have written it.
+# Your node drives in the simulator, before your eyes; the script talks to it from a process of its own, and gets as far as you have written it.
 
 # %%
 import os
@@ -404,7 +404,7 @@ perform();
 # %% [markdown]
 # #### Piece 3: half a metre ahead
 #
-# The robot is at (x, y) and looks to `yaw`.
+# The robot is at (x, y) and faces `yaw`.
 # By hand, with yaw 0: half a metre ahead is (x + 0.5, y).
 # With yaw 90° it is (x, y + 0.5).
 # In between the step has two parts, 0.5 · cos(yaw) along x and 0.5 · sin(yaw) along y.
@@ -452,7 +452,7 @@ Film(recording)
 # %% [markdown]
 # #### Piece 4: a chair in the way
 #
-# A box stands 0.6 m before the robot.
+# A box stands 0.6 m in front of the robot.
 # Your node does the right thing: it stops, and waits until the way is free.
 #
 # **What will the demonstration do?**
@@ -468,7 +468,7 @@ perform(chair, f"cd scripts && python3 -c '{hurried}'");
 # %% [markdown]
 # It waits for the result as for any answer, gives up, and leaves behind a robot *with a goal*.
 # Take the chair away, and it drives off with nobody watching.
-# Whoever sends a goal is responsible for it until it has ended.
+# The client that sends a goal is responsible for it until it has ended.
 #
 # **By your own design.** `finish` is to wait `DRIVE_S` seconds at most, and to leave nothing behind: no goal, no robot that drives off later, and a line in the log that says what happened.
 # There is no third hint. The run below and `check("Q6")` accept any design; two designs come after the run.
@@ -506,13 +506,13 @@ perform(chair, f"cd scripts && python3 -c '{hurried}'");
 # %% [markdown]
 # <details><summary>Two designs for <code>finish</code>, once yours works</summary>
 #
-# **Wait, cancel, wait again.** The course's: the same future is waited for twice, and the cancel lies between.
+# **Wait, cancel, wait again.** The course's: it waits for the same future twice, with the cancel in between.
 #
 # ```python
 # rclpy.spin_until_future_complete(self, result, timeout_sec=DRIVE_S)
 # if not result.done():
 #     self.get_logger().warning(f'Not there after {DRIVE_S:g} s: cancelling.')
-#     self.wait_for(handle.cancel_goal_async(), 'The cancel')
+#     self.wait_for(handle.cancel_goal_async(), 'The cancel request')
 # status = self.wait_for(result, 'The result').status
 # ```
 #
@@ -524,14 +524,14 @@ perform(chair, f"cd scripts && python3 -c '{hurried}'");
 # self.destroy_timer(late)
 # ```
 #
-# The second one is shorter, and hides two things: the timer fires again every `DRIVE_S`, and an answer to the cancel that never comes looks like a result that never comes.
+# The second one is shorter, and hides two things: the timer fires again every `DRIVE_S`, and if the answer to the cancel never comes, that looks like a result that never comes.
 # In a script that people read to learn what happens, say each step.
 # </details>
 
 # %% [markdown]
 # ### Test results
 #
-# `test_results.xml` tells what your tests said when *you* ran them, in a form that every build server reads.
+# `test_results.xml` records what your tests said when *you* ran them, in a form that every build server reads.
 # It is not written by hand; a command makes it, after the last change.
 
 # %% tags=["nbval-ignore-output"]
@@ -554,7 +554,7 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 #
 # A README is the only part of your package that everybody reads.
 # It answers five questions, in this order: what is it, how do I build it, how do I run it, how do I test it, what does it connect to?
-# The last one is a table of topics, services and actions, and of all documentation it is the first to become wrong: somebody renames a topic, and nobody thinks of the table.
+# The last one is a table of topics, services and actions, and no part of the documentation becomes wrong sooner: somebody renames a topic, and nobody thinks of the table.
 #
 # So do not write it from memory.
 # The graph knows: `ros2 node info` prints what a running node really has.
@@ -630,7 +630,7 @@ visitor.destroy_node()
 # Now write the README.
 # For the commands in it, imagine the stranger's new terminal: a workspace with your package in `src/`, and ROS sourced.
 # Three things must be in: `colcon build`, then `ros2 launch` with your launch file, then `pytest` or `colcon test`.
-# A line that begins with four blanks is shown as code.
+# A line that begins with four spaces is shown as code.
 
 # %% tags=["exercise"]
 # %%writefile README.md
@@ -679,11 +679,11 @@ TODO 4 (if you like): what you decided where the contract leaves it open, and wh
 # ```
 # </details>
 #
-# Try each command in a new terminal, in the order in which they stand there.
-# In this kit a new terminal has to be told where ROS is, once, from the kit's folder: `source grader/ros2/setup.bash`.
+# Try each command in a new terminal, one after the other.
+# In this kit a new terminal has to learn where ROS is, once, from the kit's folder: `source grader/ros2/setup.bash`.
 #
 # Your `package.xml` names a licence; its text belongs beside it.
-# This is the Apache License 2.0, word for word; nothing to learn here, run it and scroll on.
+# This is the Apache License 2.0, word for word; there is nothing to learn in it, so run it and go on.
 
 # %% tags=["given"]
 # %%writefile LICENSE
@@ -913,14 +913,14 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # !cd ../../src && python3 ../settings_reader.py 2>&1 | tail -n 1
 
 # %% [markdown]
-# The path was meant "beside this script" and says "in the current folder".
+# The path was meant to say "beside this script", and it says "in the current folder".
 # The cure is to ask for the place instead of knowing it: `Path(__file__).parent` in a script, `get_package_share_directory` for what is installed, `FindPackageShare` in a launch file.
 #
 # These are the usual ways in which a package works only at home:
 #
 # | it works at home because | elsewhere | how to notice |
 # |---|---|---|
-# | you stand in the right folder | no such file | run it from `/` |
+# | you are in the right folder | no such file | run it from `/` |
 # | the file lies in `src/` | it was never installed | I1: look into `install/` |
 # | you once installed a package by hand | `ModuleNotFoundError` | I2: every import is in `package.xml` |
 # | an old `build/` still holds it | it is gone | delete `build/ install/ log/`, build again |
@@ -933,7 +933,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # ### A fresh machine for each push
 #
 # Teams have such a room, too: a **CI job** (continuous integration) builds and tests each commit on a fresh machine.
-# For that, the package must be in a Git repository. Once, in `ws/src/ros2_robot_controller`:
+# For that, the package must be in a Git repository. Type once, in `ws/src/ros2_robot_controller`:
 #
 #     git init
 #     printf '%s\n' __pycache__/ '*.pyc' .pytest_cache/ > .gitignore
@@ -1013,7 +1013,7 @@ for name in lost:
     print(f"{name:4} {lost[name]:>9}   {requirement.title}")
 
 # %% [markdown]
-# I3 first: with a wrong type of the action no client can send a goal, and F8, F9 and F10 are nothing but its echo.
+# I3 first: with a wrong type of the action no client can send a goal, and F8, F9 and F10 fail only because of that.
 # Twelve points hang on one wrong field in one file.
 #
 # The full report is made by one command in a terminal, in the kit's folder, and takes some minutes:
@@ -1028,8 +1028,8 @@ for name in lost:
 # ## Hand in
 #
 # `grader submit` packs the package: sources, tests, README, results, without `build/`, caches and hidden files.
-# Then it opens the archive as the grader will, and tells what it finds.
-# Files that `start_at` laid out are named there, as the course's and not yours.
+# Then it opens the archive as the grader will, and lists what it finds.
+# Files that `start_at` laid out are marked there as the course's, not yours.
 #
 # With `--no-check` it only packs and looks.
 # Without it, it also runs all public checks on the archive, which takes some minutes; do that in a terminal.
@@ -1047,9 +1047,9 @@ for name in lost:
 #
 # > **On a real TurtleBot 4**
 # >
-# > - The demonstration drives half a metre wherever the robot stands. Look where it is pointing, and let nobody's feet be there.
+# > - The demonstration drives half a metre, wherever the robot stands. Check where it is pointing, and that nobody stands there.
 # > - In Jazzy the robot's `cmd_vel` takes `TwistStamped`, on the course's robot it is a `Twist`. A README says such things in its first lines, under "needs".
-# > - A base that has heard no command for 0.5 s stops by itself. It saves you when your node dies; leave the last zero in all the same.
+# > - A base that has heard no command for 0.5 s stops by itself. That helps when your node dies; keep the last zero all the same.
 # > - Bags are part of a demonstration: `ros2 bag record -a` while it runs, and you can show it again when the battery is empty.
 #
 # ## Go further
@@ -1064,7 +1064,7 @@ for name in lost:
 # <details><summary>Why does each wait in a demonstration need a time-out?</summary>
 #
 # A request to a service that no node offers is not an error.
-# The future is simply never done, and the script stands there without a word.
+# The future is simply never done, and the script waits without a word.
 # </details>
 #
 # <details><summary>How does a build server know that your demonstration went well?</summary>
@@ -1088,7 +1088,7 @@ for name in lost:
 # %% [markdown]
 # ## What you can do now
 #
-# That was the last notebook.
+# That was the last notebook with points; [11](11_clinic.ipynb) is a clinic of broken packages, [12](12_frames.ipynb) is about frames.
 # Tick off what you could do tomorrow, without looking it up:
 #
 # - [ ] make a package that builds anywhere, with interfaces of its own (01, 02)
@@ -1099,10 +1099,10 @@ for name in lost:
 # - [ ] show that a test would notice a mistake, by making one (09)
 # - [ ] hand over a package that others can use from its README (10)
 #
-# A tick that you hesitate over is the notebook to open again: each begins with questions and ends with some.
+# If you hesitate over a tick, open that notebook again: each begins with questions and ends with some.
 #
 # **Three next steps**, from an evening to a term:
 #
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
 # - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2). Then start your package on one with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md).
-# - **Let Nav2 drive.** It does with a map and a planner what your `navigator.py` does with a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.
+# - **Let Nav2 drive.** With a map and a planner it does what your `navigator.py` does along a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.

@@ -17,9 +17,9 @@
 #
 # "There is something at 2.04 m."
 # From where, in which direction, and at what moment?
-# A robot that mixes up one of the three builds a map with every wall in it twice.
+# A robot that gets one of the three wrong builds a map in which every wall appears twice.
 #
-# This notebook gives no points, and nothing in it touches your package.
+# There are no points in this notebook, and nothing in it touches your package.
 #
 # **You will be able to**
 #
@@ -57,11 +57,11 @@ begin("12")
 #
 # <details><summary>Notebook 04: which beam of a TurtleBot 4's lidar looks ahead?</summary>
 #
-# The one at -90°: angles count from the lidar's own x axis, and the lidar is turned by 90° to the left.
+# The one at -90°: angles are counted from the lidar's own x axis, and the lidar is turned by 90° to the left.
 # </details>
 # <details><summary>Notebook 03: what lies half-way between the headings 179° and -179°?</summary>
 #
-# 180°. The mean of the two numbers, 0°, looks the other way: the difference has to be normalized first.
+# 180°. The mean of the two numbers, 0°, points the other way: the difference has to be normalized first.
 # </details>
 # <details><summary>Notebook 05: a scan waited in a queue for 0.3 s. Which time says how old it is?</summary>
 #
@@ -90,10 +90,10 @@ print("x, y, yaw:", place(mounted))
 # Why a whole tree, and not one list of places in the room?
 # Each program knows one step only: the lidar's mount is in a drawing, the wheels measure the way since the start, and only a localisation knows the room.
 #
-# **By hand.** The robot is at (2, 1) in `odom` and looks along +y (its yaw is 90°).
+# **By hand.** The robot is at (2, 1) in `odom` and faces along +y (its yaw is 90°).
 # Where in `odom` is its lidar, and where does the lidar's x axis point?
 #
-# - 4 cm *behind* the centre: the robot looks along +y, so behind is -y: **(2, 0.96)**
+# - 4 cm *behind* the centre: the robot faces along +y, so behind is -y: **(2, 0.96)**
 # - 90° to the left of +y: **180°**, along -x
 #
 # ## Compose and invert
@@ -105,7 +105,7 @@ print("x, y, yaw:", place(mounted))
 # $$ x = x_a + x_b\cos\psi_a - y_b\sin\psi_a \qquad y = y_a + x_b\sin\psi_a + y_b\cos\psi_a \qquad \psi = \psi_a + \psi_b $$
 #
 # The **inverse** answers the question the other way round: where is A, seen from B?
-# It is what has to be composed with `a` to give (0, 0, 0).
+# Composed with `a` it gives (0, 0, 0).
 #
 # **Predict:** the robot is at (2, 1, 90°) in `odom`. Where is the origin of `odom`, seen from the robot: ahead, behind, left or right?
 #
@@ -128,7 +128,7 @@ def inverse(a):
 # </details>
 # <details><summary>Hint 2: the formulas</summary>
 #
-# `x, y, yaw = a` takes a tuple apart. The inverse first takes the shift away, (-x, -y), and then turns that by -yaw. cos(-yaw) is cos(yaw), sin(-yaw) is -sin(yaw).
+# `x, y, yaw = a` takes a tuple apart. The inverse first undoes the shift, (-x, -y), and then turns the result by -yaw. cos(-yaw) is cos(yaw), sin(-yaw) is -sin(yaw).
 # </details>
 # <details><summary>Hint 3: all but the last line</summary>
 #
@@ -156,7 +156,7 @@ check("TF1", compose, inverse)
 # %% [markdown]
 # ## Ninety degrees
 #
-# A TurtleBot 4 stands in a room, at (1, 1), and looks along x.
+# A TurtleBot 4 stands in a room, at (1, 1), and faces along x.
 # Its scan is drawn into the room's plan: each reading is a place in `laser`, `laser` has a place in `base_link`, and so on up to `map`.
 
 # %%
@@ -203,11 +203,11 @@ slide(first_scan, turned_by=(0.0, 100.0, 0.0))
 
 # %% [markdown]
 # At 90° every point lies on a wall, and at 0° the room is drawn turned to the right, as if it were another one.
-# The scan holds the same 360 numbers each time; what was wrong is one number of one transform.
+# The scan holds the same 360 numbers each time; only one number of one transform was wrong.
 # (Until your `compose` works, all points lie around the origin, whatever the slider says.)
 #
 # **What would a robot do** that takes angle 0 for ahead and drives at the wall 5 m before it?
-# It would look to its left, where the floor is free for 3 m, all the way to the wall.
+# It would look to its left, where nothing comes nearer than 0.7 m, and drive into the wall.
 
 # %% [markdown]
 # ## A transform has a time
@@ -239,7 +239,7 @@ print("stamps of transforms:", [f"{seconds(message):.3f}" for message in driven[
 print("stamps of scans:     ", [f"{t:.3f}" for t in trip.scan_t[56:59]])
 
 # %% [markdown]
-# No scan has the stamp of a transform: the two are measured by two devices, each at its own rate.
+# None of these scans has the stamp of a transform: the two are measured by two devices, each at its own rate.
 # So the place at a scan's time has to be **interpolated** between the transforms around it.
 #
 # By hand: the robot is at x = 1.000 m at 10.00 s and at x = 1.015 m at 10.05 s. At 10.02 s, two fifths of the way, it is at 1.000 + 0.4 · 0.015 = **1.006 m**.
@@ -347,10 +347,10 @@ print("base_link in odom at 20.0 s:", [round(value, 2) for value in buffer.place
 # **Exercise TF3.** Write `lookup`, for any tree. There is no skeleton: how to find the way is up to you. It is accepted if
 #
 # - up, down and across all work: `lookup(buffer, "laser", "map", t)` and, with a camera beside the lidar, `lookup(buffer, "laser", "camera", t)`;
-# - it asks `placed` for nothing that does not matter: two things that are bolted to the robot have a place to each other at any time, also at one for which no odometry is known;
+# - it asks `placed` only for what it needs: two things that are bolted to the robot stay in the same place relative to each other, even at a time for which there is no odometry;
 # - frames that no tree connects raise an exception.
 #
-# Draw the tree with a camera on paper first, and go with a finger from `camera` to `laser`. Where do you turn?
+# First draw the tree with a camera on paper, and move a finger from `camera` to `laser`. Where does it turn?
 
 # %% tags=["function", "design"]
 def lookup(buffer, target, source, time):
@@ -412,17 +412,17 @@ check("TF3", lookup)
 # return compose(inverse(buffer.placed(target, time)), lookup(buffer, buffer.parent[target], source, time))
 # ```
 #
-# The first has its parts in sight, and each can be tried alone; the second is shorter, and counts depths again in every step.
+# In the first you see the parts, and can try each alone; the second is shorter, and counts depths again in every step.
 # Both ask only for what lies on the way.
-# A third, "everything up to `map`, then compare", is the simplest, and refuses whenever the localisation is late, even for two bolts on the robot.
+# A third, "everything up to `map`, then compare", is the simplest, and refuses whenever the localisation is late, even for two things that are bolted to the robot.
 # </details>
 #
 # ## Ask at the right time
 #
-# All scans of the first 50 s, every third one, drawn into `map`.
-# A program that uses the place of the moment at which it *handles* a scan asks a little late.
+# Every third scan of the first 50 s, drawn into `map`.
+# A program that asks where the robot is at the moment at which it *handles* a scan asks a little late.
 #
-# **Predict:** what does a picture look like for which each place is 0.2 s late? Where is it worst: on the straights, or in the corners?
+# **Predict:** what does the picture look like if each place is 0.2 s late? Where is it worst: on the straights, or in the corners?
 
 # %% tags=["nbval-ignore-output"]
 # A slider has another name in each run, so the output is not compared.
@@ -441,7 +441,7 @@ slide(sharpness, late=(0.0, 0.5, 0.2))
 
 # %% [markdown]
 # On a straight the place is wrong by 0.3 m/s · 0.2 s = 6 cm.
-# In a corner the robot turns with up to 1 rad/s: 0.2 rad, and at 4 m that is 0.8 m.
+# In a corner the robot turns at up to 1 rad/s: 0.2 rad, and at 4 m that is 0.8 m.
 # So what is drawn twice comes from the corners.
 # With the slider at 0 the walls are as thin as the lidar's noise.
 #
@@ -477,9 +477,9 @@ for wait in (0.0, 0.02, 0.05):
 # | you ask for | tf2 answers | right for |
 # |---|---|---|
 # | the stamp, at once | often: extrapolation into the future | nothing |
-# | the stamp, with a `timeout` of 0.1 s | after a few hundredths of a second | scans, images: whatever was measured |
+# | the stamp, with a `timeout` of 0.1 s | the place, after a few hundredths of a second | scans, images: whatever was measured |
 # | time 0 | the latest time for which *every* step on the way is known | "where am I, roughly": displays |
-# | the clock's now | extrapolation into the future, always | nothing |
+# | the clock's now | nearly always: extrapolation into the future | nothing |
 # | a stamp of a minute ago | extrapolation *into the past*: the buffer has ten seconds | nothing; transform while it is fresh |
 #
 # In Python the timeout sleeps in the callback, and with one thread the transform that it waits for cannot come in (notebook 06: a service that waits for its own node).
@@ -488,7 +488,7 @@ for wait in (0.0, 0.02, 0.05):
 # ## Odometry drifts
 #
 # The wheels count their turns, and nothing else.
-# Let one of them be a little larger than the program believes: for each metre the robot turns by `share / 0.233 m` of a radian without noticing (0.233 m is the distance between the wheels).
+# Let one of them be larger than the program believes, by a small `share`: in each metre the robot then turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
 #
 # By hand, for 1 %: 0.01 / 0.233 m = 0.043 rad/m. After 10 m that is 0.43 rad, **25°**.
 #
@@ -520,10 +520,10 @@ def drifted(percent):
 slide(drifted, percent=(0.0, 2.0, 0.5))
 
 # %% [markdown]
-# Each step is almost right, and the error of the sum has no limit.
-# No filter of the wheels' numbers helps: what the odometry lacks is something to look at.
+# Each step is almost right, but the error of their sum grows without limit.
+# No filter of the wheels' numbers helps: the odometry sees nothing of the room.
 #
-# A **localisation** looks: it compares scans with a map, and finds where `base_link` is in `map`.
+# A **localisation** does: it compares scans with a map, and finds where `base_link` is in `map`.
 #
 # **Predict:** it could publish a transform from `map` to `base_link`. Why can it not, in a tree? And which transform does it publish instead, so that the way from `map` to `base_link` gives what it has found?
 #
@@ -532,7 +532,7 @@ slide(drifted, percent=(0.0, 2.0, 0.5))
 # A frame has one parent, and `base_link` has one already: `odom`.
 # So it publishes `map` to `odom`, the place that makes the composition come out right:
 # found = compose(correction, odometry), and so correction = compose(found, inverse(odometry)).
-# It is not where the robot is, it is *how wrong the odometry is by now*.
+# It does not say where the robot is, but *how wrong the odometry is by now*.
 # </details>
 #
 # The simulator knows the truth, so let it play the localisation, once every 10 s, for wheels that differ by a quarter of a percent.
@@ -582,7 +582,7 @@ axes.legend();
 # | in a second | right, and without a jump | jumps by a few centimetres when the localisation has looked |
 # | after an hour | wrong by metres | right |
 # | so use it to | steer, brake, follow a path | remember a place: a goal, a door, a charger |
-# | its own place comes from | the localisation | none: it is the root |
+# | its own place comes from | the localisation | nowhere: it is the root |
 #
 # The contract's goals are in `odom` (notebook 07), because the course's robot drives for a minute and has no map.
 # A navigator that drives all day takes its goal in `map`, and in each control step asks tf2 where that is in `odom`.
@@ -628,7 +628,7 @@ print(f"angles from {scans[0].angle_min:.2f} to {scans[0].angle_max:.2f} rad")
 # **Exercise TF4.** Write the three functions that such a node needs:
 #
 # - `stamped(command, now)` returns a `TwistStamped` with the command, the stamp `now`, and the frame `base_link`;
-# - `turned(scan, yaw)` returns a scan whose angles count from the robot's x axis, for a lidar that is turned by `yaw` on the robot. Its frame is `base_link`; its stamp and its readings are those of `scan`. Leave `scan` itself as it is: other parts of the program may hold it;
+# - `turned(scan, yaw)` returns a scan whose angles are counted from the robot's x axis, for a lidar that is turned by `yaw` on the robot. Its frame is `base_link`; its stamp and its readings are those of `scan`. Leave `scan` itself as it is: other parts of the program may hold it;
 # - `names(namespace)` returns a dictionary: for each topic of your package, its full name on a robot in that namespace (`""` or `"/robot1"`). `scan`, `cmd_vel` and `odom` have the same names there; `imu/data` and `battery/state` are called `imu` and `battery_state`.
 
 # %% tags=["function"]
@@ -649,7 +649,7 @@ def names(namespace):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# What a lidar that is turned to the left by yaw sees at its angle 0 lies at the angle yaw for the robot. So is yaw added or subtracted? Two fields of the scan change; the step between beams does not.
+# A lidar is turned to the left by yaw. What it sees at its angle 0 is at the angle yaw for the robot. So is yaw added or subtracted? Two fields of the scan change; the step between beams does not.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
@@ -703,29 +703,29 @@ check("TF4", stamped, turned, names)
 # %% [markdown]
 # Without the adapter, the package looks at the wall to the robot's left, at y = 4, and sees no reason to stop.
 #
-# The rest of the node is two subscriptions and two publishers. The whole node is [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py), and the launch file next to it does with remappings what `names` does. Compare them with yours.
+# The rest of the node is two subscriptions and two publishers. The whole node is [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py), and the launch file next to it does the work of `names` with remappings. Compare them with yours.
 #
 # One difference stays: the lidar is 4 cm behind the robot's centre, so each distance ahead is 4 cm too long. **Is that error on the safe side?** No: the robot would stop too late, so the launch file raises `emergency_stop_distance`.
 #
 # > **On a real TurtleBot 4**
 # >
 # > - `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints the ninety degrees, `ros2 run tf2_tools view_frames` draws the tree, and RViz shows it moving (*Add, TF*). The lidar's frame is called `rplidar_link` there.
-# > - In a node: `buffer = tf2_ros.Buffer()`, `listener = tf2_ros.TransformListener(buffer, node)`, then `buffer.lookup_transform("odom", "rplidar_link", scan.header.stamp)`. There are no wheels of tf2, so this kit cannot run that.
+# > - In a node: `buffer = tf2_ros.Buffer()`, `listener = tf2_ros.TransformListener(buffer, node)`, then `buffer.lookup_transform("odom", "rplidar_link", scan.header.stamp)`. There are no Python wheels of tf2, so this kit cannot run that.
 # > - "Extrapolation into the future" by *seconds*, not hundredths: the clocks of two computers differ. `chrony` on both is the cure, not a longer timeout.
-# > - On a scan's own turning: a lidar takes 0.1 s for a revolution, so in a corner the last beam was measured 6° later than the first. `laser_geometry` can take that out, with two lookups for a scan.
+# > - Within one scan: a lidar takes 0.1 s for a revolution, so in a corner the robot has turned by up to 6° between the first beam and the last. `laser_geometry` can correct that, with two lookups for a scan.
 # > - [docs/turtlebot4.md](../docs/turtlebot4.md) says how to run your package on one, with the adapter.
 
 # %% [markdown]
 # ## Go further
 #
 # - Let `Buffer.add` forget what is older than ten seconds, and let `at` say which of the two refusals it is in tf2's words.
-# - `add` trusts the order in which messages arrive. Over a radio they arrive in another one: where does `bisect.insort` belong?
+# - `add` trusts the order in which messages arrive. Over a radio that may be another order than that of their stamps: where does `bisect.insort` belong?
 # - Time 0 in tf2 means "the latest for which all is known". Write `latest(buffer, target, source)`: the smallest of the last stamps on the way.
 # - A goal at (3, 1) in `map`, 60 s into the drive: where is it in `odom`, by the first correction and by the sixth?
 #
 # ## Recall
 #
-# <details><summary>A map has every wall twice, at an angle to each other. Which transform do you suspect, and which if each wall is smeared in the corners of the drive only?</summary>
+# <details><summary>In a map every wall appears twice, the two at an angle to each other. Which transform do you suspect? And which if the walls are smeared only where the robot turned?</summary>
 #
 # Two walls at an angle: the odometry has drifted, so `map` to `odom` is missing or old. Smeared where it turned: the right transform at a wrong time.
 # </details>
@@ -737,7 +737,7 @@ check("TF4", stamped, turned, names)
 #
 # The odometry, smoothly; the localisation, with a jump when it has looked.
 # </details>
-# <details><summary>Where is the lidar's frame on a TurtleBot 4, and what does one see that assumes it is the robot's?</summary>
+# <details><summary>Where is the lidar's frame on a TurtleBot 4, and what happens to a program that takes it for the robot's?</summary>
 #
-# 4 cm behind the centre, turned by 90° to the left. What is ahead seems to be on the right, and the robot drives into what it takes for free.
+# 4 cm behind the centre, turned by 90° to the left. What is ahead seems to be on the right, and the robot drives into an obstacle that the program does not see ahead.
 # </details>

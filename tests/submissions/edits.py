@@ -377,6 +377,14 @@ _EDITS = (
         says=("to one side",),
     ),
     _edit(
+        "looks_at_every_tenth_beam",
+        "F4 F12",
+        "Of a scan only every tenth beam is looked at.",
+        (_SCANS, "enumerate(scan.ranges):", "list(enumerate(scan.ranges))[::10]:"),
+        says=("to one side",),
+        why="both nodes read scans through one function (F12)",
+    ),
+    _edit(
         "emergency_for_good",
         "F5",
         "An obstacle within the emergency distance stops the robot for good.",

@@ -38,6 +38,7 @@ class Attack:
         number: its number in the list of known attacks on autograders; 0 for one that the kit has added.
         weak: edits that the package has with and without the attack, so that there is something to gain.
         flag: the kind of integrity flag that it must raise, "" where there is nothing to be seen of it.
+        flag_needs_cgroup: whether it is seen only where a sandbox has a cgroup.
         proof: text that must be in the evidence, to show that it was really carried out.
         pack: how it is packed, if it is not submitted as a folder.
         refused: words of the refusal, if it is not graded at all.
@@ -55,6 +56,7 @@ class Attack:
     number: int = 0
     weak: tuple[Change, ...] = ()
     flag: str = ""
+    flag_needs_cgroup: bool = False
     proof: str = ""
     pack: Pack | None = None
     refused: str = ""

@@ -159,8 +159,7 @@ def _point_problems(each: Attack, grading: Grading, before: Points) -> list[str]
 
 def _report_problems(each: Attack, grading: Grading, tokens: Honeytokens) -> list[str]:
     problems = []
-    # Without a cgroup, each process has a limit on its own memory, which it hits without a trace.
-    unseen = each.name == "memory_bomb" and cgroup.find_hierarchy() is None
+    unseen = each.flag_needs_cgroup and cgroup.find_hierarchy() is None
     if each.flag and not unseen and not any(each.flag in flag.kind for flag in grading.evidence.flags):
         problems.append(f"no integrity flag of the kind {each.flag!r}")
     report.write(grading, tokens.results, pictures=False)

@@ -146,7 +146,8 @@ for _ in range(4):
 os.wait()
 time.sleep(1.0)
 """),
-        number=22, needs=BEHAVIOUR, costs=BEHAVIOUR, flag="limit", proof="ATTACK eats",
+        # Without a cgroup, each process has a limit on its own memory, which it hits without a trace.
+        number=22, needs=BEHAVIOUR, costs=BEHAVIOUR, flag="limit", flag_needs_cgroup=True, proof="ATTACK eats",
         stopped="the memory of a sandbox is limited as a whole (cgroup), that of each process by a resource limit",
     ),
     attack(
