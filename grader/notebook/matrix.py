@@ -231,4 +231,3 @@ def _draw(found: Matrix) -> None:
         ylabel=say("line and mistake"),
         title=say("{n} of {rows} mutants noticed (green)", n=seen.any(axis=1).sum(), rows=rows),
     )
-    plt.show()
