@@ -300,8 +300,8 @@ class Run:
         self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
             course(), self.node, self.simulator, process,
-            launch=self._launch, domain_id=self._workspace.domain_id, remappings=self._remappings, recorder=self._recorder,
-            messages=self._recorded, package=self._workspace.package,
+            launch=self._launch, domain_id=self._workspace.domain_id, remappings=self._remappings,
+            recorder=self._recorder, messages=self._recorded, package=self._workspace.package,
         )  # fmt: skip
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from grader.notebook import mutant, mutant_matrix
-from grader.notebook.tables import MissingError
 from grader.notebook.matrix import matrix
+from grader.notebook.tables import MissingError
 
 STOPPING = """\
 def is_near(distance):
