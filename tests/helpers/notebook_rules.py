@@ -293,6 +293,16 @@ def outputs_name_no_machine(page: Page) -> Iterator[str]:
                     break
 
 
+def pictures_have_words(page: Page) -> Iterator[str]:
+    """Those who do not see a picture are told what it shows."""
+    for cell in page.notebook.cells:
+        if "![](" in cell.source or any(
+            "image/png" in output.get("data", {}) and not output.metadata.get("image/png", {}).get("alt")
+            for output in cell.get("outputs", ())
+        ):
+            yield f"cell {cell['id']} shows a picture without an alternative text"
+
+
 def says_why_an_output_is_not_compared(page: Page) -> Iterator[str]:
     for cell in page.code():
         if IGNORED in notebook_source.tags(cell) and not re.search(
@@ -334,5 +344,6 @@ OF_PUBLISHED: tuple[Rule, ...] = (
     outputs_name_no_machine,
     is_small,
     pictures_are_ours,
+    pictures_have_words,
     links_lead_somewhere,
 )
