@@ -57,8 +57,6 @@ def test_a_class_says_which_sandbox_graded_each_on_workers_in_containers(tmp_pat
     expected["team04"] = ("does_not_compile", 0.0)
     for name, (edit, _) in expected.items():
         edits.apply(edits.EDITS[edit] if edit else None, tmp_path / "source" / name)
-    for parent in (tmp_path, *list(tmp_path.parents)[:3]):
-        parent.chmod(0o755)
     cache = situations.prepared_cache(tmp_path)
     (tmp_path / "dask").mkdir()
     options = Options(rubric=tmp_path / "rubric.yaml")

@@ -35,10 +35,7 @@ def test_the_doctor_says_what_a_grading_does(situation: Situation):
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("situations")
-    for parent in (folder, *list(folder.parents)[:2]):
-        parent.chmod(0o755)
-    return situations.prepared_cache(folder)
+    return situations.prepared_cache(tmp_path_factory.mktemp("situations"))
 
 
 @each_situation
