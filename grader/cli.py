@@ -443,13 +443,13 @@ def _doctor(options: argparse.Namespace) -> int:
 
 def _cache(options: argparse.Namespace) -> int:
     from grader import building
-    from grader.building import cache, pruning
+    from grader.building import cache, colcon, pruning
     from grader.course import find
 
     if options.older_than is not None and not options.prune:
         raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
     if options.share:
-        building.share_contract(find())
+        colcon.share_contract(find())
     folder: Path = options.cache or building.cache_folder()
     if options.prune:
         done = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)

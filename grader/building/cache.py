@@ -21,7 +21,7 @@ LOCK, USE = ".lock", ".use"
 """The suffixes of the files beside an entry: held by whoever makes or removes it, and by whoever uses it."""
 
 SHARED = KIT / "shared_cache"
-"""What an administrator has built for all users of this kit. Builds read it before a user's own cache; none writes it."""
+"""What an administrator has built for all users of this kit. Builds look here before in a user's own cache."""
 
 _IGNORED = ("__pycache__", ".git", "build", "install", "log", ".pytest_cache")
 

@@ -130,10 +130,10 @@ def build(
 ) -> Built:  # fmt: skip
     """Build the package folders in the sandbox and return the facts and the install tree.
 
-    A second build of the same content returns the first one's result, and so does a build in the shared cache. Only the kit's own builds (`trusted`) write to
-    the compiler cache; submissions just read it, so that none can plant an object file for another. `main` is the name
-    of the package to look for in the install tree, by default the course's; a build
-    that installs none counts as failed.
+    A second build of the same content returns the first one's result, and so does a build in the shared cache. Only the
+    kit's own builds (`trusted`) write to the compiler cache; submissions just read it, so that none can plant an object
+    file for another. `main` is the name of the package to look for in the install tree, by default the course's; a
+    build that installs none counts as failed.
 
     Raises:
         GraderError: no sandbox, no disk space or no compiler. A package that does not compile is a fact, not an error.

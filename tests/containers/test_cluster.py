@@ -53,7 +53,7 @@ def test_a_class_says_which_sandbox_graded_each_on_workers_in_containers(tmp_pat
     asked["criteria"][0]["points"] = 7
     asked["criteria"][0]["requirements"] = asked["criteria"][0]["requirements"][:2]
     (tmp_path / "rubric.yaml").write_text(yaml.safe_dump(asked))
-    expected = {"team01": (None, 7.0), "team02": (None, 7.0), "team03": ("drives_too_slowly", 5.0)}
+    expected = {"team01": (None, 7.0), "team02": (None, 7.0), "team03": ("drives_too_slowly", 4.0)}
     expected["team04"] = ("does_not_compile", 0.0)
     for name, (edit, _) in expected.items():
         edits.apply(edits.EDITS[edit] if edit else None, tmp_path / "source" / name)
