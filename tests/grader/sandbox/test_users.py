@@ -218,6 +218,20 @@ def test_what_a_command_reaches_all_the_same():
         assert datagrams.recv(10) == b"x"
 
 
+def test_no_way_to_connect_by_tcp_is_left_that_landlock_does_not_see():
+    """Multipath TCP, and data that is sent with the first packet (fast open), reached every port of the network."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = server.getsockname()
+        mptcp, fast_open, stream = 262, 0x20000000, "socket.socket(socket.AF_INET, socket.SOCK_STREAM"
+        statements = [
+            f"{stream}, {mptcp}).connect({address!r})",
+            f"{stream}).sendto(b'x', {fast_open}, {address!r})",
+            f"{stream}).sendmsg([b'x'], [], {fast_open}, {address!r})",
+            f"{stream}, socket.IPPROTO_TCP).connect({address!r})",
+        ]
+        assert python(tried(*statements)).output.split() == ["OSError", "OSError", "OSError", TCP]
+
+
 def test_how_a_command_ended_is_known():
     assert python("raise SystemExit(7)").exit_code == 7
     assert python("import os; os.kill(os.getpid(), 9)").exit_code == -signal.SIGKILL
