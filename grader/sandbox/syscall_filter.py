@@ -3,7 +3,8 @@
 That is making a user namespace, in which a process could mount, as root; keyrings, which no namespace separates from
 other sandboxes; System V's shared memory and message queues, which stay when a sandbox without namespaces has ended;
 sockets to a virtual machine's host or to devices; another process's memory and descriptors; calls known for faults of
-the kernel; and the ways to connect by TCP that Landlock does not see (MPTCP, fast open). The filter is a program for seccomp, in its classic BPF instructions; bubblewrap loads it.
+the kernel; and the ways to connect by TCP that Landlock does not see (MPTCP, fast open). The filter is a program for
+seccomp, in its classic BPF instructions; bubblewrap loads it.
 """
 
 from __future__ import annotations
