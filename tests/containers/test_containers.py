@@ -35,10 +35,7 @@ def test_the_doctor_says_what_a_grading_does(situation: Situation):
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("situations")
-    for parent in (folder, *list(folder.parents)[:2]):
-        parent.chmod(0o755)
-    return situations.prepared_cache(folder)
+    return situations.prepared_cache(tmp_path_factory.mktemp("situations"))
 
 
 @each_situation
@@ -57,7 +54,8 @@ def test_points_are_the_same_by_other_users_as_by_namespaces():
     there = contained(DOCKER, f"PYTHONPATH=.:tests {' '.join(line)}", seconds=3600)
     assert [run.stderr.split()[0] for run in (here, there)] == ["namespaces", "users"]
     assert json.loads(there.stdout) == json.loads(here.stdout)
-    assert all(points >= 0 for each in json.loads(here.stdout).values() for points in each.values())  # -1: not judged
+    outcomes = [outcome for each in json.loads(here.stdout).values() for _, outcome in each.values()]
+    assert set(outcomes) <= {"passed", "partial", "failed"}
 
 
 AS_GRADESCOPE = ["--cpus=1", "--memory=3g", "--pids-limit=4096"]  # else a fork bomb is one for this machine, too
