@@ -44,6 +44,8 @@ COLORS = {
 # Distances at which a robot of this size should stop driving, and stop at all: the default thresholds in plots, m.
 THRESHOLDS = {"obstacle": 0.5, "emergency": 0.2}
 
+_TURNS = 0.02  # rad/s, more than the sensors' and the wheels' noise makes of a straight drive
+
 
 class View(Figure):
     """A Figure that a notebook shows exactly once, with any backend."""
@@ -89,14 +91,18 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
 def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None, at: float | None = None) -> View:
     """Return the map of a run beside its speeds and distances over simulated time.
 
-    `at` (s) is the moment that the map shows; thresholds (name -> m) are drawn into the distances.
+    `at` (s) is the moment that the map shows; thresholds (name -> m) are drawn into the distances. A panel in which
+    nothing happens is not drawn.
     """
     figure = View(figsize=(13.0, 6.0), layout="constrained")
-    plan, axes = _map_and_lines(figure)
+    plan, speed, turn, distance = _map_and_lines(figure, recording)
     draw_run(plan, recording, at)
     _finish_map(plan)
-    draw_speeds(axes[0], axes[1], recording)
-    draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
+    draw_speed(speed, recording)
+    if turn is not None:
+        draw_turn_rate(turn, recording)
+    if distance is not None:
+        draw_distances(distance, recording, THRESHOLDS if thresholds is None else thresholds)
     figure.suptitle(_run_title(recording, at))
     _add_caveat(figure, recording)
     return figure
@@ -105,7 +111,7 @@ def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None
 def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first", "second")) -> View:
     """Return two runs in one picture: both paths on the map, speeds and closest ranges over the same time."""
     figure = View(figsize=(13.0, 6.0), layout="constrained")
-    plan, (speed, turn, distance) = _map_and_lines(figure)
+    plan, speed, turn, distance = _map_and_lines(figure, a, b)
     _draw_obstacles_at(plan, a, a.t[-1])
     draw_goals(plan, a.world.goals)
     for run, label, color, style in ((a, labels[0], COLORS["path"], "-"), (b, labels[1], COLORS["other"], "--")):
@@ -114,17 +120,21 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
         plan.plot(run.x[-1:], run.y[-1:], "o", color=color, zorder=4)
         draw_contacts(plan, run)
         speed.plot(run.t, run.v, **line)
-        turn.plot(run.t, run.omega, **line)
-        distance.plot(run.t, _gaps(run.closest), **line)
+        if turn is not None:
+            turn.plot(run.t, run.omega, **line)
+        if distance is not None:
+            distance.plot(run.t, _gaps(run.closest), **line)
     apart = _first_difference(a, b)
     _finish_map(plan)
     _label(speed, "v (m/s)")
-    _label(turn, "omega (rad/s)")
-    _label(distance, "closest reading (m)")
-    distance.set_ylim(bottom=0.0)
     _legend(speed)
     _widen(speed, 0.5)
-    _widen_both_ways(turn)
+    if turn is not None:
+        _label(turn, "omega (rad/s)")
+        _widen_both_ways(turn)
+    if distance is not None:
+        _label(distance, "closest reading (m)")
+        distance.set_ylim(bottom=0.0)
     difference = "the same path" if apart is None else f"apart by more than 1 cm from {apart:.2f} s on"
     figure.suptitle(f"{a.world.name}: {labels[0]} and {labels[1]}, {difference}")
     _add_caveat(figure, a if a.unrepeatable else b)
@@ -159,11 +169,11 @@ def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0
 
 
 def draw_goals(axes: Axes, goals: Iterable[Pose]) -> None:
-    """Draw goals, numbered in order."""
+    """Draw goals, numbered in order, above a robot that stands on one."""
     for number, goal in enumerate(goals, start=1):
         label = "goal" if number == 1 else None
-        axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=14, zorder=4, label=label)
-        axes.annotate(str(number), (goal.x, goal.y), (7, 5), textcoords="offset points", color=COLORS["goal"])
+        axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=14, zorder=8, label=label)
+        axes.annotate(str(number), (goal.x, goal.y), (7, 5), textcoords="offset points", color=COLORS["goal"], zorder=8)
 
 
 def draw_robot(axes: Axes, pose: Pose, radius: float) -> None:
@@ -198,24 +208,25 @@ def draw_moment(axes: Axes, recording: Recording, time: float) -> None:
     draw_robot(axes, recording.pose_at(index), recording.radius)
 
 
-def draw_speeds(speed: Axes, turn: Axes, recording: Recording) -> None:
-    """Draw commanded and true speeds over time."""
-    for axes, true, command in ((speed, "v", "cmd_v"), (turn, "omega", "cmd_omega")):
-        axes.step(
-            recording.t,
-            recording.samples[command],
-            where="pre",
-            color=COLORS["command"],
-            lw=1.0,
-            ls="--",
-            label="commanded",
-        )
-        axes.plot(recording.t, recording.samples[true], color=COLORS["path"], linewidth=1.6, label="driven")
-    _label(speed, "v (m/s)")
-    _label(turn, "omega (rad/s)")
-    _legend(speed)
-    _widen(speed, 0.5)
-    _widen_both_ways(turn)
+def draw_speed(axes: Axes, recording: Recording) -> None:
+    """Draw the commanded and the true speed over time."""
+    _draw_commanded_and_driven(axes, recording, "v")
+    _label(axes, "v (m/s)")
+    _legend(axes)
+    _widen(axes, 0.5)
+
+
+def draw_turn_rate(axes: Axes, recording: Recording) -> None:
+    """Draw the commanded and the true turn rate over time."""
+    _draw_commanded_and_driven(axes, recording, "omega")
+    _label(axes, "omega (rad/s)")
+    _widen_both_ways(axes)
+
+
+def _draw_commanded_and_driven(axes: Axes, recording: Recording, name: str) -> None:
+    command = recording.samples[f"cmd_{name}"]
+    axes.step(recording.t, command, where="pre", color=COLORS["command"], lw=1.0, ls="--", label="commanded")
+    axes.plot(recording.t, recording.samples[name], color=COLORS["path"], linewidth=1.6, label="driven")
 
 
 def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, float]) -> None:
@@ -234,9 +245,7 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
     for i, contact in enumerate(recording.contacts):
         axes.axvline(contact.time, color=COLORS["contact"], linewidth=1.2, label="contact" if i == 0 else None)
     finite = recording.closest[np.isfinite(recording.closest)]
-    axes.set_ylim(0.0, max(1.0, 1.15 * float(finite.max())) if finite.size else 1.0)
-    if not finite.size:
-        axes.text(0.5, 0.8, "nothing in range", transform=axes.transAxes, ha="center", color=COLORS["closest"])
+    axes.set_ylim(0.0, max(1.0, 1.15 * float(finite.max(initial=0.0))))
     _label(axes, "distance (m)")
     _legend(axes)
 
@@ -335,16 +344,25 @@ def _widen_both_ways(axes: Axes) -> None:
     axes.set_ylim(-most, most)
 
 
-def _map_and_lines(figure: Figure) -> tuple[Axes, tuple[Axes, Axes, Axes]]:
-    """Return axes for a map on the left and three time series on the right."""
-    grid = figure.add_gridspec(3, 2, width_ratios=[1, 1.05], height_ratios=[1, 1, 1.3])
+def _map_and_lines(figure: Figure, *runs: Recording) -> tuple[Axes, Axes, Axes | None, Axes | None]:
+    """Return axes for a map on the left, and on the right for speed, turn rate and distance over time.
+
+    A panel in which nothing happens is None: of the turn rate where nothing turns, of the distance where nothing is in
+    range.
+    """
+    turns = any(np.abs(run.samples[name]).max(initial=0.0) > _TURNS for run in runs for name in ("omega", "cmd_omega"))
+    sees = any(np.isfinite(run.closest).any() for run in runs)
+    heights = [1.0, *([1.0] if turns else []), *([1.3] if sees else [])]
+    grid = figure.add_gridspec(len(heights), 2, width_ratios=[1, 1.05], height_ratios=heights)
+    plan = figure.add_subplot(grid[:, 0])
     speed = figure.add_subplot(grid[0, 1])
-    turn = figure.add_subplot(grid[1, 1], sharex=speed)
-    distance = figure.add_subplot(grid[2, 1], sharex=speed)
-    for axes in (speed, turn):
+    turn = figure.add_subplot(grid[1, 1], sharex=speed) if turns else None
+    distance = figure.add_subplot(grid[-1, 1], sharex=speed) if sees else None
+    *upper, lowest = [axes for axes in (speed, turn, distance) if axes is not None]
+    for axes in upper:
         axes.tick_params(labelbottom=False)
-    distance.set_xlabel("simulated time (s)")
-    return figure.add_subplot(grid[:, 0]), (speed, turn, distance)
+    lowest.set_xlabel("simulated time (s)")
+    return plan, speed, turn, distance
 
 
 def _finish_map(axes: Axes) -> None:

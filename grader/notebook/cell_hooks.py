@@ -105,7 +105,7 @@ _USUAL_FORMAT = warnings.formatwarning
 
 
 def format_warning(message: Warning | str, category: type[Warning], filename: str, *more: Any, **named: Any) -> str:
-    """Return a warning as Python shows it, but without a place in the simulator, where there is nothing to mend."""
+    """Return a warning as Python shows it, but without a place in the simulator, where there is nothing to fix."""
     if Path(filename).is_relative_to(KIT / "sim"):
         return f"{category.__name__}: {message}\n"
     return _USUAL_FORMAT(message, category, filename, *more, **named)

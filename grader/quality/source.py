@@ -10,6 +10,7 @@ from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
 from grader.quality.unreadable_code import UNREADABLE
 from grader.source import Collected, Phase, Source, Subject, served
+from grader.words import mark
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
@@ -31,7 +32,7 @@ class PackageText(Source):
         decided_by = ("text", str(lint), subject.text, building.checksum(install) if install else "")
         if kept := subject.kept.find(Quality, *decided_by):
             flags = text_flags(kept[0], settings.course.package)
-            return Collected({"quality": kept[0]}, tuple(flags), kept={"text": kept[1]})
+            return Collected({"quality": kept[0]}, tuple(flags), kept={mark("the package's files"): kept[1]})
         submission = subject.submission
         found = analyse_package(submission.package, settings.course, submission.interfaces, install, lint=lint)
         subject.kept.keep(found, *decided_by)

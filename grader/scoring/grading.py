@@ -146,7 +146,7 @@ class Grading:
         named = [say_count("{n} trial", "{n} trials", trials)] if trials else []
         named += [say(what) for what in kept if not what.startswith("trial ")]
         when, what = min(kept.values()), ", ".join(named)
-        return say("Unchanged since {when}, so not collected again: {what}.", when=when, what=what)
+        return say("Nothing has changed since {when}, so earlier results are used for: {what}.", when=when, what=what)
 
     @property
     def unjudged(self) -> tuple[RequirementScore, ...]:

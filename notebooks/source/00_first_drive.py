@@ -33,8 +33,8 @@
 # The first cell makes the folder in which it will grow.
 #
 # Run the cells from top to bottom, with Shift+Enter.
-# Some ask *What will it be?* or begin with **Predict** first.
-# Say your answer aloud or write it down before you run the cell: a guess that fails teaches more than one that was never made.
+# Above some of them stands **Predict:** and a question.
+# Say your answer aloud or write it down before you run the cell: a prediction that fails teaches more than one that was never made.
 
 # %%
 from grader.notebook import begin
@@ -108,7 +108,7 @@ Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
 # A driver is a function: it gets what the robot has seen and returns the two numbers.
 # This one does not even look.
 #
-# **What will it be?** The robot starts at (0, 0) and looks along x. Where is the circle's centre?
+# **Predict:** the robot starts at (0, 0) and looks along x. Where is the circle's centre?
 
 # %%
 from sim.views import map_view
@@ -143,7 +143,7 @@ print(f"the first beam looks to {scan.angle_min:.4f} rad, each next one {scan.an
 # Beam number i looks to `angle_min + i * angle_increment`, and 0 rad is straight ahead.
 # So beam 0 looks to -π, straight *back*; and each beam is 1° further left.
 #
-# **What will it be?** The robot stands at x = 0.6, y = 0.7 and looks along x.
+# **Predict:** the robot stands at x = 0.6, y = 0.7 and looks along x.
 # Read four distances off the map at the top: back, right, ahead and left.
 # Which beam is which?
 
@@ -176,7 +176,7 @@ plt.legend();
 # %% [markdown]
 # Now put a box 40 cm wide into its way, with its front 0.9 m ahead.
 #
-# **What will it be?** How many of the 360 beams does it catch?
+# **Predict:** how many of the 360 beams does it catch?
 # By hand: from the robot, half the box covers atan(0.2 / 0.9) = 12.5°.
 
 # %%
@@ -329,7 +329,7 @@ print(hand.get_subscription_count(), "subscriber")
 # Six numbers, for drones and submarines too.
 # Your robot uses two of them: `linear.x` is v, `angular.z` is ω.
 #
-# **What will it be?** You send *one* message with v = 0.2 m/s.
+# **Predict:** you send *one* message with v = 0.2 m/s.
 # How far has the robot come after 5 s?
 
 # %%
@@ -345,6 +345,9 @@ print(f"{simulator.pose.x - simulator.world.start.x:.1f} m")
 # One metre: it drives on and on.
 # This robot keeps the last command until another one comes.
 # So what happens if your program crashes now?
+#
+# (`lambda: X` is a function without a name that returns X; with `lambda robot: X` it takes one argument.
+# Here `run` calls it after each step, until it returns something true. `def touched(): return simulator.contacts` and `until=touched` would do the same.)
 
 # %%
 robot.set_rate(8.0)
@@ -391,7 +394,7 @@ while listener.get_publisher_count() == 0 and time.monotonic() < deadline:
 # %% [markdown]
 # Odometry comes 20 times a second.
 #
-# **What will it be?** After 5 s, how many messages are in the list?
+# **Predict:** after 5 s, how many messages are in the list?
 
 # %%
 robot.run(5.0)
@@ -403,7 +406,7 @@ len(heard)
 # ROS calls your functions only while you let it, and that is called **spinning**.
 # `spin_once` lets it call one function.
 #
-# **What will it be now?** 100 messages came while you were not spinning.
+# **Predict** again: 100 messages came while you were not spinning.
 
 # %%
 for _ in range(200):
@@ -457,17 +460,21 @@ plt.ylabel("v by odometry (m/s)");
 # ## Your turn: out of the corridor
 #
 # Drive the robot into the first office, through the door between x = 1.1 m and x = 2.1 m.
-# Write your way as a list of (v, ω, seconds), one line for each piece, and mind the walls.
+# The function `route` returns your way as a list of (v, ω, seconds), one line for each piece; mind the walls.
 # Write all numbers with a point, `2.0` and not `2`: the fields of the message are floats, and ROS does not convert.
 
-# %%
-route = [
-    (0.2, 0.0, 2.0),  # TODO: only two seconds straight on; where to from there?
-]
+# %% tags=["function"]
+def route():
+    """Return the way into the office: (v, omega, seconds) for each piece."""
+    return [
+        (0.2, 0.0, 2.0),  # TODO: only two seconds straight on; where to from there?
+    ]
 
+
+# %%
 robot.reset()
 robot.set_rate(4.0)
-for v, omega, seconds in route:
+for v, omega, seconds in route():
     command.linear.x, command.angular.z = v, omega
     hand.publish(command)
     robot.run(seconds)
@@ -492,11 +499,11 @@ robot.picture()
 # <details><summary>Hint 3: all but the last line</summary>
 #
 # ```python
-# route = [
-#     (0.25, 0.0, 4.0),   # one metre ahead
-#     (0.0, 0.785, 2.0),  # a quarter turn to the left
-#     ...                 # from y = 0.7 m it is still more than a metre
-# ]
+#     return [
+#         (0.25, 0.0, 4.0),   # one metre ahead
+#         (0.0, 0.785, 2.0),  # a quarter turn to the left
+#         ...                 # from y = 0.7 m it is still more than a metre
+#     ]
 # ```
 #
 # </details>
@@ -543,6 +550,8 @@ rclpy.try_shutdown()
 # | 08 Settings and launch | parameters; everything with one command |
 # | 09 Tests that notice | tests, and small mistakes put in on purpose to test the tests |
 # | 10 Show and hand in | the demonstration, the README, the hand-in |
+# | 11 A clinic | nothing: ten broken packages to diagnose and to cure, without points |
+# | 12 Frames | nothing: what is where, and when, by tf2; without points, any time after 05 |
 #
 # ### The contract
 #

@@ -93,7 +93,7 @@ trial = Path(tempfile.mkdtemp())
 
 # %% [markdown]
 # Eight files. (ROS's own command writes a ninth, `LICENSE`.)
-# **What will it be?** Copy one of them, alone, into an empty folder, and `colcon`, the build tool, finds a package there. Which one?
+# **Predict:** copy one of them, alone, into an empty folder, and `colcon`, the build tool, finds a package there. Which one?
 
 # %%
 # !cd {trial} && mkdir -p alone/copy && cp src/greeter/package.xml alone/copy
@@ -122,14 +122,8 @@ trial = Path(tempfile.mkdtemp())
 # Both folders have the same name, one inside the other.
 # The outer one is the *package*, what ROS builds; the inner one is the *Python package*, what `import` finds.
 #
-# First the folders that you need today:
-
-# %%
-# !mkdir -p ros2_robot_controller/utils scripts
-
-# %% [markdown]
 # Some files are given.
-# `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder.
+# `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder, and makes the folders that it needs.
 # It does not ask before it overwrites: if you have changed the file in an editor meanwhile, a copy of it is kept in `ws/kept`, and a line says so.
 # First, two that are for plain Python tools, such as an editor or a linter; ROS itself builds with the `CMakeLists.txt` that you write below.
 
@@ -205,7 +199,9 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
 # Many programs on the web end with that error.
 #
 # And two nodes.
-# A node is a class that derives from `Node`; it gets its name in `super().__init__`.
+# A node is a class that derives from `Node`: it has all that `Node` has, and adds to it.
+# `super()` is the class above: `super().__init__(...)` runs what `Node` does to set itself up, and gives it its name.
+# Without that call there is a class, but no node.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -298,7 +294,7 @@ rclpy.try_shutdown()
 #
 # The licence has a short official name, from the [SPDX list](https://spdx.org/licenses/).
 # Two tools read it here: `catkin_pkg`, with which `colcon` reads `package.xml`, and `packaging`, the library by which Python's own tools check a licence, with the SPDX list inside.
-# **What will it be?** Which of these does each accept?
+# **Predict:** which of these does each accept?
 
 # %%
 from catkin_pkg.package import parse_package_string
@@ -643,14 +639,15 @@ check("I1")
 
 # %% [markdown]
 # One package finished.
-# **What will it be?** `from greeter.srv import Greet`, as you would write it in a node?
+# **Predict:** what does `from greeter.srv import Greet` do, as you would write it in a node?
 
 # %%
 # !cd {trial} && . install/setup.sh && python3 -c "from greeter.srv import Greet" 2>&1 | tail -1
 # !cd {trial} && echo "files about Greet: $(find install -name '*Greet*' | wc -l)"
 
 # %% [markdown]
-# Nothing was generated, and no tool said a word.
+# Nothing was generated, and no tool said so.
+# ("1 package had stderr output" is about something else: setuptools warns there about the way `colcon` calls it, with or without a `srv/`.)
 # An interface becomes Python (and C, and C++) by **rosidl**, and rosidl is a set of *CMake* commands.
 # The `ament_python` build runs `setup.py`, which has never heard of them.
 # It does not even look into `srv/`.
@@ -695,7 +692,7 @@ sys.exit(run(FirstDrive))
 
 # %% [markdown]
 # `run_node` builds your package and starts the program beside a simulated robot; `drive` lets ten simulated seconds pass.
-# **What will it be?** How large is the circle? (At 0.6 rad/s, how long is a full turn, and how far does the robot get in that time?)
+# **Predict:** how large is the circle? (At 0.6 rad/s, how long is a full turn, and how far does the robot get in that time?)
 
 # %%
 from sim.views import map_view

@@ -95,7 +95,7 @@ begin("02")
 # A message in Python is an object.
 # On the wire it is bytes, and you can have a look at them.
 #
-# **What will it be?** A `Vector3` has three `float64` of 8 bytes each. How many bytes travel?
+# **Predict:** a `Vector3` has three `float64` of 8 bytes each. How many bytes travel?
 
 # %%
 from geometry_msgs.msg import Vector3
@@ -123,7 +123,7 @@ struct.unpack("<4x3d", raw)
 #
 # Your speed will travel as a `float32`, in four bytes.
 #
-# **What will it be?** 0.3 goes in; what comes out?
+# **Predict:** 0.3 goes in; what comes out?
 
 # %%
 from std_msgs.msg import Float32
@@ -167,7 +167,7 @@ plt.ylabel("error on arrival (nm/s)");
 #
 # ### An int is not a float
 #
-# **What will it be?** The 1 in the next cell has no point.
+# **Predict:** the 1 in the next cell has no point. What arrives?
 
 # %%
 print(deserialize_message(serialize_message(Float32(data=1)), Float32))
@@ -175,6 +175,7 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # %% [markdown]
 # Zero!
 # The number is not converted: its memory is read as if it held a float.
+# That is so in the wheels that this kit uses, which are built without assertions.
 # With types that you have built yourself it is worse: there the same mistake ends the whole program, with `Assertion 'PyFloat_Check(field)' failed`.
 # A robot that gets `speed = 1` and stands still costs a long afternoon.
 #
@@ -246,8 +247,6 @@ def types(file):
     """Return the types that occur in the file, each once."""
     return sorted({str(field.type) for part in parts(file) for field in part})
 
-
-# !mkdir -p msg srv action
 
 # %% [markdown]
 # ### Exercise 1: a message
@@ -565,7 +564,7 @@ installed_hash(sys.prefix, "geometry_msgs/msg/Vector3")
 # %% [markdown]
 # The same, to the last digit.
 #
-# **What will it be?** Which of these changes the hash: another order of the fields, or another comment?
+# **Predict:** which of these changes the hash: another order of the fields, or another comment?
 
 # %%
 print(type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])[:20])
@@ -604,7 +603,7 @@ check("I3")
 # It compiles, it installs, it has the same name.
 # The colleague's robot sends: closest obstacle 0.4 m, battery 80 %.
 #
-# **What will it be?** What do you read?
+# **Predict:** what do you read?
 
 # %%
 sent = struct.pack("<2f", 80.0, 0.4)  # their order: battery_level, closest_obstacle_distance
@@ -679,7 +678,7 @@ while planner.count_subscribers("cmd_vel") == 0 and time.monotonic() < deadline:
     time.sleep(0.1)
 
 # %% [markdown]
-# **What will it be?** An error, a warning, or nothing?
+# **Predict:** an error, a warning, or nothing?
 
 # %%
 for _ in range(20):
@@ -749,7 +748,7 @@ class SpeedDrive(RobotController):
 sys.exit(run(SpeedDrive))
 
 # %% [markdown]
-# **What will it be?** The answer's text has the speed that *arrived*. What does it say for 0.3?
+# **Predict:** the answer's text has the speed that *arrived*. What does it say for 0.3?
 
 # %%
 run = run_node(program="../../speed_drive.py", world="open_field")

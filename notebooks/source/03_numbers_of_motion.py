@@ -45,7 +45,7 @@
 #             └── conversions.py                   ← today
 #
 # Run the cells from top to bottom.
-# Before you run one that asks *What will it be?*, say your answer aloud or write it down: a guess that fails teaches more than one that was never made.
+# Before you run one below **Predict**, say your answer aloud or write it down.
 
 # %%
 from grader.notebook import begin, check, run_node, start_at, tries
@@ -96,7 +96,7 @@ map_view(recording)
 # The short line from the centre to the rim is the robot's front.
 # Next you look at what a robot *says* about this moment: its odometry, as the message that is published on the topic `odom`.
 #
-# **What will it be?** The robot has turned to its left by about a right angle.
+# **Predict:** the robot has turned to its left by about a right angle.
 # How would *you* write that into a message?
 
 # %%
@@ -135,7 +135,7 @@ print("orientation", odom.pose.pose.orientation)
 # Do one by hand.
 # To the left is 90°, half of it is 45°, so z and w are both about 0.71.
 #
-# **What will it be** for straight back, 180°?
+# **Predict:** what are z and w for straight back, 180°?
 # And for -90° and 270°, which are the same direction?
 
 # %%
@@ -183,10 +183,6 @@ for axes in (arrows, points):
 #
 # Here is the file that you fill today, `utils/conversions.py`, as a skeleton: everything is there except what the four functions do.
 # They know nothing of nodes and topics, only numbers, so you can try them in a cell and test them without a robot.
-# (`%%writefile` makes no folders, so the first cell makes sure that there is one.)
-
-# %%
-# !mkdir -p ros2_robot_controller/utils
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/conversions.py
@@ -269,7 +265,7 @@ tries(
 # A robot has looked at its compass twice and wants the mean.
 # It faced almost exactly backwards both times: 179° and -179°.
 #
-# **What will it be?**
+# **Predict:** what is the mean?
 
 # %%
 readings = np.array([179.0, -179.0])
@@ -294,7 +290,7 @@ axes.grid(alpha=0.3)
 # Folding it back is called **normalizing**.
 #
 # Python's `%` folds too.
-# **What will it be** for a little to the right, -10°?
+# **Predict:** what does it make of a little to the right, -10°?
 
 # %%
 print("-10 % 360 =", -10 % 360)
@@ -306,7 +302,7 @@ print("-10 % 360 =", -10 % 360)
 # The brackets matter: -π itself is *not* included and π is, so that "straight back" has one number and not two.
 #
 # Python's `math` has a second remainder, the one *nearest to zero*.
-# **What will it be** for the same angles, and for both ends?
+# **Predict:** what does it make of the same angles, and of both ends?
 
 # %%
 for degrees in (-10, 181, 540, -180, 180):
@@ -375,7 +371,7 @@ tries(
 #
 #     omega = 1.5 * (wanted - yaw)
 #
-# **Which way will it turn, and how far?**
+# **Predict:** which way will it turn, and how far?
 
 # %%
 def turner(wanted_deg, difference):
@@ -408,7 +404,7 @@ print(f"turned by {turned(turn(-170, 170, minus)):.0f}°")
 # So change one thing: the robot starts at 90° and should face 183°.
 # Nobody writes 183°, but "my heading plus a quarter turn" is exactly that when the heading is 93°.
 #
-# **What will it do?**
+# **Predict:** what will it do?
 
 # %%
 def heading_view(runs):
@@ -467,7 +463,7 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 # Now the way back, from a message to a heading.
 # On a flat floor it looks easy: the point (w, z) has half the angle, so take its angle twice.
 #
-# **What will it be** for the two quaternions of "to the right"?
+# **Predict:** what comes out for the two quaternions of "to the right"?
 
 # %%
 for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
@@ -494,7 +490,7 @@ for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
 #
 # Go through the second line by hand; it is four small products.
 # The third line is sixteen of them, so let Python check it, for a robot on a ramp that tilts forward and to the side.
-# **What will it be?** Will "twice the angle" agree with the arrow?
+# **Predict:** does "twice the angle" agree with the arrow?
 
 # %%
 def multiply(p, q):
@@ -578,7 +574,7 @@ tries(
 # The message says `float64` and nothing else.
 # Someone means 90° and writes 90.
 #
-# **Which way does that robot face?**
+# **Predict:** which way does that robot face?
 # Do it by hand: a full turn is 6.283 rad.
 
 # %%
@@ -611,7 +607,7 @@ print("nan < 0.5:", nan < 0.5, "  nan > 0.5:", nan > 0.5, "  nan == nan:", nan =
 
 # %% [markdown]
 # Here are four ways to write the same limit, all equal for ordinary numbers.
-# **What will each make of NaN?**
+# **Predict:** what will each make of NaN?
 
 # %%
 low, high = -0.5, 0.5
@@ -719,7 +715,7 @@ help(normalize_angle)
 #
 # How docstrings are *written* is a matter of agreement, and ROS packages agree on the rules of PEP 257, checked by a linter: `ament_pep257`.
 # Here are three functions with something to find, in a file beside your package.
-# **What will it say about each?**
+# **Predict:** what will it say about each?
 
 # %%
 # %%writefile ../../three_docstrings.py

@@ -101,7 +101,7 @@ print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in sca
 # Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise, as in notebook 03).
 #
 # Do one by hand: `angle_min` is -3.1416, so beam 0 looks straight back.
-# **Which beam looks straight ahead? Which one to the left?**
+# **Predict:** which beam looks straight ahead? Which one to the left?
 
 # %%
 for beam in (0, 90, 180, 270, 359):
@@ -155,7 +155,7 @@ live
 # On a TurtleBot 4 it is turned by 90° to the left.
 # Here is one that stands 2 m in front of a wall.
 #
-# **What will it be?** What does the beam at angle 0 read?
+# **Predict:** what does the beam at angle 0 read?
 
 # %%
 live.stop()
@@ -227,7 +227,7 @@ for degrees, distance in ((-90, 2.04), (0, 1.0), (90, 1.0), (180, 1.0)):
 # Everything else is not an obstacle, and not a reason to crash.
 # That is requirement **F6**, and most first versions fail it with three letters: `min`.
 #
-# **What will each line print?** A wall is 0.4 m away.
+# **Predict:** what will each line print? A wall is 0.4 m away.
 
 # %%
 nan, inf = math.nan, math.inf
@@ -246,7 +246,7 @@ print(min([0.4, 0.0, 3.0]))
 # Give that to a robot.
 # It drives at a wall and stops if the closest reading is below 0.5 m; beam 0, which looks straight *back*, is broken.
 #
-# **What will happen?**
+# **Predict:** what happens?
 
 # %%
 def careless(broken_beam):
@@ -272,9 +272,10 @@ run_view(drive(Simulator(load_world("wall_ahead")), careless(broken_beam=0), 8.0
 #
 # Write the cure once, in one place, and use it in both nodes: today's takes the closest reading, and notebook 05 needs to know what is *ahead* and what is *behind*.
 # Here is the skeleton; you fill its three functions one by one.
-
-# %%
-# !mkdir -p ros2_robot_controller/utils
+#
+# `Proximity` is a **dataclass**: from the list of its fields Python writes `__init__`, what `print` shows, and `==`.
+# `Proximity(0.4)` has 0.4 in its first field, `ahead`, and in the others the values after `=`; you read a field with `found.ahead`.
+# `frozen=True` forbids to change one afterwards; `replace(found, behind=1.0)` makes a changed copy.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/scans.py
@@ -603,7 +604,7 @@ print("heard:", heard)
 #
 # The lidar from above sends 30 scans, best effort.
 # Two subscribers listen, one with each setting.
-# **How many will each hear?**
+# **Predict:** how many will each hear?
 
 # %% tags=["nbval-ignore-output"]
 # The lines of the log may come in another order.
@@ -1001,7 +1002,7 @@ tries(
 # `_on_scan` keeps the closest reading as `self._closest`; `_on_imu` keeps the two vectors of the message, as `self._acceleration` and `self._angular_velocity`.
 # Those need no conversion: acceleration in m/s² and turning speed in rad/s are copied as they are.
 #
-# **What does the accelerometer of a robot that stands still say along z?**
+# **Predict:** what does the accelerometer of a robot that stands still say along z?
 
 # %%
 imu = to_message(Simulator(load_world("office"), noise=False).imu())
@@ -1151,7 +1152,7 @@ tries(
 #
 # The pattern is short; here it is in a node that has nothing to do with robots.
 # A thermometer reports dozens of times a second, and this node passes the temperature on five times a second.
-# **How many of the reports will it have passed on after one second, and which ones?**
+# **Predict:** how many of the reports will it have passed on after one second, and which ones?
 
 # %% tags=["nbval-ignore-output"]
 # How many messages fit into a second depends on the machine.
@@ -1467,7 +1468,7 @@ run.close()
 #
 # Watch two nodes, each with a timer of one second.
 # One goes by `/clock`, which this cell moves on by ten seconds, quicker than the wall does.
-# **How often does each timer fire?**
+# **Predict:** how often does each timer fire?
 
 # %%
 from rclpy.parameter import Parameter

@@ -123,7 +123,7 @@ if __name__ == '__main__':
 # `declare_parameter` gives a parameter its name, its default and, through the default, its type.
 # Start the cart as a process of its own, as a second terminal would, and ask what can be set.
 #
-# **What will it list?** The code declares two.
+# **Predict:** what will it list? The code declares two.
 
 # %%
 import subprocess
@@ -145,7 +145,7 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 # You changed no code, and restarted nothing.
 # `dump` prints the settings as a YAML file that a node can be started with; you will write two of these.
 #
-# **What will happen** with a speed of -1.0?
+# **Predict:** what happens with a speed of -1.0?
 # And with `1`, a whole number?
 
 # %%
@@ -217,7 +217,7 @@ print("-p, then file  ", speed_of_cart(*word, *file))
 # The first line is a key, and it says *which node* is meant.
 # Suppose it says `kart`.
 #
-# **What will the node say?**
+# **Predict:** what will the node say?
 
 # %%
 write_settings("kart")
@@ -230,7 +230,7 @@ print(speed_of_cart(*file))
 #
 # And there is more to get wrong.
 # Robots come in namespaces: `/left/cart` is the cart of the robot called `left`.
-# **Which of these keys reach which of the three carts?**
+# **Predict:** which of these keys reach which of the three carts?
 # Fill in the table by hand before you run the cell.
 
 # %%
@@ -304,7 +304,7 @@ axes.legend();
 # The cart reads `max_linear_speed` each time it publishes.
 # It read its `rate` once, to make the timer.
 #
-# **What is the timer's period after the rate was set to 50 Hz?**
+# **Predict:** what is the timer's period after the rate was set to 50 Hz?
 
 # %%
 cart = Cart()
@@ -385,7 +385,7 @@ late.destroy_node()
 # %% [markdown]
 # At run time the callback does its work.
 # Now give -1.0 *at the start*, as a parameter file would.
-# **What will each of the two do?**
+# **Predict:** what will each of the two do?
 
 # %%
 senseless = ["--ros-args", "-p", "max_linear_speed:=-1.0"]
@@ -403,7 +403,7 @@ for kind in (LateCart, EarlyCart):
 # Register first, then declare.
 #
 # And there is a hole in `refuse_negative` that you know from notebook 03.
-# **What does it say to NaN?**
+# **Predict:** what does it say to NaN?
 
 # %%
 print(refuse_negative([Parameter("max_linear_speed", value=float("nan"))]).successful)
@@ -832,7 +832,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 # ### A second look at the other node
 #
 # `sensor_processor` has a timer too, made from `fusion_frequency` in notebook 04; look into the file for a method `_on_parameters_changed`, which you can now read.
-# **Does yours follow a change?** The parameter goes from 20 to 5 Hz; count the messages of one second.
+# **Predict:** does yours follow a change? The parameter goes from 20 to 5 Hz; count the messages of one second.
 
 # %%
 with run_node("sensor_processor", world="open_field") as run:

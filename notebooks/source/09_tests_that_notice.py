@@ -113,7 +113,7 @@ def test_safe_speed():
 # `coverage` runs a program and writes down which lines were reached, and of each `if` whether it went both ways.
 # The test calls the function in four situations.
 #
-# **How much of the file will it reach, in percent?**
+# **Predict:** how much of the file will it reach, in percent?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -124,7 +124,7 @@ def test_safe_speed():
 # 100 %, and the test has passed.
 # Now break the robot: `sed` turns a `<` round, and the robot drives on *because* something is nearer than half a metre.
 #
-# **Will the test notice?**
+# **Predict:** will the test notice?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -201,7 +201,7 @@ def eight_times(let_time_pass, sim_time):
     return found
 
 # %% [markdown]
-# **How often in eight tries will there be exactly three?**
+# **Predict:** how often in eight tries are there exactly three?
 # And how often, when the machine has something else to do at the same time?
 
 # %% tags=["nbval-ignore-output"]
@@ -224,6 +224,7 @@ print("busy machine: ", eight_times(wait, sim_time=False))
 
 # %% [markdown]
 # The same node, the same test, and it passes or fails with the weather: it is **flaky**.
+# (What keeps it from running here are threads of the same interpreter, which share one lock with it, the **GIL**. Another process would not, as long as a core is free; on a build server none is.)
 # A flaky test is worse than none: after the fifth false alarm people stop looking.
 # "Then wait a second, to be safe" makes it slow *and* flaky on a busier machine.
 #
@@ -261,7 +262,7 @@ busy = False
 # Each row is a mutant, with the line and the mistake; each column is a test; green means that the test fails on the mutant, so it *notices*.
 #
 # Here is the test from above that reached every line.
-# **How many of the mutants will it notice?**
+# **Predict:** how many of the mutants will it notice?
 
 # %%
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
@@ -271,7 +272,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #
 # Now one test that asks the obvious.
 # (`-a` adds to the file.)
-# **Guess again.**
+# **Predict** again.
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -512,6 +513,11 @@ def test_the_speed_falls_within_the_margin_but_never_to_nothing(distance, expect
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "speed_cap")
 
 # %% [markdown]
+# One row stays grey: "room > 0.0 became always true".
+# Below the threshold the share is then negative instead of 0, and `max` takes a fifth of the limit in both cases.
+# The condition is there for a margin of 0: at 0.4 m the mutant divides by it, and `LIMITS` has a margin of 0.3.
+# A test of one line with other limits kills it; write one if you like.
+#
 # #### What a grey row does to a robot
 #
 # `clearance` decides which way the robot looks while it drives.
@@ -2042,4 +2048,4 @@ check("Q1")
 # 100 % of the mutants is therefore not a goal; T3 asks for 75.
 # </details>
 #
-# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and you can prove it. Now others have to be able to use it.
+# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests support it. Now others have to be able to use it.

@@ -29,7 +29,7 @@
 # - say which tool answers which question: the graph of nodes and topics, `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
 # - show that a cure cures, and that it breaks nothing else.
 #
-# **Time:** 90 to 180 minutes, 5 to 20 for each case; they can be treated on different days, in any order.
+# **Time:** 90 to 240 minutes, 5 to 25 for each case; they can be treated on different days, in any order.
 #
 # The patient on the table is a whole package:
 #
@@ -51,6 +51,23 @@ begin("11")
 
 # %% [markdown]
 # (If that says that files are missing, never mind: each patient brings its own.)
+#
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 04: <code>ros2 topic list</code> shows the topic, and a subscriber hears nothing. Name two reasons.</summary>
+#
+# The two ends want different qualities of service. Or the name is another one: a namespace, a remapping, a missing slash.
+# </details>
+# <details><summary>Notebook 05: while one callback sleeps for 0.3 s, what happens to the others?</summary>
+#
+# They wait: there is one thread. Scans queue up, and the oldest are dropped.
+# </details>
+# <details><summary>Notebook 08: a parameter file is read without an error and changes nothing. What do you look at?</summary>
+#
+# Its first key: the node's name with its namespace, or `/**`. A key that fits no node is no error.
+# </details>
 #
 # ## How a case goes
 #
@@ -184,7 +201,7 @@ check("C2", diagnosis)
 admit("C3")
 
 # %% [markdown]
-# **What will the two commands say**, if the complaint is right?
+# **Predict:** what will the two commands say, if the complaint is right?
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a list may still lack a name that has just come up.

@@ -29,7 +29,7 @@
 # - write the adapter that lets a package drive a robot with other frames, types and names;
 # - recognise in a picture a lidar that is mounted turned, a wrong time, and odometry that has drifted.
 #
-# **Time:** 90 to 165 minutes in three parts: up to *From any frame to any other* 40 to 75 minutes, then 25 to 45, and *An adapter* 25 to 45.
+# **Time:** 90 to 200 minutes in three parts: up to *From any frame to any other* 40 to 90 minutes, then 25 to 55, and *An adapter* 25 to 55.
 #
 # The tree, with each frame's place in the one above it:
 #
@@ -589,7 +589,7 @@ axes.legend();
 #
 # ## An adapter
 #
-# Part 3: 25 to 45 minutes.
+# Part 3: 25 to 55 minutes.
 #
 # Your package drives a robot whose lidar faces ahead and whose `cmd_vel` takes a `Twist`.
 # A TurtleBot 4 differs in both, and where there are several of them, each has a **namespace** of its own.

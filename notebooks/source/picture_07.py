@@ -51,8 +51,10 @@ def draw() -> Figure:
         draw_robot(plan, run.pose_at(int(index)), COURSE.radius)
     for number, goal in enumerate(GOALS, start=1):
         plan.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=15, zorder=8)
-        plan.annotate(f"goal {number}", (goal.x, goal.y), (-14, 18), textcoords="offset points", color=COLORS["goal"])
-    plan.set(xlim=(-1.2, 2.2), ylim=(-0.4, 1.9), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+        beside = 24 if goal.y > 1.0 else -36  # of the robots, which would be drawn over it
+        plan.annotate(f"goal {number}", (goal.x, goal.y), (0, beside), textcoords="offset points", color=COLORS["goal"],
+                      ha="center", zorder=9)  # fmt: skip
+    plan.set(xlim=(-1.2, 2.2), ylim=(-0.5, 1.9), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     times, distances = np.array(visitor.told).T
     told.plot(times, distances, ".", color=COLORS["goal"], markersize=5, label="feedback: distance_remaining")
     told.axhline(0.1, color=COLORS["threshold"], linestyle=":", label="tolerance 0.1 m")

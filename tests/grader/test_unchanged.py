@@ -44,7 +44,7 @@ def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path
 
     first, second = grade(), grade()
     assert not first.unchanged
-    assert second.unchanged.endswith("so not collected again: text.")
+    assert second.unchanged.endswith("so earlier results are used for: the package's files.")
     assert second.evidence.quality == first.evidence.quality
     assert "`--fresh` collects" in console.render_checks(second)
     assert not grade(replace(settings, fresh=True)).unchanged
@@ -70,7 +70,7 @@ def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_p
     assert again is not None
     assert again.scorecard == first.scorecard
     assert again.evidence == replace(first.evidence, kept=again.evidence.kept)
-    assert again.unchanged.endswith("so not collected again: text.")
+    assert again.unchanged.endswith("so earlier results are used for: the package's files.")
     for other in ({"fresh": True}, {"keep": False}, {"seed": 1}, {"requirements": ("I2", "Q2")}):
         assert pipeline.unchanged(package, replace(settings, **other)) is None
     (package / "README.md").write_text("changed")

@@ -126,7 +126,7 @@ def folds_are_closed(page: Page) -> Iterator[str]:
 
 def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
     """Exercises without a check between them share the next check and its hints; a skeleton's pieces have their own."""
-    open_: dict[str, bool] = {}  # what is written, and whether it needs hints
+    open_: dict[str, int] = {}  # what is written, and how many hints it needs
     hints, asked, of_a_piece = 0, True, False
     for cell in [*page.notebook.cells, None]:
         tags = set(notebook_source.tags(cell)) if cell is not None else set()
@@ -134,18 +134,35 @@ def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
         if (cell is None or exercise) and open_ and (asked or cell is None):
             if not asked:
                 yield f"no check follows the exercise {', '.join(open_)}"
-            if any(open_.values()) and hints < HINTS:
-                yield f"the exercise {', '.join(open_)} has {hints} folded hints, expected {HINTS}"
+            if hints < (expected := max(open_.values())):
+                yield f"the exercise {', '.join(open_)} has {hints} folded hints, expected {expected}"
             open_ = {}
         if cell is None:
             return
         if exercise:
             hints, asked = (0, False) if not open_ else (hints, asked)
-            open_[notebook_source.written_file(cell) or cell["id"]] = notebook_source.EXERCISE in tags
+            needed = HINTS - (notebook_source.DESIGN in tags) if notebook_source.EXERCISE in tags else 0
+            open_[notebook_source.written_file(cell) or cell["id"]] = needed
         of_a_piece = (of_a_piece or notebook_source.PIECE in tags) and not exercise
         asked = asked or notebook_source.CHECK in tags
         if cell.cell_type == "markdown" and not of_a_piece:
             hints += len(re.findall(r"<summary>[^<]*hint", cell.source, re.IGNORECASE))
+
+
+def designs_are_left_to_the_learner(page: Page) -> Iterator[str]:
+    """Up to the next exercise: no skeleton, no third hint, and two worked designs afterwards."""
+    for position, cell in enumerate(page.notebook.cells):
+        if {notebook_source.DESIGN, notebook_source.EXERCISE} <= set(notebook_source.tags(cell)):
+            if pieces.definitions(notebook_source.body(cell)):
+                yield f"the design {cell['id']} is a skeleton: it names functions"
+            after = []
+            for other in page.notebook.cells[position + 1 :]:
+                if {notebook_source.EXERCISE, notebook_source.SKELETON} & set(notebook_source.tags(other)):
+                    break
+                after.append(other.source)
+            text = "\n".join(after)
+            if "<summary>Hint 3" in text or "<summary>Two designs" not in text:
+                yield f"the design {cell['id']} has a third hint, or no two worked designs to compare it with"
 
 
 def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
@@ -327,6 +344,7 @@ OF_SOURCES: tuple[Rule, ...] = (
     asks_recall_questions,
     folds_are_closed,
     exercises_are_checked_and_hinted,
+    designs_are_left_to_the_learner,
     pieces_are_tried_and_hinted,
     pieces_follow_their_skeleton,
     tags_fit_the_cells,

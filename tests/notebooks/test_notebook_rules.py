@@ -61,6 +61,7 @@ VIOLATIONS = [
     ("folds_are_closed", "Three.</details>", "Three."),
     ("exercises_are_checked_and_hinted", "<summary>Hint 3</summary>", "<summary>More</summary>"),
     ("exercises_are_checked_and_hinted", '# %% tags=["check"]\ncheck("I3")', "# %%\n1"),
+    ("designs_are_left_to_the_learner", '# %% tags=["exercise"]', '# %% tags=["exercise", "design"]'),
     ("tags_fit_the_cells", '# %% tags=["check"]', "# %%"),
     ("pieces_are_tried_and_hinted", "# %%\n# The piece, tried", "# %% [markdown]\n# The piece, tried"),
     ("pieces_are_tried_and_hinted", '# %% tags=["piece"]', '# %% tags=["piece", "design"]'),

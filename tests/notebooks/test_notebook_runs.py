@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,11 +14,8 @@ from grader import cli
 from grader.authoring import notebook_source
 
 NAMES = notebook_source.names()
-FIRST, *WITH_EXERCISES = NAMES
 OFTEN = ("02", "04", "07", "10")
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
-
-Pages = Callable[[str], Page]
 
 
 @pytest.fixture(scope="module")
@@ -33,18 +30,10 @@ def course(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     course.close()
 
 
-def test_the_first_notebook_has_nothing_to_solve(student_page: Pages, published_page: Pages):
-    """Its published run, which begins in an empty workspace too, is that of the student edition."""
-    student, published = ([cell.source for cell in read(FIRST).code()] for read in (student_page, published_page))
-    assert student == published
-
-
 SELDOM = pytest.mark.slow  # these take five times as much CPU time as those of OFTEN, 200 s
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name[:2] in OFTEN else SELDOM) for name in WITH_EXERCISES]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name[:2] in OFTEN else SELDOM) for name in NAMES])
 def test_untouched_and_alone_it_runs_and_each_check_says_not_yet(name: str, course: Course):
     """In an empty workspace: a student may open any notebook first."""
     run = course.untouched(name)

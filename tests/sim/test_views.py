@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from sim import Recorder, Recording, Simulator, Twist, World, drive, load_world
+from sim import Pose, Recorder, Recording, Simulator, Twist, World, drive, load_world
 from sim.views import COLORS, compare_view, map_view, run_view
 
 
@@ -66,25 +66,34 @@ def test_the_old_path_of_a_dragged_cart_is_not_drawn(dragged: Recording) -> None
 def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
     figure = run_view(crash, {"my_threshold": 0.4})
     assert labels(figure) == {"x (m)", "y (m)", "simulated time (s)", "v (m/s)", "omega (rad/s)", "distance (m)"}
-    assert any(line.get_ydata()[0] == 0.4 for line in figure.axes[2].get_lines())
-    assert any("my_threshold 0.4 m" in text.get_text() for text in figure.axes[2].texts)
+    assert any(line.get_ydata()[0] == 0.4 for line in figure.axes[-1].get_lines())
+    assert any("my_threshold 0.4 m" in text.get_text() for text in figure.axes[-1].texts)
 
 
 def test_the_names_of_thresholds_stand_where_no_line_crosses_them(crash: Recording) -> None:
     """The robot of this recording ends close to a wall, so they stand at the start."""
-    names: Any = run_view(crash, {"my_threshold": 0.4}).axes[2].texts
+    names: Any = run_view(crash, {"my_threshold": 0.4}).axes[-1].texts
     assert [name.xy[0] for name in names] == [crash.t[0]]
 
 
-def test_nothing_in_range_is_written_beside_the_thresholds() -> None:
-    simulator = Simulator(World("nothing anywhere"))
-    recorder = Recorder(simulator)
-    recorder.take(simulator.step(0.1))
-    axes = run_view(recorder.recording()).axes[2]
-    (height,) = [text.get_position()[1] for text in axes.texts if text.get_text() == "nothing in range"]
-    drawn = [line.get_ydata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
-    assert drawn == [0.5, 0.2]
-    assert min(abs(height - value) for value in drawn) > 0.2
+@pytest.mark.parametrize(("omega", "world", "panels"), [
+    (0.0, World("nothing anywhere"), {"v (m/s)"}),
+    (0.5, World("nothing anywhere"), {"v (m/s)", "omega (rad/s)"}),
+    (0.0, load_world("wall_ahead"), {"v (m/s)", "distance (m)"}),
+    (0.5, load_world("wall_ahead"), {"v (m/s)", "omega (rad/s)", "distance (m)"}),
+])  # fmt: skip
+def test_a_panel_in_which_nothing_happens_is_not_drawn(omega: float, world: World, panels: set[str]) -> None:
+    run = drive(Simulator(world), lambda _: Twist(0.2, omega), 1.0)
+    rest = {"x (m)", "y (m)", "simulated time (s)"}
+    assert labels(run_view(run)) == rest | panels
+    assert labels(compare_view(run, run)) == rest | {name.replace("distance", "closest reading") for name in panels}
+
+
+def test_a_goal_is_drawn_above_the_robot_that_stands_on_it() -> None:
+    run = drive(Simulator(World("there", goals=(Pose(0.1, 0.0),))), lambda _: Twist(0.2, 0.0), 1.0)
+    (axes,) = map_view(run).axes
+    (goal,) = [line for line in axes.get_lines() if line.get_marker() == "*"]
+    assert goal.get_zorder() > max(patch.get_zorder() for patch in axes.patches)
 
 
 @pytest.mark.parametrize(
