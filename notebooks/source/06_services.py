@@ -36,7 +36,7 @@
 #     ├── srv/                       SetSpeed.srv  GetRobotStatus.srv   (notebook 02)
 #     └── ros2_robot_controller/
 #         ├── driver.py              drives, and stops before walls     (notebook 05)
-#         ├── speed_server.py        <- you write it today
+#         ├── speed_server.py        <- you write it today, by your own design
 #         └── robot_controller.py    <- given: starts the new class
 
 # %%
@@ -176,97 +176,50 @@ print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 # A callback that waited for it would keep the scans waiting too.
 # So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
 #
-# ### A node that takes orders, in four steps
+# ### A node that takes orders, by your own design
 #
-# `SpeedServer` is a `Driver` with two more services.
-# Whatever the driver does, it does too; it only adds.
-# The skeleton first:
+# From here on there is no skeleton.
+# You know the file's name, and what must hold:
+#
+# - `ros2_robot_controller/speed_server.py` has a class `SpeedServer(Driver)`: it does whatever the driver does, and only adds. Its `__init__` hands `**node_options` on, as the driver's does;
+# - it offers `set_speed` (`SetSpeed`) and `get_status` (`GetRobotStatus`), of `ros2_robot_controller.srv`. rosidl has made them of your files in notebook 02; each has a `Request` and a `Response`;
+# - F2, in this section: an accepted speed goes into `self._speed`, clamped to the limit. The limit is a parameter, read at each request: `self._value('max_linear_speed')`;
+# - F3, in the next section: what is refused changes nothing, and the message says why;
+# - F7, in the section after it: the status;
+# - notebook 07 builds on two methods without arguments: `_direction()`, whose sign is the direction of travel (0 looks forward), and `_obstacle_in_way()`.
+#
+# Which functions you make of it is yours to decide. Some 50 lines will do.
+# Begin with the services and F2, and come back to this cell, or open the file in the editor, after each of the next two sections.
+# There is no third hint. The tables and the checks accept any design; two to compare come after them.
 
-# %%
-# !mkdir -p ros2_robot_controller
-
-# %% tags=["skeleton"]
+# %% tags=["exercise", "design"]
 # %%writefile ros2_robot_controller/speed_server.py
 """The robot takes orders: a speed to drive at, and the question how it is."""
 
-import math
-from typing import Any
-
-from ros2_robot_controller.driver import Driver
-from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
-from ros2_robot_controller.utils import motion
-from ros2_robot_controller.utils.conversions import clamp
-
-FLOAT32_SLACK = 1e-6  # 0.3 arrives in a float32 message as 0.30000001
-
-
-def speed_refusal(speed: float, limit: float) -> str:
-    """Step 2."""
-    return ''
-
-
-class SpeedServer(Driver):
-    """
-    Let others set the speed in force, and tell them how the robot is.
-
-    Services: `set_speed` (SetSpeed), `get_status` (GetRobotStatus).
-    Parameters: `max_linear_speed` limits what may be set; `robot_name` stands in the log.
-    """
-
-    def __init__(self, **node_options: Any) -> None:
-        super().__init__(**node_options)
-
-    def _on_set_speed(self, request: SetSpeed.Request,
-                      response: SetSpeed.Response) -> SetSpeed.Response:
-        return response  # step 3
-
-    def _on_get_status(self, _: GetRobotStatus.Request,
-                       response: GetRobotStatus.Response) -> GetRobotStatus.Response:
-        return response  # step 4
-
-    def _obstacle_in_way(self) -> bool:
-        return False  # step 4
-
-    def _direction(self) -> float:
-        return self._speed  # its sign counts, and 0 looks forward
-
-# %% [markdown]
-# The services' types are what rosidl made of your `srv` files in notebook 02: each has a `Request` and a `Response`.
-#
-# **Step 1: offer the services.**
-# The lamp above shows how.
-# `super().__init__(**node_options)` comes first: it does all that `Driver` does.
-
-# %% tags=["piece"]
-# %%into ros2_robot_controller/speed_server.py
-class SpeedServer:
-    def __init__(self, **node_options: Any) -> None:
-        super().__init__(**node_options)
-        # TODO: 'set_speed' calls self._on_set_speed, 'get_status' calls self._on_get_status.
+# TODO: class SpeedServer
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `Lamp.__init__`, at the top of this notebook.
+# `Lamp`, at the top, has a service, and notebook 05's temporary one set a speed. `driver.py` has the parameters, what it remembers of the last scan and the last odometry, and `motion.obstacle_in_way`.
+# What may be refused is best a plain function: it returns the reason, and an empty text, which counts as false, if there is none.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# `self.create_service(Type, 'name', callback)`; the types are `SetSpeed` and `GetRobotStatus`.
+# `self.create_service(Type, 'name', callback)` after `super().__init__(**node_options)`; a callback gets the request and the response, and returns the response.
+# `math.isfinite(speed)`, `abs(speed) > limit * (1.0 + 1e-6)`, `clamp(request.speed, -limit, limit)`.
+# In a message, `f'{speed:.3g} m/s'` makes 0.3 of 0.30000001192092896.
 # </details>
-# <details><summary>Hint 3: all but the last line</summary>
 #
-# ```python
-# super().__init__(**node_options)
-# self.create_service(SetSpeed, 'set_speed', self._on_set_speed)
-# ...  # and the other one
-# ```
-# </details>
+# `ask` calls a service of the node on the bench, as a client would.
 
-# %%
+# %% tags=["nbval-ignore-output"]
+# The log has the time of day.
 server = bench("speed_server.SpeedServer")
 tries({
     "[s.service_name for s in server.services if s.srv_type.__name__ == 'SetSpeed']": ["/set_speed"],
-    "[s.service_name for s in server.services if s.srv_type.__name__ == 'GetRobotStatus']": ["/get_status"],
+    "server.ask('set_speed', speed=0.3).success, round(server._speed, 6)": (True, 0.3),
+    "server.ask('set_speed', speed=-0.5).success, server._speed": (True, -0.5),
 })
 
 # %% [markdown]
@@ -326,107 +279,31 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # | `speed too high` | try less, but how much less? |
 # | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what was heard, what happened, what would be taken |
 #
-# **Step 2: why not?**
-# What may be refused is a plain function: it returns the reason, and an empty text if there is none.
-# An empty text counts as false in an `if`.
-# Two reasons: the speed is not a finite number, or its size is above the limit (with the tiny tolerance: `limit * (1.0 + FLOAT32_SLACK)`).
-# Both state the limit.
-
-# %% tags=["piece"]
-# %%into ros2_robot_controller/speed_server.py
-def speed_refusal(speed: float, limit: float) -> str:
-    """Return why `speed` may not be set, in words that state the limit; empty if it may."""
-    # TODO: not a finite number; beyond the limit
-    return ''
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# **Back to your file:** two reasons to refuse, the speed is not a finite number, or its size is above the limit (with the tiny tolerance).
+# Both state the limit, and both leave the speed as it was.
+# Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter, `self._value('robot_name')`: two robots may share a log.
 #
-# At the table of the four ways: the size counts, not the number. NaN comes first, because no comparison finds it.
-# </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `math.isfinite(speed)` is false for NaN and for both infinities. In a message, `f'{speed:.3g} m/s'` makes 0.3 of 0.30000001192092896.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# if not math.isfinite(speed):
-#     return f'a speed of {speed} is no number to drive at, the limit is {limit:.3g} m/s'
-# if abs(speed) > limit * (1.0 + FLOAT32_SLACK):
-#     return f'{speed:.3g} m/s is beyond the limit of {limit:.3g} m/s'
-# ...  # nothing against it
-# ```
-# </details>
-
-# %%
-server = mine("speed_server")
-tries({
-    "server.speed_refusal(0.3, 0.5)": "",
-    "server.speed_refusal(-0.5, 0.5)": "",
-    "server.speed_refusal(0.0, 0.5)": "",
-    "server.speed_refusal(float(np.float32(0.3)), 0.3)": "",  # the tolerance
-    "'0.5' in server.speed_refusal(0.51, 0.5)": True,
-    "'0.5' in server.speed_refusal(-9.0, 0.5)": True,
-    "'0.5' in server.speed_refusal(math.nan, 0.5)": True,
-    "'0.5' in server.speed_refusal(-math.inf, 0.5)": True,
-})
-
-# %% [markdown]
-# **Step 3: answer.**
-# `_on_set_speed` fills the response, and returns it in every case:
-#
-# - `success`: whether there was no reason against it;
-# - `message`: the refusal, or the speed that is in force now.
-#
-# If it is accepted, `self._speed` becomes the requested speed, clamped to the limit.
-# The limit is a parameter, read at each request: `self._value('max_linear_speed')`.
-# Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter: two robots may share a log.
-
-# %% tags=["piece"]
-# %%into ros2_robot_controller/speed_server.py
-class SpeedServer:
-    def _on_set_speed(self, request: SetSpeed.Request,
-                      response: SetSpeed.Response) -> SetSpeed.Response:
-        limit = self._value('max_linear_speed')
-        # TODO: is there a refusal? success, message, perhaps self._speed.
-        self.get_logger().info(f"{self._value('robot_name')}: {response.message}")
-        return response
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `speed_refusal` decides; here the answer is only written down. What comes in is `request.speed`.
-# </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `response.success = not refusal`; `clamp(request.speed, -limit, limit)`.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# refusal = speed_refusal(request.speed, limit)
-# response.success = not refusal
-# if refusal:
-#     response.message = f'Speed unchanged: {refusal}'
-# else:
-#     response.message = ...  # which speed is set now, and what the limit is
-#     ...                     # and set it: before the message, so that it can say so
-# ```
-# </details>
-#
-# `ask` calls a service of the node on the bench, as a client would.
-# **Predict** the third row: −0.5 is in force, 0.8 is refused. At which speed does the robot drive on?
+# **Predict** the first row: −0.5 is in force, 0.8 is refused. At which speed does the robot drive on?
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
 server = bench("speed_server.SpeedServer")
+
+
+def after_half_backwards(speed):
+    """Return (success, whether the message states the limit, the speed in force), where -0.5 was in force."""
+    server.ask("set_speed", speed=-0.5)
+    answer = server.ask("set_speed", speed=speed)
+    return answer.success, "0.5" in answer.message, round(server._speed, 6)
+
+
 tries({
-    "server.ask('set_speed', speed=0.3).success, server._speed": (True, 0.3),
-    "server.ask('set_speed', speed=-0.5).success, server._speed": (True, -0.5),
-    "server.ask('set_speed', speed=0.8).success, server._speed": (False, -0.5),
-    "'0.5' in server.ask('set_speed', speed=0.8).message": True,
-    "server.ask('set_speed', speed=math.nan).success, server._speed": (False, -0.5),
+    "after_half_backwards(0.8)": (False, True, -0.5),
+    "after_half_backwards(-9.0)": (False, True, -0.5),
+    "after_half_backwards(math.nan)": (False, True, -0.5),
+    "after_half_backwards(-math.inf)": (False, True, -0.5),
+    "after_half_backwards(0.0)[::2]": (True, 0.0),
+    "after_half_backwards(float(np.float32(0.5000001)))[::2]": (True, 0.5),  # the tolerance
 })
 
 # %% [markdown]
@@ -446,31 +323,7 @@ tries({
 # | `pose` | from `odom`, as it came |
 # | `status` | `ACTIVE`, or `OBSTACLE_DETECTED` while there is one |
 #
-# **Step 4: how are you? By your own design.**
-# You have the sentences of the contract, and the names of two methods: `_on_get_status`, which step 1 has registered, and `_obstacle_in_way`, which notebook 07 will call.
-# How they get what they say is yours to decide, and other methods are welcome (the cell says "added").
-# There is no third hint. The table below and `check("F7")` accept any design that answers right.
-# Two designs to compare come after the check.
-
-# %% tags=["piece", "design"]
-# %%into ros2_robot_controller/speed_server.py
-class SpeedServer:
-    def _on_get_status(self, _: GetRobotStatus.Request,
-                       response: GetRobotStatus.Response) -> GetRobotStatus.Response:
-        return response
-
-    def _obstacle_in_way(self) -> bool:
-        return False
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# At the table of the four fields, and at what `driver.py` remembers from the last scan and the last odometry.
-# </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `motion.obstacle_in_way` asks for what is near, a direction and the limits. The skeleton has `self._direction()`.
-# </details>
+# **Back to your file** once more: the answer, and `_obstacle_in_way` for notebook 07.
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -580,7 +433,7 @@ run.close()
 check("F2", "F3", "F7")
 
 # %% [markdown]
-# <details><summary>Two designs for step 4, once yours passes</summary>
+# <details><summary>Two designs for the status, once yours passes</summary>
 #
 # **Ask when asked.** Nothing new is remembered; the answer is worked out from what the driver knows at that moment.
 #

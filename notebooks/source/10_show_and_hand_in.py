@@ -28,7 +28,7 @@
 # - read a report as an instructor reads it, and decide what to fix first;
 # - pack the package and know what is in it.
 #
-# **Time:** 30 to 50 minutes for the demonstration and its results (part 1), and 35 to 60 for the README, your report and the hand-in (part 2).
+# **Time:** 30 to 60 minutes for the demonstration and its results (part 1), and 35 to 70 for the README, your report and the hand-in (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -72,7 +72,7 @@ begin("10")
 #
 # `rubric.yaml` lies in the kit, in plain sight: it is what the grader goes by.
 # Each point is either *core*, which you get by following the course, or *advanced*.
-# **Guess first:** what weighs more, that the robot works, or all the rest together?
+# **Predict:** what weighs more, that the robot works, or all the rest together?
 # And how many of the hundred are advanced?
 
 # %%
@@ -106,7 +106,7 @@ axes.legend();
 # It is a node like any other, a client this time, so it can fail in a way that you know from notebook 06: **by waiting**.
 #
 # Here is a client for a service that no node offers.
-# **What would `call_async` do now, and how long would you wait for its future?**
+# **Predict:** what would `call_async` do now, and how long would you wait for its future?
 
 # %%
 import rclpy
@@ -455,7 +455,7 @@ Film(recording)
 # A box stands 0.6 m in front of the robot.
 # Your node does the right thing: it stops, and waits until the way is free.
 #
-# **What will the demonstration do?**
+# **Predict:** what does the demonstration do?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: for once time is real.
@@ -559,7 +559,7 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 # So do not write it from memory.
 # The graph knows: `ros2 node info` prints what a running node really has.
 # Here for a node that is made on the spot.
-# **Which of the lines are not from this cell?**
+# **Predict:** which of the lines are not from this cell?
 
 # %%
 from geometry_msgs.msg import Twist
@@ -904,7 +904,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 
 # %% [markdown]
 # You try it where you wrote it, and it works.
-# **What will it do one folder further?**
+# **Predict:** what will it do one folder further?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: Python words its tracebacks otherwise in other versions.
@@ -1101,8 +1101,10 @@ for name in lost:
 #
 # If you hesitate over a tick, open that notebook again: each begins with questions and ends with some.
 #
-# **Three next steps**, from an evening to a term:
+# **Five next steps**, from an evening to a term:
 #
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
+# - **Hunt mutants.** Draw the matrix of notebook 09 for every file of your package, until each row that is left is one that no test can notice. Then swap packages with somebody: each puts three small mistakes into the other's code, and sees how many of them the tests find. A day.
+# - **Let it patrol, and dock.** The capstone: the robot goes from place to place round after round, finds another way when a corridor is closed, and stands in its dock before the battery is empty. No skeleton, no hints, and a league; ask your lecturer for it. A week or two.
 # - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2). Then start your package on one with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md).
 # - **Let Nav2 drive.** With a map and a planner it does what your `navigator.py` does along a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.
