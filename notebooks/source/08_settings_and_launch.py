@@ -31,6 +31,7 @@
 # - start both nodes with one command, and two robots with another.
 #
 # **Time:** 60 to 90 minutes for parameters (part 1), and 45 to 80 for launch files (part 2).
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what comes today:
 #

@@ -31,6 +31,7 @@
 #
 # **Time:** 50 to 85 minutes for tests that notice (part 1), 60 to 90 for the controller on a bench (part 2), and 50 to 90 for the other node, coverage, mutants and the linter (part 3).
 # Part 2 has a good place for a break before "F7: the pose", part 3 before "Which lines were reached".
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what comes today:
 #
@@ -1377,7 +1378,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 #
 # <details><summary>Hint 2: the API</summary>
 #
-# `robot.bench.set_parameter(name, value)`; `robot.drive(0.1)` is one command; `robot.scan = scan_of(ahead=0.9)`.
+# `robot.bench.set_parameter(name, value)`; `robot.drive(0.1)` gives one command, and a second one if a scan stops the robot at once, so compare `set(robot.drive(0.1))`; `robot.scan = scan_of(ahead=0.9)`.
 # </details>
 
 # %% tags=["nbval-ignore-output"]
