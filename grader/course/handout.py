@@ -42,7 +42,9 @@ def render(rubric: Rubric, course: Course) -> str:
 
 def _import(module: str, package: packages.Package) -> str:
     """Return "`numpy` 2.4.6", or "`yaml` (pyyaml 6.0.3)" where the package has another name than its module."""
-    return f"`{module}` {package.version}" if module == package.name else f"`{module}` ({package.name} {package.version})"
+    return (
+        f"`{module}` {package.version}" if module == package.name else f"`{module}` ({package.name} {package.version})"
+    )
 
 
 def _said(frame: Path) -> tuple[str, str, None] | None:
