@@ -188,6 +188,8 @@ def install_pinned() -> None:
     if logged([*PIP, "install", uv]) or logged([*UV, *with_uv], **index_settings()):
         say("  uv could not; pip takes its place, which takes a minute longer")
         pip("the pinned packages", "install", *pinned)
+    if (lock := VENV / ".lock").exists():  # uv's, which anyone may write
+        lock.chmod(0o644)
 
 
 def index_settings() -> dict[str, str]:

@@ -260,6 +260,11 @@ def _add_cache(verbs: Any) -> None:
         "a grading is using stays.",
         epilog="Example:  grader cache --prune --older-than 7",
     )
+    parser.add_argument(
+        "--share",
+        action="store_true",
+        help="build the course's interfaces once for all users of this kit, into its folder shared_cache",
+    )
     parser.add_argument("--prune", action="store_true", help="remove what has not been used for 30 days")
     parser.add_argument(
         "--older-than",
@@ -438,10 +443,13 @@ def _doctor(options: argparse.Namespace) -> int:
 
 def _cache(options: argparse.Namespace) -> int:
     from grader import building
-    from grader.building import pruning
+    from grader.building import cache, colcon, pruning
+    from grader.course import find
 
     if options.older_than is not None and not options.prune:
         raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
+    if options.share:
+        colcon.share_contract(find())
     folder: Path = options.cache or building.cache_folder()
     if options.prune:
         done = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
@@ -451,12 +459,22 @@ def _cache(options: argparse.Namespace) -> int:
         print("Removed: " + (", ".join(gone) or "nothing"))
         if done.in_use:
             print(f"{done.in_use} more are in use by a grading that is going on.")
+    _print_stores(folder)
+    if cache.SHARED.exists():
+        _print_stores(cache.SHARED)
+        if open_to_users := cache.alterable(cache.SHARED):
+            print(f"No build reads it, because users could alter {open_to_users}.")
+    return EXIT_GRADED
+
+
+def _print_stores(folder: Path) -> None:
+    from grader.building import pruning
+
     print(f"Cache: {folder}")
     for store in pruning.stores(folder):
         times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in store.entries]
         used = f"last used {times[0]} to {times[-1]}" if times else ""
         print(f"  {store.title:<16}{len(store.entries):>5}{store.bytes / 1e6:>10.1f} MB  {used}".rstrip())
-    return EXIT_GRADED
 
 
 def _listed(whole: Rubric) -> str:

@@ -233,6 +233,17 @@ def test_where_uv_cannot_be_had_or_fails_pip_installs_everything(broken: str):
     assert "uv could not; pip takes its place" in done.stderr
 
 
+def test_no_other_user_can_write_the_file_that_uv_leaves(tmp_path: Path):
+    """A submission without namespaces could, in a kit below /tmp."""
+    (tmp_path / ".lock").touch()
+    (tmp_path / ".lock").chmod(0o666)
+    assert not setup_with(
+        f"setup.VENV = setup.Path({str(tmp_path)!r})\n"
+        "setup.logged, setup.index_settings = lambda *_, **__: '', dict; setup.install_pinned()\n"
+    ).returncode
+    assert (tmp_path / ".lock").stat().st_mode & 0o777 == 0o644
+
+
 @pytest.fixture
 def clone(tmp_path: Path) -> Path:
     """Return a tree with our Makefile and .ci, in which set-up is done and pytest is a script."""

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 from grader.notebook import cell_hooks, checkpoints, feedback
 from grader.notebook.bench import bench, mine
 from grader.notebook.feedback import Checked
-from grader.notebook.matrix import mutant_matrix
+from grader.notebook.matrix import mutant, mutant_matrix
 from grader.notebook.tables import tries
 from grader.notebook.workspace import course, find, open_workspace
+from grader.words import say
 
 if TYPE_CHECKING:
     from grader.notebook.session import Run
     from sim import World
 
-__all__ = ["begin", "bench", "check", "mine", "mutant_matrix", "run_node", "start_at", "tries"]
+__all__ = ["begin", "bench", "check", "mine", "mutant", "mutant_matrix", "run_node", "start_at", "tries"]
 
 
 def begin(notebook: str) -> None:
@@ -53,6 +54,7 @@ def run_node(
     world: str | World = "open_field",
     *,
     program: str = "",
+    launch: str = "",
     seed: int = 0,
     parameters: Mapping[str, object] | None = None,
     remappings: Mapping[str, str] | None = None,
@@ -66,12 +68,19 @@ def run_node(
     Args:
         node: the executable, by default the first of the contract's nodes.
         program: a Python file that makes this node, to be run in place of the executable.
+        launch: a launch file of your package that starts this node and others, to be run in place of the executable;
+            its arguments may follow it. Parameters and remappings are then its own.
         world: a world's name (`sim.world_names()`) or a World.
         seed: the seed of the sensors' noise.
         parameters: the node's parameters, by name.
         remappings: new names for its topics and services, by name.
         profile: the robot, "course" or "tb4".
+
+    Raises:
+        ValueError: a launch file is given, and beside it what only a node by itself can take.
     """
+    if launch and (program or parameters or remappings):
+        raise ValueError(say("a launch file has parameters and remappings of its own"))
     from grader.notebook import session  # takes a second to import, and `begin` should answer at once
 
     return session.start(
@@ -79,6 +88,7 @@ def run_node(
         node or next(iter(course().nodes)),
         world,
         program=program,
+        launch=launch,
         seed=seed,
         parameters=parameters or {},
         remappings=remappings or {},

@@ -1,4 +1,4 @@
-"""Show which of a module's mutants are noticed by which tests: `mutant_matrix`.
+"""Show which of a module's mutants are noticed by which tests, and take one for a drive: `mutant_matrix`, `mutant`.
 
 It is for plain functions and runs in the notebook's kernel. What a grading counts is decided by grader.mutation.
 """
@@ -19,8 +19,8 @@ from types import FrameType, ModuleType
 from typing import Any
 
 from grader.mutation.operators import mutants
-from grader.mutation.source_text import parse
-from grader.notebook import alt_text
+from grader.mutation.source_text import Change, SourceText, parse
+from grader.notebook.bench import Missing
 from grader.notebook.workspace import course
 from grader.words import say
 
@@ -67,27 +67,61 @@ def mutant_matrix(module: str, tests: str, function: str = "") -> None:
         )
 
 
+def mutant(module: str, row: int, function: str = "") -> Any:
+    """Return a module with one mistake in it, that of a row of its matrix, and say which; the first row is 1.
+
+    Where there is none, say why; each use of it then fails with the same words.
+
+    Args:
+        module: the module's file, such as "ros2_robot_controller/utils/motion.py".
+        row: the row, in the matrix of the same module and function.
+        function: as in `mutant_matrix`.
+    """
+    path = Path(module)
+    try:
+        source, changes = _mutants(path, function)
+        if not 0 < row <= len(changes):
+            raise ValueError(say("there are {count} rows, and no row {row}", count=len(changes), row=row))
+        with _in_place_of(_dotted(path)) as broken:
+            exec(compile(source.apply(changes[row - 1]), module, "exec"), broken.__dict__)
+    except Exception as error:  # of the student's file
+        why = f"{type(error).__name__}: {error}"
+        print(say("not yet: {why}", why=why))
+        return Missing(why)
+    print(_row(changes[row - 1]))
+    return broken
+
+
 def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
     """Return which mutants are noticed by which tests.
 
     Raises:
         Exception: the module or the file of its tests cannot be read, parsed or executed.
     """
-    text, name = module.read_text(encoding="utf-8"), _dotted(module)
-    source = parse(str(module), text)
-    if source is None:
-        compile(text, str(module), "exec")  # raises the error that names the line
-        raise ValueError(say("{module} cannot be parsed", module=module))
-    checks = tests.read_text(encoding="utf-8")
-    failures = _failures(name, text, checks)
+    source, changes = _mutants(module, function)
+    name, checks = _dotted(module), tests.read_text(encoding="utf-8")
+    failures = _failures(name, source.text, checks)
     names = [test for test, why in failures.items() if not why]
-    changes = [change for change in mutants(source, course()) if function in ("", change.function.rpartition(".")[2])]
     return Matrix(
-        mutants=tuple(f"{change.line}: {change.words.replace('`', '')}" for change in changes),
+        mutants=tuple(_row(change) for change in changes),
         tests=tuple(test.removeprefix("test_") for test in names),
         noticed=tuple(tuple(_noticed(name, source.apply(change), checks, names)) for change in changes),
         failing={test: why for test, why in failures.items() if why},
     )
+
+
+def _mutants(module: Path, function: str) -> tuple[SourceText, list[Change]]:
+    text = module.read_text(encoding="utf-8")
+    source = parse(str(module), text)
+    if source is None:
+        compile(text, str(module), "exec")  # raises the error that names the line
+        raise ValueError(say("{module} cannot be parsed", module=module))
+    changes = mutants(source, course())
+    return source, [change for change in changes if function in ("", change.function.rpartition(".")[2])]
+
+
+def _row(change: Change) -> str:
+    return f"{change.line}: {change.words.replace('`', '')}"
 
 
 def _dotted(module: Path) -> str:
@@ -108,13 +142,20 @@ def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> Itera
 
 def _failures(name: str, text: str, checks: str) -> dict[str, str]:
     """Return for each test of a file what fails, "" if nothing does, while a module of this name has this text."""
-    under_test, file = ModuleType(name), ModuleType("tests_of_a_mutant")
-    before = sys.modules.get(name)
-    sys.modules[name] = under_test
-    try:
+    file = ModuleType("tests_of_a_mutant")
+    with _in_place_of(name) as under_test:
         exec(compile(text, name, "exec"), under_test.__dict__)
         exec(compile(checks, file.__name__, "exec"), file.__dict__)
         return {test: _failure(test, calls) for test, calls in _tests(file).items()}
+
+
+@contextmanager
+def _in_place_of(name: str) -> Iterator[ModuleType]:
+    """Yield an empty module that is imported by this name until the block ends."""
+    before = sys.modules.get(name)
+    sys.modules[name] = empty = ModuleType(name)
+    try:
+        yield empty
     finally:
         if before is None:
             del sys.modules[name]
@@ -176,7 +217,6 @@ def _time_limit() -> Iterator[None]:
 def _draw(found: Matrix) -> None:
     import matplotlib.pyplot as plt
     import numpy as np
-    from IPython import get_ipython
     from matplotlib.colors import ListedColormap
 
     rows, columns = len(found.mutants), len(found.tests)
@@ -191,5 +231,3 @@ def _draw(found: Matrix) -> None:
         ylabel=say("line and mistake"),
         title=say("{n} of {rows} mutants noticed (green)", n=seen.any(axis=1).sum(), rows=rows),
     )
-    alt_text.describe_figures(get_ipython())  # the hook after the cell is too late for a kernel's first figure
-    plt.show()

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from grader import building
+from grader import KIT, building
 from grader.errors import SubmissionError
 from grader.host import ros_env
 from grader.notebook import prerequisites
@@ -41,9 +41,17 @@ def install(workspace: Workspace, node: str) -> Path:
 
 
 def command(
-    installed: Path, node: str, program: str, parameters: Mapping[str, object], remappings: Mapping[str, str]
+    installed: Path,
+    node: str,
+    program: str,
+    launch: str,
+    parameters: Mapping[str, object],
+    remappings: Mapping[str, str],
 ) -> list[str]:
-    """Return the command line of a node, as `ros2 run` would start it, or of a Python file that makes such a node."""
+    """Return the command line of a node, as `ros2 run` would start it, of a Python file, or of a launch file."""
+    if launch:
+        ros2 = str(KIT / "grader" / "ros2")
+        return [sys.executable, ros2, "launch", course().package, *launch.split(), "use_sim_time:=true"]
     start = (
         [sys.executable, str(Path(program).resolve())]
         if program

@@ -83,6 +83,7 @@ class Run:
         world: str | World,
         *,
         program: str,
+        launch: str,
         seed: int,
         parameters: Mapping[str, object],
         remappings: Mapping[str, str],
@@ -91,7 +92,7 @@ class Run:
         self.node = node
         self.trouble = ""
         self._workspace = workspace
-        self._program = program
+        self._program, self._launch = program, launch
         self._parameters, self._remappings = dict(parameters), dict(remappings)
         self.simulator = Simulator(
             load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed
@@ -293,12 +294,14 @@ class Run:
         progress.say(say("starting {node}", node=self.node))
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 
-        command = node_build.command(install, self.node, self._program, self._parameters, self._remappings)
+        command = node_build.command(
+            install, self.node, self._program, self._launch, self._parameters, self._remappings
+        )
         self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
             course(), self.node, self.simulator, process,
-            domain_id=self._workspace.domain_id, remappings=self._remappings, recorder=self._recorder,
-            messages=self._recorded, package=self._workspace.package,
+            launch=self._launch, domain_id=self._workspace.domain_id, remappings=self._remappings,
+            recorder=self._recorder, messages=self._recorded, package=self._workspace.package,
         )  # fmt: skip
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)

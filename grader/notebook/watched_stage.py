@@ -35,6 +35,7 @@ class WatchedStage(Stage):
         simulator: Simulator,
         process: Program,
         *,
+        launch: str,
         domain_id: int,
         remappings: Mapping[str, str],
         recorder: Recorder,
@@ -42,8 +43,9 @@ class WatchedStage(Stage):
         package: Path,
     ) -> None:
         plan = TrialPlan(
-            "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
-        )
+            "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings),
+            launch=launch, awaits=tuple(course.nodes) if launch else (),
+        )  # fmt: skip
         watched = NodeUnderTest(
             course, plan, simulator, process, domain_id,
             one_thread=has_one_thread(package), reliable=False, work_limit_s=math.inf,

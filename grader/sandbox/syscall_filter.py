@@ -2,8 +2,9 @@
 
 That is making a user namespace, in which a process could mount, as root; keyrings, which no namespace separates from
 other sandboxes; System V's shared memory and message queues, which stay when a sandbox without namespaces has ended;
-sockets to a virtual machine's host or to devices; another process's memory and descriptors; and calls known for faults
-of the kernel. The filter is a program for seccomp, in its classic BPF instructions; bubblewrap loads it.
+sockets to a virtual machine's host or to devices; another process's memory and descriptors; calls known for faults of
+the kernel; and the ways to connect by TCP that Landlock does not see (MPTCP, fast open). The filter is a program for
+seccomp, in its classic BPF instructions; bubblewrap loads it.
 """
 
 from __future__ import annotations
@@ -32,8 +33,11 @@ _REFUSED = {
 _NOT_BELOW_PROOT = (322, 332, 437, 439, 452)
 _FAMILIES = (socket.AF_UNIX, socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK)
 _NEW_USER_NAMESPACE = 0x10000000
+_LAST_PROTOCOL = 32  # UDP is 17, netlink's go to 22; then come SCTP, MPTCP and SMC, which connect past Landlock
+_FAST_OPEN = 0x20000000  # in a flag of these calls, <linux/socket.h>: it connects without connect()
 # Offsets in struct seccomp_data.
-_NUMBER, _ARCHITECTURE, _FIRST_ARGUMENT = 0, 4, 16
+_NUMBER, _ARCHITECTURE, _FIRST_ARGUMENT, _THIRD_ARGUMENT, _FOURTH_ARGUMENT = 0, 4, 16, 32, 40
+_SENDS = {44: _FOURTH_ARGUMENT, 46: _THIRD_ARGUMENT, 307: _FOURTH_ARGUMENT}  # sendto, sendmsg, sendmmsg: their flags
 # <linux/bpf_common.h>: load a word; jump if equal, if at least, if a bit is set; return.
 _LOAD, _EQUAL, _AT_LEAST, _BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 
@@ -54,7 +58,21 @@ def _program(refused: Mapping[int, Iterable[int]]) -> bytes:
             for call in calls
             for instruction in ((_EQUAL, call, 0, 1), (_RETURN, _ERRNO | error, 0, 0))
         ),
-        (_EQUAL, _SOCKET, 0, 2 * len(_FAMILIES) + 2),
+        *(
+            instruction
+            for call, flags in _SENDS.items()
+            for instruction in (
+                (_EQUAL, call, 0, 4),
+                (_LOAD, flags, 0, 0),
+                (_BIT, _FAST_OPEN, 0, 1),
+                (_RETURN, _ERRNO | errno.EOPNOTSUPP, 0, 0),
+                (_RETURN, _ALLOW, 0, 0),
+            )
+        ),
+        (_EQUAL, _SOCKET, 0, 2 * len(_FAMILIES) + 5),
+        (_LOAD, _THIRD_ARGUMENT, 0, 0),
+        (_AT_LEAST, _LAST_PROTOCOL + 1, 0, 1),
+        (_RETURN, _ERRNO | errno.EPROTONOSUPPORT, 0, 0),
         (_LOAD, _FIRST_ARGUMENT, 0, 0),
         *(part for family in _FAMILIES for part in ((_EQUAL, int(family), 0, 1), (_RETURN, _ALLOW, 0, 0))),
         (_RETURN, _ERRNO | errno.EAFNOSUPPORT, 0, 0),

@@ -28,6 +28,7 @@
 # - explain why a package with interfaces must be `ament_cmake`.
 #
 # **Time:** 50 to 80 minutes. A good place for a break is before "Build and install".
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far:** an empty folder.
 # At the end of this notebook:

@@ -28,6 +28,7 @@
 # - tell by a type hash whether two machines mean the same, and explain what happens if they do not.
 #
 # **Time:** 55 to 85 minutes. A good place for a break is before "Same name, same type".
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, from notebook 01, and what comes today:
 #
@@ -497,7 +498,7 @@ check("I2")
 # </details>
 #
 # Build.
-# Now there is something to compile: for each interface a few thousand lines of C and C++ are generated, so the first time this takes some twenty seconds, and longer on a busy machine.
+# Now there is something to compile: for each interface a few thousand lines of C and C++ are generated, so the first time this takes about half a minute, and a few minutes on a busy machine.
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat

@@ -29,6 +29,7 @@
 # - write docstrings that state units, frames and ranges, and let a linter read them.
 #
 # **Time:** 55 to 95 minutes. A good place for a break is before "From four numbers back to one".
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, from notebooks 01 and 02, and what you add today:
 #

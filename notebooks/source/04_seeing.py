@@ -32,6 +32,7 @@
 # Part 1, `scans.py`: 55 to 85 minutes.
 # Part 2, the node, from "Be seen on the graph": 45 to 80 minutes.
 # Part 3, from "Whose clock?": 15 to 25 minutes.
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what you add today:
 #
@@ -942,7 +943,7 @@ print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 # %% [markdown]
 # At one message a second the first version gives 60 a minute, and no one reads a log like that.
 # The second remembers the last state, and still chatters while the number goes up and down.
-# Better: once on, the alarm goes off again only *well* above the threshold. This is called hysteresis, and with 2 % of it (`HYSTERESIS_PERCENT`) the alarm sounds once here.
+# Better: once on, the alarm goes off again only *well* above the threshold. This is called hysteresis, and with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
 #
 # Write `alarm_state`: is the alarm on now, given whether it was on, the percentage and the threshold?
 # (rclpy has `warning(..., once=True)`, which is once in the node's life: charge the battery, and the next flat one is silent.)
@@ -977,7 +978,7 @@ tries(
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The rows of the table: what decides below the threshold, and what above it?
+# The lines that `tries` printed: what decides below the threshold, and what above it?
 # </details>
 #
 # <details><summary>Hint 2: the formula</summary>

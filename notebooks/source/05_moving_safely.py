@@ -1129,7 +1129,11 @@ tries({
 #
 # **Exercise.** `_on_scan` keeps two things: `measure_proximity(scan)` in `self._near`, and when it was measured, `self._measured(scan.header)`, in `self._scan_time`.
 # **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it if you count from its arrival, and how old by its stamp?
+#
+# <details><summary>Answer</summary>
+#
 # By its arrival it counts as new, and the robot drives on by what was true 0.6 s ago. By its stamp it is old, and the robot stops.
+# </details>
 #
 # Then: if `make_safe` turns the last command into `STOP`, and the last command was not `STOP` already, publish `STOP`.
 

@@ -27,6 +27,7 @@
 # - see a deadlock coming: a callback that waits for another one.
 #
 # **Time:** 45 to 80 minutes. A good place for a break is before "Ask for the status".
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # Your robot drives and stops.
 # How fast is up to a temporary service, which accepts any number.

@@ -261,161 +261,97 @@ axes.legend();
 # The zone is 4 cm wide, so the robot jumped over it, had to turn right round, and came back.
 # With a speed that falls with the distance that never happens.
 #
-# ### A file in four steps
+# ### A file by your own design
 #
-# Plain functions again, in `utils/steering.py`: no node, no topic.
-# The skeleton has the numbers, and a class for a place.
+# Plain functions again, in `utils/steering.py`: no node, no topic, and no skeleton.
+# You know the file's name, and what must hold, because `navigator.py` calls it in part 2:
+#
+# | call | gives |
+# |---|---|
+# | `place_of(pose)` | where the robot is, from a message's `Pose`: x, y and the yaw, for which you wrote a function in notebook 03. In which form is your choice; the functions below get it as `place` |
+# | `distance_to(place, x, y)` | the straight distance to (x, y), in metres |
+# | `steer(place, x, y, limits)` | a `Command` (of `utils/motion.py`) on the way to (x, y): turning in place while it is far from ahead, the shorter way round; else driving, at `limits.max_linear_speed` at most and slower at the end, and correcting |
+# | `has_arrived(distance, tolerance, blocked)` | whether that is near enough |
+# | `goal_refusal(x, y, tolerance)` | why nobody can drive there, in words; an empty text if one can try |
+#
+# Three decisions need a thought before you type.
+#
+# - *Your gains.* 1.5 rad/s per rad does not overshoot with this robot's delay, as you have seen. `make_safe` keeps omega within its limit later; limit v yourself.
+# - *When has it arrived?* Do not stop at the tolerance: odometry is not quite where the robot is, and the result is measured by where it *is*. Drive on to well within it. Only where an obstacle is in the way (`blocked`), being within the tolerance is enough.
+# - *What cannot be reached?* NaN and infinity are no place, and a tolerance that is not above zero, or not finite, cannot be met.
+#
+# There is no third hint. The table accepts any design, and so does `check("F8")` in part 2; two designs come at the end of this part.
 
-# %%
-# !mkdir -p ros2_robot_controller/utils
-
-# %% tags=["skeleton"]
+# %% tags=["exercise", "design"]
 # %%writefile ros2_robot_controller/utils/steering.py
 """Decide how to get to a goal. No node, no topics; what is safe is decided in utils.motion."""
 
-from dataclasses import dataclass
-import math
-
-from geometry_msgs.msg import Pose
-from ros2_robot_controller.utils.conversions import normalize_angle, yaw_from_quaternion
-from ros2_robot_controller.utils.motion import Command, Limits
-
-FACING_RAD = 0.3  # turn in place until the goal is this near to straight ahead
-TURN_GAIN = 1.5  # rad/s per rad: well below 1 / (control period + sensor delay), so no overshoot
-APPROACH_GAIN = 1.0  # m/s per m: from here on the speed falls with the distance left
-ARRIVAL_M = 0.05  # drive on to this near if allowed: odometry drifts, the tolerance does not
-ARRIVAL_SHARE = 0.5  # and never use up more than this share of the tolerance
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where the robot is in the odom frame: x, y in metres, yaw in radians."""
-
-    x: float
-    y: float
-    yaw: float
-
-
-def place_of(pose: Pose) -> Place:
-    """Step 1."""
-    return Place(0.0, 0.0, 0.0)
-
-
-def goal_refusal(x: float, y: float, tolerance: float) -> str:
-    """Step 4."""
-    return ''
-
-
-def distance_to(place: Place, x: float, y: float) -> float:
-    """Step 1."""
-    return 0.0
-
-
-def has_arrived(distance: float, tolerance: float, blocked: bool) -> bool:
-    """Step 3."""
-    return False
-
-
-def steer(place: Place, x: float, y: float, limits: Limits) -> Command:
-    """Step 2."""
-    return Command()
-
-# %% [markdown]
-# **Step 1: where, and how far.**
-# `place_of` takes the three numbers out of a message: the position's x and y, and the yaw of the orientation, for which you wrote a function in notebook 03.
-# `distance_to` is √(dx² + dy²).
-
-# %% tags=["piece"]
-# %%into ros2_robot_controller/utils/steering.py
-def place_of(pose: Pose) -> Place:
-    """Return the place in a message's pose."""
-    return Place(0.0, 0.0, 0.0)  # TODO
-
-
-def distance_to(place: Place, x: float, y: float) -> float:
-    """Return the straight distance from the robot to (x, y) in metres."""
-    return 0.0  # TODO
+# TODO: place_of, distance_to, steer, has_arrived, goal_refusal
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `error_and_distance` above has the distance; the skeleton's imports have the yaw.
+# `error_and_distance` and `turn_then_drive` above: the same, with names for the numbers.
+# What you import is in your own `utils/conversions.py` and `utils/motion.py`; the set speed's refusal, in notebook 06, asks for what is good and negates.
 # </details>
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 2: the formulas</summary>
 #
-# `pose.position.x`, `pose.orientation`; `yaw_from_quaternion(q)`; `math.hypot(dx, dy)`.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# `return Place(pose.position.x, pose.position.y, ...)`, and `return math.hypot(x - place.x, ...)`.
+# `math.hypot(dx, dy)`; `normalize_angle(math.atan2(dy, dx) - yaw)` is the error.
+# `min(limits.max_linear_speed, distance)` is a speed that falls with the distance; `min(0.05, tolerance / 2)` is well within a tolerance.
+# `not 0.0 < tolerance < math.inf` holds for NaN too.
 # </details>
 
 # %%
 from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion
 
 steering, motion = mine("utils.steering"), mine("utils.motion")
-left = PoseMessage(position=Point(x=1.0, y=2.0), orientation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5)))
-tries({
-    "steering.place_of(left).x, steering.place_of(left).y": (1.0, 2.0),
-    "steering.place_of(left).yaw": math.pi / 2,
-    "steering.distance_to(steering.Place(1.0, 1.0, 0.0), 3.0, 2.0)": math.sqrt(5),
-    "steering.distance_to(steering.Place(1.0, 3.0, 0.0), 1.0, -1.0)": 4.0,
-})
+LEFT = math.pi / 2
 
-# %% [markdown]
-# **Step 2: steer.**
-# In words, as `turn_then_drive` above:
-#
-# - the error is the direction to the target minus the yaw, normalized;
-# - further off than `FACING_RAD`: do not drive, turn with `TURN_GAIN * error`;
-# - else drive as fast as the limit allows, but no faster than `APPROACH_GAIN` times the distance, and go on turning.
-#
-# `make_safe` keeps omega within its limit later, so you need not; limit v yourself.
 
-# %% tags=["piece"]
-# %%into ros2_robot_controller/utils/steering.py
-def steer(place: Place, x: float, y: float, limits: Limits) -> Command:
-    """Return the way to (x, y): turn in place until it lies ahead, then drive, slower at last."""
-    return Command()  # TODO: the error; turn in place, or drive and turn
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `error_and_distance` and `turn_then_drive` above: the same, with names for the numbers.
-# </details>
-# <details><summary>Hint 2: the formulas</summary>
-#
-# `math.atan2(y - place.y, x - place.x)` is the direction to the target. `min(limits.max_linear_speed, APPROACH_GAIN * ...)` is the speed.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)
-# if abs(error) > FACING_RAD:
-#     return Command(v=0.0, omega=TURN_GAIN * error)
-# speed = min(limits.max_linear_speed, APPROACH_GAIN * distance_to(place, x, y))
-# ...  # a Command that drives and turns
-# ```
-# </details>
-
-# %%
-steering = mine("utils.steering")
+def at(x, y, yaw=0.0):
+    """Return your place of a robot at (x, y)."""
+    turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return steering.place_of(PoseMessage(position=Point(x=x, y=y), orientation=turned))
 
 
 def steered(x, y, yaw=0.0):
     """Return (v, omega) of a robot at (0, 0) that goes to (x, y); 0.5 m/s at most."""
-    limits = motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3)
-    command = steering.steer(steering.Place(0.0, 0.0, yaw), x, y, limits)
+    command = steering.steer(at(0.0, 0.0, yaw), x, y, motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3))
     return command.v, command.omega
 
 
+def way(x, y, yaw=0.0):
+    """Return in words what it does at first."""
+    v, omega = steered(x, y, yaw)
+    return ("drives " if v > 0.05 else "turns ") + ("left" if omega > 0.01 else "right" if omega < -0.01 else "straight")
+
+
+# %%
 tries({
+    "steering.distance_to(at(1.0, 1.0), 3.0, 2.0)": math.sqrt(5),
+    "steering.distance_to(at(1.0, 3.0, LEFT), 1.0, -1.0)": 4.0,
     "steered(3.0, 0.0)": (0.5, 0.0),
-    "steered(0.2, 0.0)": (0.2, 0.0),  # slower at the end
-    "steered(0.0, 1.0)": (0.0, 1.5 * math.pi / 2),  # to the left: turn first
-    "steered(0.0, -1.0)": (0.0, -1.5 * math.pi / 2),
-    "steered(1.0, 0.1)": (0.5, 1.5 * math.atan(0.1)),  # nearly ahead: both
-    "steered(-1.0, 0.1, yaw=math.radians(-175))": (0.5, 1.5 * (math.atan2(0.1, -1.0) - math.radians(185))),  # the short way
+    "steered(0.2, 0.0)[0] < 0.4": True,  # slower at the end
+    "way(0.0, 1.0)": "turns left",
+    "way(0.0, -1.0)": "turns right",
+    "way(0.0, -1.0, LEFT)[:5]": "turns",  # straight behind
+    "way(1.0, 0.1)": "drives left",
+    "way(-1.0, 0.1, yaw=math.radians(-175))": "drives right",  # the short way
+})
+
+# %%
+tries({
+    "steering.has_arrived(0.02, tolerance=0.1, blocked=False)": True,
+    "steering.has_arrived(0.09, tolerance=0.1, blocked=False)": False,  # drive on
+    "steering.has_arrived(0.05, tolerance=0.06, blocked=False)": False,
+    "steering.has_arrived(0.08, tolerance=0.1, blocked=True)": True,
+    "steering.has_arrived(0.12, tolerance=0.1, blocked=True)": False,
+    "steering.goal_refusal(3.0, -2.0, 0.1)": "",
+    "steering.goal_refusal(math.nan, 0.0, 0.1) != ''": True,
+    "steering.goal_refusal(0.0, -math.inf, 0.1) != ''": True,
+    "steering.goal_refusal(3.0, 2.0, 0.0) != ''": True,
+    "steering.goal_refusal(3.0, 2.0, math.nan) != ''": True,
+    "steering.goal_refusal(3.0, 2.0, math.inf) != ''": True,
 })
 
 # %% [markdown]
@@ -437,96 +373,7 @@ def show_steering():
 try:
     show_steering()
 except AttributeError:
-    print("not yet: the plot needs your motion.py of notebook 05")
-
-# %% [markdown]
-# **Step 3: when has it arrived?**
-# The caller gives a `tolerance`, say 0.1 m.
-# Do not stop at 0.1 m: odometry is not quite where the robot is, and the result is measured by where it *is*.
-# Drive on to `ARRIVAL_SHARE`, half the tolerance, or to `ARRIVAL_M`, 5 cm, if that is less.
-# Only if an obstacle is in the way (`blocked`), being within the tolerance is enough.
-
-# %% tags=["piece"]
-# %%into ros2_robot_controller/utils/steering.py
-def has_arrived(distance: float, tolerance: float, blocked: bool) -> bool:
-    """
-    Return whether the goal is reached at this distance.
-
-    Drives on to well within the tolerance, because odometry is never quite where the robot is;
-    where an obstacle ends the drive, the tolerance as such will do.
-    """
-    return False  # TODO
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# Two cases, two comparisons: the last two sentences above.
-# </details>
-# <details><summary>Hint 2: the formula</summary>
-#
-# `min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)` is how near it should get.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# if blocked:
-#     return distance <= tolerance
-# ...  # near enough?
-# ```
-# </details>
-
-# %%
-steering = mine("utils.steering")
-tries({
-    "steering.has_arrived(0.08, tolerance=0.1, blocked=False)": False,  # drive on
-    "steering.has_arrived(0.05, tolerance=0.1, blocked=False)": True,
-    "steering.has_arrived(0.05, tolerance=0.06, blocked=False)": False,  # half of 6 cm
-    "steering.has_arrived(0.2, tolerance=1.0, blocked=False)": False,
-    "steering.has_arrived(0.08, tolerance=0.1, blocked=True)": True,
-    "steering.has_arrived(0.12, tolerance=0.1, blocked=True)": False,
-})
-
-# %% [markdown]
-# **Step 4: targets that cannot be reached.**
-# A target with NaN or infinity in it is not a place, and a tolerance that is not above zero, or not finite, cannot be met.
-# `goal_refusal` returns the reason in words, empty if one can try, like `speed_refusal` in notebook 06.
-
-# %% tags=["piece"]
-# %%into ros2_robot_controller/utils/steering.py
-def goal_refusal(x: float, y: float, tolerance: float) -> str:
-    """Return why nobody can drive to (x, y) within `tolerance`; empty if one can try."""
-    return ''  # TODO: numbers that are none; a tolerance that nobody can meet
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `speed_refusal` of notebook 06. Ask for what is good, then negate.
-# </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `math.isfinite`; `not 0.0 < tolerance < math.inf` holds for NaN too.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# if not (math.isfinite(x) and math.isfinite(y)):
-#     return f'the target ({x}, {y}) is no place'
-# if not 0.0 < tolerance < math.inf:
-#     return f'a tolerance of {tolerance} m cannot be met'
-# ...  # nothing against it
-# ```
-# </details>
-
-# %%
-steering = mine("utils.steering")
-tries({
-    "steering.goal_refusal(3.0, -2.0, 0.1)": "",
-    "steering.goal_refusal(math.nan, 0.0, 0.1) != ''": True,
-    "steering.goal_refusal(0.0, -math.inf, 0.1) != ''": True,
-    "steering.goal_refusal(3.0, 2.0, 0.0) != ''": True,
-    "steering.goal_refusal(3.0, 2.0, math.nan) != ''": True,
-    "steering.goal_refusal(3.0, 2.0, math.inf) != ''": True,
-})
+    print("not yet: the plot needs your steering.py, and your motion.py of notebook 05")
 
 # %% [markdown]
 # **Click.** Your functions drive, still without a node.
@@ -548,7 +395,7 @@ class Clicked:
 
     def __call__(self, seen):
         here = seen.odometry.pose
-        place = steering.Place(here.x, here.y, here.yaw)
+        place = at(here.x, here.y, here.yaw)
         if steering.has_arrived(steering.distance_to(place, *self.target), 0.1, False):
             return Twist()
         command = steering.steer(place, *self.target, motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3))
@@ -564,6 +411,29 @@ except AttributeError as missing:
     print("not yet:", missing)
 
 # %% [markdown]
+# <details><summary>Two designs for <code>steer</code>, once yours arrives</summary>
+#
+# **Turn, then drive.** The course's, with names for its numbers at the top of the file.
+#
+# ```python
+# error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)
+# if abs(error) > FACING_RAD:
+#     return Command(v=0.0, omega=TURN_GAIN * error)
+# speed = min(limits.max_linear_speed, APPROACH_GAIN * distance_to(place, x, y))
+# return Command(v=speed, omega=TURN_GAIN * error)
+# ```
+#
+# **The more it faces the target, the faster.** No threshold, and no stop between turning and driving.
+#
+# ```python
+# facing = max(0.0, math.cos(error)) ** 3
+# speed = min(limits.max_linear_speed, APPROACH_GAIN * distance_to(place, x, y))
+# return Command(v=facing * speed, omega=TURN_GAIN * error)
+# ```
+#
+# The second one is quicker and looks better. It also drives arcs, through places that nobody has asked for: beside a wall the first one is easier to foresee.
+# </details>
+#
 # If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
 
 # %% [markdown]
@@ -756,9 +626,10 @@ print(send_and_cancel(awaiting))
 # - During a goal the direction of travel is forward, whatever the speed in force was.
 #
 # The skeleton has the last one already, and two small classes: the three ways in which a goal ends, and a goal with its future.
-
-# %%
-# !mkdir -p ros2_robot_controller
+#
+# `Ending` is an **Enum**: a type with exactly these three values, written `Ending.ARRIVED`.
+# A typing error, `Ending.ARIVED`, raises an error at once; a text, `'arived'`, would only never be equal to anything.
+# `field(default_factory=Future)` makes a new future for each goal; `= Future()` would be one that all of them share.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/navigator.py

@@ -29,8 +29,9 @@
 # - make mutants of your code, and improve the tests until they are noticed;
 # - let a linter read your code before a person does.
 #
-# **Time:** 45 to 75 minutes for tests that notice (part 1), 60 to 90 for the controller on a bench (part 2), and 50 to 90 for the other node, coverage, mutants and the linter (part 3).
+# **Time:** 50 to 85 minutes for tests that notice (part 1), 60 to 90 for the controller on a bench (part 2), and 50 to 90 for the other node, coverage, mutants and the linter (part 3).
 # Part 2 has a good place for a break before "F7: the pose", part 3 before "Which lines were reached".
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what comes today:
 #
@@ -518,6 +519,68 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "s
 # The condition is there for a margin of 0: at 0.4 m the mutant divides by it, and `LIMITS` has a margin of 0.3.
 # A test of one line with other limits kills it; write one if you like.
 #
+# #### What a grey row does to a robot
+#
+# `clearance` decides which way the robot looks while it drives.
+# What do your tests say about it so far?
+
+# %%
+mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
+
+# %% [markdown]
+# A grey row is a robot that passes all your tests so far.
+# Let it drive.
+# `Shuttle` goes to and fro between two boxes, backwards first: it drives until `make_safe` stops it, then the other way.
+# This is your own file, with no mistake in it; in Jupyter you see it live, and can drag the boxes.
+
+# %%
+from grader.notebook import mine, mutant
+from sim import Box, Simulator, Twist, World, room
+from sim.bridge import to_message
+from sim.live import Live
+
+scans = mine("utils.scans")
+
+
+class Shuttle:
+    """Drives backwards until make_safe says stop, then forwards, and so on."""
+
+    def __init__(self, motion):
+        self.motion, self.wanted = motion, -0.4
+
+    def __call__(self, seen):
+        near = scans.measure_proximity(to_message(seen.scan))
+        limits = self.motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3)
+        safe = self.motion.make_safe(self.motion.Command(self.wanted), near, limits)
+        if safe == self.motion.STOP:
+            self.wanted = -self.wanted
+        return Twist(safe.v, safe.omega)
+
+# %%
+def watch(motion):
+    """Return a live view of a Shuttle with this motion.py."""
+    boxes = Box((-1.5, 0.0), (0.3, 0.6), name="rear"), Box((1.5, 0.0), (0.3, 0.6), name="front")
+    world = World("between two boxes", obstacles=(*room((-2.0, -0.9), (2.0, 0.9)), *boxes))
+    return Live(Simulator(world), driver=Shuttle(motion))
+
+
+watch(mine("utils.motion"))
+
+# %% [markdown]
+# And now the mutant of the third row. `mutant` returns your file with that one mistake in it.
+#
+# **Predict:** where does this robot turn round, behind and in front?
+
+# %%
+watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
+
+# %% [markdown]
+# It looks ahead while it drives backwards, so it does not see the box.
+# Nearer than 0.2 m the emergency stop acts, too late and for good: whatever is wanted, it never moves again.
+# The next table closes the gap.
+#
+# **Change one thing:** another row, or another function. A mutant that stands still is noticed on the first day; which of them would pass a demonstration?
+#
 # #### Table 3: stop, or stop everything
 #
 # `make_safe(wanted, near, LIMITS)` is the sentence of the contract that keeps the robot off the walls: an obstacle in the way stops *driving*, one that is too close stops *everything*.
@@ -559,6 +622,12 @@ def test_an_obstacle_stops_driving_and_a_too_close_one_everything(wanted, near, 
 
 # %%
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "make_safe")
+
+# %% [markdown]
+# And the robot that was blind behind? Its row should be green now.
+
+# %%
+mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -1309,7 +1378,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 #
 # <details><summary>Hint 2: the API</summary>
 #
-# `robot.bench.set_parameter(name, value)`; `robot.drive(0.1)` is one command; `robot.scan = scan_of(ahead=0.9)`.
+# `robot.bench.set_parameter(name, value)`; `robot.drive(0.1)` gives one command, and a second one if a scan stops the robot at once, so compare `set(robot.drive(0.1))`; `robot.scan = scan_of(ahead=0.9)`.
 # </details>
 
 # %% tags=["nbval-ignore-output"]

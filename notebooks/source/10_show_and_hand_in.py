@@ -218,7 +218,7 @@ perform();
 # A box stands 0.6 m in front of the robot.
 # Your node does the right thing: it stops, and waits until the way is free.
 #
-# **Predict:** what does the demonstration do? A script that waits for the result as for any answer gives up, and leaves behind a robot *with a goal*. Take the chair away, and it drives off with nobody watching.
+# **Predict:** what does the demonstration do?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: for once time is real.
@@ -287,6 +287,7 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 # A test that is in the package and not in that file was written after the run, or never run at all: the grader compares the two.
 #
 # That is the end of part 1, and a good place for a break.
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # ## A README that is true
 #
@@ -513,7 +514,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # ## Read it like an instructor
 #
 # Now look at your package as a stranger who has thirty of them to grade.
-# Three requirements were waiting for today: Q3 (everything in its place), Q5 and Q6.
+# Q3 (everything in its place) has been with you since notebook 01 and is asked once more; Q5 and Q6 are new.
 #
 # Tools measure two of the things that Q3 asks for.
 # The **cyclomatic complexity** of a function is the number of its decisions (`if`, `for`, `while`, `except`, ...) plus one.

@@ -30,21 +30,20 @@ each_situation = pytest.mark.parametrize("situation", SITUATIONS, ids=lambda sit
 def test_the_doctor_says_what_a_grading_does(situation: Situation):
     """It called a container bad in which a grading gave 100 points, and good one in which none began."""
     does = {"unsafe": "none"}.get(situation.confinement, situation.confinement)
-    assert situation.disagreement(situation.doctor(), situation.require(), does) == ""
+    why = situation.disagreement(situation.doctor(), situation.require(), does)
+    assert not why, why  # in full: pytest cuts a comparison short
 
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("situations")
-    for parent in (folder, *list(folder.parents)[:2]):
-        parent.chmod(0o755)
-    return situations.prepared_cache(folder)
+    return situations.prepared_cache(tmp_path_factory.mktemp("situations"))
 
 
 @each_situation
 def test_the_reference_gets_all_points_where_the_doctor_says_so(situation: Situation, cache: Path):
     said, did = situation.doctor(), situation.grade(cache)
-    assert situation.disagreement(said, did, situations.expected(situation)) == ""
+    why = situation.disagreement(said, did, situations.expected(situation))
+    assert not why, why
 
 
 def test_points_are_the_same_by_other_users_as_by_namespaces():
@@ -57,7 +56,8 @@ def test_points_are_the_same_by_other_users_as_by_namespaces():
     there = contained(DOCKER, f"PYTHONPATH=.:tests {' '.join(line)}", seconds=3600)
     assert [run.stderr.split()[0] for run in (here, there)] == ["namespaces", "users"]
     assert json.loads(there.stdout) == json.loads(here.stdout)
-    assert all(points >= 0 for each in json.loads(here.stdout).values() for points in each.values())  # -1: not judged
+    outcomes = [outcome for each in json.loads(here.stdout).values() for _, outcome in each.values()]
+    assert set(outcomes) <= {"passed", "partial", "failed"}
 
 
 AS_GRADESCOPE = ["--cpus=1", "--memory=3g", "--pids-limit=4096"]  # else a fork bomb is one for this machine, too

@@ -1,8 +1,8 @@
-"""Print the confinement, and the points of known-bad submissions on the requirements that each is about.
+"""Print the confinement, and points and outcome of known-bad submissions on the requirements that each is about.
 
     PYTHONPATH=.:tests python -m submissions.points [--cache DIR] NAME ...
 
-`reference` is one of the names. Points are to be the same in every confinement (tests/containers).
+`reference` is one of the names. All are to be the same in every confinement (tests/containers).
 """
 
 from __future__ import annotations
@@ -21,16 +21,15 @@ from submissions.edits import EDITS, apply
 _ALWAYS = {"F1", "F2", "I1"}
 
 
-def points(name: str, cache: Path) -> dict[str, float]:
-    """Return the points of a submission by requirement; minus one for what the grader could not judge."""
+def points(name: str, cache: Path) -> dict[str, tuple[float, str]]:
+    """Return the points and the outcome of a submission by requirement."""
     edit = EDITS.get(name)
     needs = tuple(sorted(_ALWAYS | (edit.costs if edit else set())))
     settings = pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=cache, requirements=needs)
     with tempfile.TemporaryDirectory() as folder:
         grading = pipeline.grade(apply(edit, Path(folder)), Path(folder) / "out", settings)
-    unjudged = {score.requirement.id for score in grading.unjudged}
-    found = {score.requirement.id: score.points for score in grading.scorecard.requirements}
-    return {need: -1.0 if need in unjudged else found[need] for need in needs}
+    scores = grading.scorecard.requirements
+    return {s.requirement.id: (s.points, s.outcome.value) for s in scores if s.requirement.id in needs}
 
 
 if __name__ == "__main__":

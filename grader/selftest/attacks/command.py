@@ -119,7 +119,7 @@ def summary(results: Sequence[AttackResult]) -> str:
     run = [each for each in results if not each.attack.not_applicable]
     bad = [each.attack.name for each in run if not each.contained]
     weak = [each.attack.name for each in run if each.not_held]
-    others = f". Not held by the users sandbox: {', '.join(weak)}" if weak else ""
+    others = f". Not held without namespaces: {', '.join(weak)}" if weak else ""
     others += f"; {len(results) - len(run)} do not apply here" if len(results) > len(run) else ""
     if bad:
         return f"{len(bad)} of {len(run)} attacks were NOT contained: {', '.join(bad)}{others}."

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from grader.notebook import mutant_matrix
+from grader.notebook import mutant, mutant_matrix
 from grader.notebook.matrix import matrix
+from grader.notebook.tables import MissingError
 
 STOPPING = """\
 def is_near(distance):
@@ -95,6 +96,27 @@ def test_the_row_that_fails_is_named(tmp_path, capsys):
 def test_a_test_may_import_what_it_tests_itself(noticed):
     tests = "def test_wall():\n    from stopping import is_near\n    assert is_near(0.3)\n"
     assert noticed(tests) == {"wall": {"2: < became >= in distance < 0.5"}}
+
+
+def test_a_mutant_can_be_called_and_says_its_mistake(tmp_path, capsys):
+    (tmp_path / "stopping.py").write_text(STOPPING)
+    broken = mutant(str(tmp_path / "stopping.py"), 1, "is_near")
+    assert capsys.readouterr().out == "2: < became >= in distance < 0.5\n"
+    assert (broken.speed(0.3), broken.speed(0.7)) == (0.4, 0.0)
+    assert "stopping" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("row", "module", "words"),
+    [(0, STOPPING, "no row 0"), (3, STOPPING, "no row 3"), (1, "def f(:\n", "SyntaxError"), (1, None, "FileNotFound")],
+)
+def test_a_row_that_is_not_there_is_said_once_and_again_with_each_use(row, module, words, tmp_path, capsys):
+    if module is not None:
+        (tmp_path / "stopping.py").write_text(module)
+    broken = mutant(str(tmp_path / "stopping.py"), row, "is_near")
+    assert words in capsys.readouterr().out
+    with pytest.raises(MissingError, match=words):
+        broken.speed(0.3)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ import pytest
 from helpers.course import PACKAGE
 
 from grader import KIT
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, run_node
 from grader.notebook.workspace import VARIABLE, Workspace
 
 ROOT = KIT
@@ -450,6 +450,57 @@ report(trouble=run.trouble, v=run.simulator.twist.v)
     )
     assert facts["trouble"] == ""
     assert facts["v"] == pytest.approx(0.25, abs=0.02)
+
+
+@pytest.mark.slow  # a build, a kernel and two nodes
+def test_a_launch_file_starts_both_nodes_with_their_parameter_files(laid_out: Callable[[str], Path]) -> None:
+    facts = play(
+        laid_out("09"),
+        """
+import re, subprocess
+from pathlib import Path
+from sim import Box, World
+config = Path("config/robot_params.yaml")
+config.write_text(config.read_text().replace("obstacle_detection_threshold: 0.5", "obstacle_detection_threshold: 0.7"))
+run = run_node(launch="robot_controller_launch.py", world=World("a box", obstacles=(Box((1.6, 0.0), (0.2, 0.6)),)))
+run.set_speed(0.4)
+report(trouble=run.trouble, far=1.5 - run.drive(5.0).x[-1])
+report(taken=run.set_parameter("obstacle_detection_threshold", 0.3), near=1.5 - run.drive(4.0).x[-1])
+started = [int(number) for number in re.findall(r"started with pid \\[(\\d+)", run.output)]
+run.close()
+report(started=started)
+""",
+    )
+    assert facts["trouble"] == ""
+    assert facts["far"] == pytest.approx(0.7, abs=0.03)
+    assert facts["taken"] == [True, ""]
+    assert facts["near"] == pytest.approx(0.3, abs=0.03)
+    assert len(facts["started"]) == 2
+    assert all(map(is_gone, facts["started"]))
+
+
+@pytest.mark.slow  # a build and a kernel
+def test_a_launch_file_that_starts_nothing_is_reported(laid_out: Callable[[str], Path]) -> None:
+    facts = play(
+        laid_out("09"),
+        """
+from pathlib import Path
+Path("launch/robot_controller_launch.py").write_text(
+    "from launch import LaunchDescription\\n"
+    "def generate_launch_description():\\n    return LaunchDescription([])\\n"
+)
+run = run_node(launch="robot_controller_launch.py")
+report(trouble=run.trouble, moved=run.drive(1.0).x[-1])
+""",
+    )
+    assert facts["trouble"].startswith("robot_controller_launch.py ended before a node came up")
+    assert facts["moved"] == 0.0
+
+
+@pytest.mark.parametrize("option", [{"program": "a.py"}, {"parameters": {"a": 1}}, {"remappings": {"a": "b"}}])
+def test_a_launch_file_takes_nothing_that_is_a_single_nodes(option: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="of its own"):
+        run_node(launch="robot_controller_launch.py", **option)
 
 
 @pytest.mark.slow  # a build, a kernel and a node

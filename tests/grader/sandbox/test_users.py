@@ -203,19 +203,39 @@ def test_a_sandbox_leaves_nothing_behind_but_what_the_grader_asked_for():
 
 
 def test_what_a_command_reaches_all_the_same():
-    """docs/containers.md lists it: a port for datagrams and the names of processes, but no port for TCP."""
+    """docs/containers.md lists it: a port for datagrams, a socket open to all, and the names of processes; no TCP."""
     datagrams = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     connections = socket.create_server(("127.0.0.1", 0))
     datagrams.bind(("127.0.0.1", 0))
-    with datagrams, connections:
+    local = socket.socket(socket.AF_UNIX)
+    with datagrams, connections, local, tempfile.TemporaryDirectory(dir="/var/tmp") as folder:
+        Path(folder).chmod(0o755)
+        local.bind(f"{folder}/socket")
+        local.listen()
+        Path(folder, "socket").chmod(0o777)
         statements = [
             f"socket.create_connection(('127.0.0.1', {connections.getsockname()[1]}))",
             f"socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', {datagrams.getsockname()!r})",
             f"open('/proc/{os.getpid()}/cmdline').read()",
+            f"socket.socket(socket.AF_UNIX).connect('{folder}/socket')",
         ]
-        assert python(tried(*statements)).output.split() == [TCP, "done", "done"]
+        assert python(tried(*statements)).output.split() == [TCP, "done", "done", "done"]
         datagrams.settimeout(60)
         assert datagrams.recv(10) == b"x"
+
+
+def test_no_way_to_connect_by_tcp_is_left_that_landlock_does_not_see():
+    """Multipath TCP, and data that is sent with the first packet (fast open), reached every port of the network."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = server.getsockname()
+        mptcp, fast_open, stream = 262, 0x20000000, "socket.socket(socket.AF_INET, socket.SOCK_STREAM"
+        statements = [
+            f"{stream}, {mptcp}).connect({address!r})",
+            f"{stream}).sendto(b'x', {fast_open}, {address!r})",
+            f"{stream}).sendmsg([b'x'], [], {fast_open}, {address!r})",
+            f"{stream}, socket.IPPROTO_TCP).connect({address!r})",
+        ]
+        assert python(tried(*statements)).output.split() == ["OSError", "OSError", "OSError", TCP]
 
 
 def test_how_a_command_ended_is_known():

@@ -177,7 +177,7 @@ def test_the_table_shows_what_was_tried_and_what_stopped_it():
     assert command.summary([bad]) == "1 of 1 attacks were NOT contained: bomb."
 
 
-def test_what_the_users_sandbox_does_not_hold_is_named_and_no_other_attack(monkeypatch: pytest.MonkeyPatch):
+def test_what_is_not_held_without_namespaces_is_named_and_no_other_attack(monkeypatch: pytest.MonkeyPatch):
     """An attack that got through there was a failure of the self-test; one that no longer does must leave the list."""
     listed = attack("calls", "x", needs="F1", not_by_users="datagrams get through")
     reached, contained = (attack_run.AttackResult(listed, problems=problems) for problems in (("a port",), ()))
@@ -186,9 +186,9 @@ def test_what_the_users_sandbox_does_not_hold_is_named_and_no_other_attack(monke
     assert command.row(seen, 6).startswith("calls   not held        0 of 0")
     other = attack_run.AttackResult(attack("other", "x", needs="F1"))
     summary = command.summary([seen, other])
-    assert summary == "1 of 2 attacks were contained. Not held by the users sandbox: calls."
+    assert summary == "1 of 2 attacks were contained. Not held without namespaces: calls."
     assert attack_run._as_known(contained).problems == (
-        "it was contained, and the list says that the users sandbox does not hold it",
+        "it was contained, and the list says that no sandbox without namespaces holds it",
     )
 
 
