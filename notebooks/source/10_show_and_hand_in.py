@@ -627,27 +627,6 @@ for name in lost:
 # </details>
 
 # %% [markdown]
-# ## One more drive
-#
-# The demonstration drives half a metre; your node can do more.
-# Into the first office, and back into the corridor.
-# `navigator.py` drives straight to a place, so the list leads through the middle of the door; what keeps the robot off the walls is yours.
-# (`go_to` counts from where the odometry began, so the start is subtracted.)
-# Lengthen the list: the other two doors are at x = 5.0 m and x = 8.6 m.
-
-# %% tags=["nbval-ignore-output"]
-# Not compared: a film of a node that runs is another one each time.
-from sim.film import Film
-
-office = sim.load_world("office")
-with run_node(world=office) as run:
-    for x, y in ((1.6, 0.7), (1.6, 3.2), (1.6, 0.7), (3.5, 0.7)):
-        run.go_to(x - office.start.x, y - office.start.y)
-    recording = run.recording
-print(f"{recording.distance:.1f} m in {recording.duration:.0f} s, {len(recording.contacts)} contacts")
-Film(recording)
-
-# %% [markdown]
 # ## What you can do now
 #
 # That was the last notebook with points; [11](11_clinic.ipynb) is a clinic of broken packages, [12](12_frames.ipynb) is about frames.
