@@ -196,7 +196,7 @@ def test_the_published_edition_is_the_solved_run(example: Path):
 def test_the_published_edition_says_which_one_it_is_and_where_the_other_is(example: Path):
     page = book.read_stored(editions.published_file(NAME, example))
     assert page.cells[0].source.startswith("# An example")
-    assert "every exercise is solved" in page.cells[1].source
+    assert "the exercises are solved" in page.cells[1].source
     assert "[the student edition](../02_example.ipynb)" in page.cells[1].source
 
 
