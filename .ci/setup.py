@@ -104,7 +104,7 @@ def set_up(machine: Machine) -> None:
     """Check the tools, make the environment and install the pinned packages."""
     started = time.monotonic()
     fresh = not STAMP.exists()
-    say("Setting up for the first time; this takes about a minute." if fresh else "Updating .venv.")
+    say("Setting up for the first time; this takes one to three minutes." if fresh else "Updating .venv.")
     check_machine(machine)
     make_environment(machine)
     install_pinned()

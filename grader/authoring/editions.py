@@ -56,7 +56,6 @@ def published(
 
 def _note(name: str) -> str:
     return (
-        "> **The published edition**, to look at: the exercises are solved, only a test of your own in 09 is left to"
-        " you, and every output comes from that run.\n"
+        "> **The published edition**, to look at: the exercises are solved, and every output comes from that run.\n"
         f"> To write the solutions yourself, open [the student edition](../{name}.ipynb)."
     )

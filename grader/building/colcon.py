@@ -20,7 +20,7 @@ from grader import evidence, sandbox
 from grader.building import cache as build_cache
 from grader.building import install_tree, installed_code, type_hashes
 from grader.course import Course
-from grader.errors import GraderError
+from grader.errors import GraderError, UsageError
 from grader.host import ros_env, shortage, submission_user, tempdir
 from grader.words import mark, say
 
@@ -99,10 +99,16 @@ def share_contract(course: Course) -> None:
     """Build the course's own interfaces into the shared cache, which all users can read and none can write.
 
     Raises:
-        GraderError: they do not build here, or the folder cannot be written.
+        UsageError: the course has no interfaces, or this user may not write to the kit's folder.
+        GraderError: they do not build here.
     """
-    build_contract(build_cache.SHARED, course)
-    subprocess.run(["chmod", "-R", "a+rX,go-w", "--", str(build_cache.SHARED)], check=True)
+    if not course.interfaces:
+        raise UsageError("The course has no interfaces, so there is nothing to share.")
+    folder = build_cache.SHARED
+    if not os.access(folder if folder.exists() else folder.parent, os.W_OK):
+        raise UsageError(f"This user may not write to {folder}.", "Run it as the owner of the kit.")
+    build_contract(folder, course)
+    subprocess.run(["chmod", "-R", "a+rX,go-w", "--", str(folder)], check=True)
 
 
 def _copy_renamed(source: Path, target: Path) -> Path:

@@ -11,7 +11,7 @@ from grader.words import say
 
 def describe_figures(shell: Any) -> None:
     """Let figures be shown with their words from now on. Called after each cell, before its figures are shown."""
-    if shell is None or "matplotlib.figure" not in sys.modules:
+    if "matplotlib.figure" not in sys.modules:
         return
     from matplotlib.figure import Figure
 

@@ -43,7 +43,7 @@ class Attack:
         pack: how it is packed, if it is not submitted as a folder.
         refused: words of the refusal, if it is not graded at all.
         not_applicable: why it cannot be tried on this grader; then it is not run.
-        not_by_users: why no sandbox without namespaces (docs/containers.md) stops it, "" if they do.
+        not_without_namespaces: why no sandbox without namespaces (docs/containers.md) stops it, "" if they do.
         build_seconds: time limit for its build, if not the usual one.
     """
 
@@ -61,7 +61,7 @@ class Attack:
     pack: Pack | None = None
     refused: str = ""
     not_applicable: str = ""
-    not_by_users: str = ""
+    not_without_namespaces: str = ""
     build_seconds: float = 0.0
 
     def on(self, course: Course, rubric: Rubric) -> Attack:

@@ -105,7 +105,7 @@ def row(result: AttackResult, name_width: int) -> str:
     kinds = ", ".join(dict.fromkeys(flag.kind for flag in result.flags)) or "-"
     head = f"{attack.name:<{name_width}}  {verdict:<14}  {points:<14}  flag: {kinds:<20}  {result.seconds:5.1f} s"
     lines = [head.rstrip(), *_wrapped("tried", attack.tries)]
-    if why := attack.not_applicable or (result.not_held and attack.not_by_users):
+    if why := attack.not_applicable or (result.not_held and attack.not_without_namespaces):
         lines += _wrapped("why", why)
     else:
         lines += _wrapped("stopped", attack.stopped)

@@ -79,6 +79,6 @@ os._exit(0)
 """),
         needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK calls that were answered: []",
         stopped="a filter of kernel calls, and a session keyring of its own for every sandbox",
-        not_by_users="proot answers ptrace itself, for the processes of the same sandbox",
+        not_without_namespaces="proot answers ptrace itself, for the processes of the same sandbox",
     ),
 )  # fmt: skip

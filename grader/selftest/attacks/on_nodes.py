@@ -202,7 +202,7 @@ for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), (
 """),
         number=26, needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK ('127.0.0.1'",
         stopped="each trial has a network of its own, with loopback only",
-        not_by_users="datagrams, which DDS needs, reach every port in the container's network",
+        not_without_namespaces="datagrams, which DDS needs, reach every port in the container's network",
     ),
     attack(
         "talks_into_other_domains",

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from helpers.course import COURSE
 
 from grader import building, cli, pipeline
-from grader.building import cache
+from grader.building import cache, colcon
+from grader.errors import UsageError
 
 
 @pytest.fixture
@@ -71,6 +73,23 @@ def test_a_first_build_takes_the_interfaces_from_the_shared_cache_and_leaves_it_
     assert building.contract_is_built(own, COURSE)
     assert building.build_contract(own, COURSE).install == here / "install"
     assert not own.exists()
+
+
+def test_who_may_not_write_to_the_kit_is_told_who_may(
+    shared: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(os, "access", lambda path, mode: (path, mode) != (shared, os.W_OK))
+    assert cli.main(["cache", "--share"]) == 2
+    assert capsys.readouterr().err == (
+        f"grader: This user may not write to {shared}. Run it as the owner of the kit.\n"
+    )
+
+
+def test_a_course_without_interfaces_has_nothing_to_share(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setattr(cache, "SHARED", tmp_path / "shared_cache")
+    with pytest.raises(UsageError, match="nothing to share"):
+        colcon.share_contract(replace(COURSE, interfaces=()))
+    assert not (tmp_path / "shared_cache").exists()
 
 
 @pytest.mark.slow  # builds with colcon

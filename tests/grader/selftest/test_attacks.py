@@ -179,7 +179,7 @@ def test_the_table_shows_what_was_tried_and_what_stopped_it():
 
 def test_what_is_not_held_without_namespaces_is_named_and_no_other_attack(monkeypatch: pytest.MonkeyPatch):
     """An attack that got through there was a failure of the self-test; one that no longer does must leave the list."""
-    listed = attack("calls", "x", needs="F1", not_by_users="datagrams get through")
+    listed = attack("calls", "x", needs="F1", not_without_namespaces="datagrams get through")
     reached, contained = (attack_run.AttackResult(listed, problems=problems) for problems in (("a port",), ()))
     seen = attack_run._as_known(reached)
     assert (seen.problems, seen.not_held) == ((), ("a port",))
@@ -195,7 +195,7 @@ def test_what_is_not_held_without_namespaces_is_named_and_no_other_attack(monkey
 def test_the_documentation_lists_what_the_users_sandbox_does_not_hold():
     text = (ROOT / "docs" / "containers.md").read_text()
     assert set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == {
-        each.name for each in ATTACKS.values() if each.not_by_users
+        each.name for each in ATTACKS.values() if each.not_without_namespaces
     }
 
 
@@ -231,7 +231,7 @@ def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Sett
     monkeypatch.setenv("ROS2_COURSE_KIT_NAMESPACES", "this test forbids them")
     [result] = attack_run.run([ATTACKS[name].on(COURSE, settings.rubric)], REFERENCE, settings)
     assert result.problems == ()
-    assert bool(result.not_held) == bool(ATTACKS[name].not_by_users)
+    assert bool(result.not_held) == bool(ATTACKS[name].not_without_namespaces)
 
 
 @pytest.mark.sandbox
