@@ -174,7 +174,15 @@ def _run(opened: Workspace, world: str = "open_field") -> Any:
     from grader.notebook import session
 
     return session.start(
-        opened, next(iter(course().nodes)), world, program="", seed=0, parameters={}, remappings={}, profile="course"
+        opened,
+        next(iter(course().nodes)),
+        world,
+        program="",
+        launch="",
+        seed=0,
+        parameters={},
+        remappings={},
+        profile="course",
     )
 
 
