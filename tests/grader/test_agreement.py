@@ -27,6 +27,7 @@ BAD = (
     "renames_the_package", "sets_the_parameters_in_the_launch_file", "sleeps_in_a_callback",
     "tests_its_conversions_only",
 )  # fmt: skip
+OFTEN = (REFERENCE, UNREADABLE, "does_not_compile", "renames_the_package")
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,10 @@ class Recorded:
         return Collected({field: facts[field]})
 
 
-@pytest.mark.parametrize("name", [REFERENCE, UNREADABLE, *BAD])
+@pytest.mark.parametrize(
+    "name",  # six seconds each; the ones that are not of every run are built as the others are
+    [*OFTEN, *(pytest.param(name, marks=pytest.mark.slow) for name in BAD if name not in OFTEN)],
+)
 def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     name: str, settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -111,6 +111,7 @@ def test_the_template_gets_the_points_that_it_should(capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out == f"{GOOD}: nothing is wrong\n"
 
 
+@pytest.mark.slow  # grades a solution and an edit of it
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_an_edit_that_loses_something_else_and_a_check_that_none_fails_are_named(folder: Path):

@@ -143,6 +143,7 @@ def test_a_folder_of_something_else_is_not_overwritten(named: ClassFolder, tmp_p
     assert "is not an anonymous class" in capsys.readouterr().err
 
 
+@pytest.mark.slow  # grades a class of its own
 def test_a_login_that_is_the_name_without_its_space_breaks_no_link(named: ClassFolder, monkeypatch: pytest.MonkeyPatch):
     """Of "boekdahl" and "BoEkdahl" one won by chance, and links went to a person's alias instead of a hand-in's."""
     person = replace(BO, login="boekdahl")

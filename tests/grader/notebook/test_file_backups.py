@@ -271,7 +271,14 @@ def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
     ]
 
 
-@pytest.mark.parametrize("name", ["01_anatomy", "02_interfaces", "08_settings_and_launch", "09_tests_that_notice"])
+SELDOM = pytest.mark.slow  # builds the package of the notebooks before, as the first does
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["08_settings_and_launch"]
+    + [pytest.param(name, marks=SELDOM) for name in ("01_anatomy", "02_interfaces", "09_tests_that_notice")],
+)
 def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(name: str, workspace: Workspace) -> None:
     """The first cell of 08 makes `config` and `launch`, `start_at` moves them away, and %%writefile was a traceback."""
     notebook = book.read_stored(editions.student_file(name))
