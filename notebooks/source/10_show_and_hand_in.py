@@ -13,22 +13,22 @@
 # %% [markdown]
 # # 10 Show and hand in
 #
-# ![A simulated robot's drive to three goals in three offices, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
+# ![A simulated robot's drive through an office to three goals, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
 #
 # Everything works, and the tests support it.
-# What is missing is the other half of every piece of software: *others* must be able to use it.
+# What is missing is the other half of every piece of software: *other people* must be able to use it.
 # Think of a person with five minutes, your README and no idea what you meant.
 # Today you write for that person, look at your own work through the eyes of the one who grades it, and hand it in.
 #
 # **You will be able to**
 #
-# - write a demonstration that ends by itself, and says in its exit status whether it worked;
+# - write a demonstration that ends by itself, and whose exit status says whether it worked;
 # - write a README whose commands run and whose table agrees with the graph;
 # - find out what works only on your machine, before others do;
 # - read a report as an instructor reads it, and decide what to fix first;
 # - pack the package and know what is in it.
 #
-# **Time:** 30 to 60 minutes for the demonstration and its results (part 1), and 35 to 70 for the README, your report and the hand-in (part 2).
+# **Time:** 30 to 60 minutes for the demonstration and its results (part 1), and 40 to 75 for the README, your report, the hand-in and a last drive (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -69,7 +69,7 @@ begin("10")
 # %% [markdown]
 # ## What a hundred points are made of
 #
-# `rubric.yaml` lies in the kit, in plain sight: it is what the grader goes by.
+# `rubric.yaml` is in the kit, for all to see: it is what the grader goes by.
 # Each point is either *core*, which you get by following the course, or *advanced*.
 # **Predict:** what weighs more, that the robot works, or all the rest together?
 # And how many of the hundred are advanced?
@@ -125,10 +125,10 @@ node.destroy_node()
 # Nothing complains.
 # The request reached no server, and without the time-out the script would wait for ever.
 # In front of an audience that is a long silence.
-# So each wait gets a time-out, and each time-out a sentence that says what to do.
+# So give each wait a time-out, and print a sentence that says what to do when the time is over.
 #
 # The second habit: let the **exit status** say how it went.
-# 0 means that all went well, any other number that it did not; a shell, a launch file, a CI job and the grader (Q6) all read that number first.
+# 0 means success, and any other number means failure; a shell, a launch file, a CI job and the grader (Q6) all read that number first.
 
 # %%
 import subprocess
@@ -145,13 +145,13 @@ for code in ("print('all shown')", "raise SystemExit('No node offers set_speed.'
 #
 # - the file is `scripts/demo.py`, and a stranger runs it with `python3 scripts/demo.py` beside the running nodes;
 # - it sets a speed, asks for one that is refused, sets 0 again, and shows each answer;
-# - it asks for the status, and sends a goal half a metre ahead of where the robot is, whichever way it faces; it tells the feedback;
+# - it asks for the status, and sends a goal half a metre ahead of where the robot is, whichever way it faces; it prints the feedback;
 # - if the goal takes longer than 20 s, it cancels it: the client that sends a goal is responsible for it until it has ended;
-# - whatever does not answer gets a sentence that says what to do, and the exit status 1; if all answered, it is 0;
+# - if something does not answer, it prints a sentence that says what to do, and ends with the exit status 1; if everything answers, with 0;
 # - it ends by itself, well within a minute.
 #
-# It takes some 80 lines, and you have written all that is in them before: a node in 05, clients in 06, an action's client in 07, a heading in 03.
-# Write them in this order, and run the stage below after each: a node that only ends with 0; one service; all of them; the goal; the cancel.
+# It takes some 80 lines, and you have written all of their parts before: a node in 05, clients in 06, an action's client in 07, a heading in 03.
+# Write it in this order, and run the cells below after each step: a node that only ends with 0; one service; all of them; the goal; the cancel.
 # There is no third hint. The runs below and `check("Q6")` accept any design, and two designs come after them.
 
 # %% tags=["exercise", "design"]
@@ -165,8 +165,8 @@ raise SystemExit('Not written yet.')
 # <details><summary>Hint 1: where to look</summary>
 #
 # The client of the service that no node offers, above, has all the calls for a service.
-# `rclpy.spin_until_future_complete(node, future, timeout_sec=...)` returns in both cases, when the future is done and when the time is over; which of them, only `future.done()` tells.
-# You need that at least five times: make it a function that returns the result or raises an exception of your own, and catch that in one place.
+# `rclpy.spin_until_future_complete(node, future, timeout_sec=...)` returns when the future is done, and also when the time is over; only `future.done()` says which of the two it was.
+# You need this at least five times: write a function that returns the result or raises an exception of your own, and catch that exception in one place.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
@@ -190,17 +190,19 @@ raise SystemExit('Not written yet.')
 # !python3 scripts/demo.py; echo "exit status: $?"
 
 # %% [markdown]
-# And here is the stage.
-# Your node drives in the simulator, before your eyes; the script talks to it from a process of its own.
+# Now with your node.
+# It drives in the simulator, before your eyes; the script talks to it from a process of its own.
 # Look for three answers about the speed, one about the status, and half a metre of driving.
 
 # %%
 import os
 
+import sim
+
 os.environ["RCUTILS_CONSOLE_OUTPUT_FORMAT"] = "[{severity}] {message}"  # without times
 
 
-def perform(world="open_field"):
+def perform(world):
     """Run the demonstration beside your node in this world, and return the drive."""
     with run_node(world=world) as run:
         live = run.live().start()
@@ -211,8 +213,8 @@ def perform(world="open_field"):
 
 
 # %% tags=["nbval-ignore-output"]
-# Not compared: for once time is real.
-perform();
+# Not compared: the demonstration runs in real time.
+perform(sim.World("an empty floor"));
 
 # %% [markdown]
 # A box stands 0.6 m in front of the robot.
@@ -221,9 +223,7 @@ perform();
 # **Predict:** what does the demonstration do?
 
 # %% tags=["nbval-ignore-output"]
-# Not compared: for once time is real.
-import sim
-
+# Not compared: the demonstration runs in real time.
 perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), size=(0.2, 0.6)),)));
 
 # %% [markdown]
@@ -262,15 +262,15 @@ perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), si
 # executor.spin_until_future_complete(task, timeout_sec=WHOLE_S)
 # ```
 #
-# The second one reads like the story that it tells, and pays for it: one time-out for the whole, so it cannot say *what* did not answer, and the timer fires again every `DRIVE_S`.
-# In a script that people read to learn what happens, the first says each step.
+# The second one reads like the story that it tells. The price: one time-out covers everything, so it cannot say *what* did not answer, and the timer fires again every `DRIVE_S`.
+# The first one names each step, which helps in a script that people read to learn what happens.
 # </details>
 
 # %% [markdown]
 # ### Test results
 #
 # `test_results.xml` records what your tests said when *you* ran them, in a form that every build server reads.
-# It is not written by hand; a command makes it, after the last change.
+# It is not written by hand: a command makes it, and you run that command after your last change.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -284,20 +284,20 @@ suite = ET.parse("test_results.xml").getroot()[0]
 print({name: suite.get(name) for name in ("tests", "failures", "errors", "skipped")})
 
 # %% [markdown]
-# A test that is in the package and not in that file was written after the run, or never run at all: the grader compares the two.
+# A test that is in the package but not in that file was written after the run, or never run at all: the grader compares the two.
 #
 # That is the end of part 1, and a good place for a break.
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # ## A README that is true
 #
-# A README is the only part of your package that everybody reads.
+# A README is the only part of your package that everyone reads.
 # It answers five questions, in this order: what is it, how do I build it, how do I run it, how do I test it, what does it connect to?
-# The last one is a table of topics, services and actions, and no part of the documentation becomes wrong sooner: somebody renames a topic, and nobody thinks of the table.
+# The answer to the last one is a table of topics, services and actions. No part of the documentation becomes wrong sooner: when a topic is renamed, the table is easily forgotten.
 #
 # So do not write it from memory.
 # The graph knows: `ros2 node info` prints what a running node really has.
-# Here for a node that is made on the spot.
+# Here it is for a node that is made on the spot.
 # **Predict:** which of the lines are not from this cell?
 
 # %%
@@ -312,7 +312,7 @@ node.create_service(Trigger, "come_home", print)
 node.destroy_node()
 
 # %% [markdown]
-# Seven services come with every node, six of them for its parameters, and `parameter_events` beside them; leave these out of a README.
+# Seven services come with every node, six of them for its parameters, and so does the topic `parameter_events`; leave these out of a README.
 # What is left is the table: name, type, direction.
 #
 # So let the graph write it.
@@ -321,7 +321,7 @@ node.destroy_node()
 # %%
 from rclpy.action import get_action_server_names_and_types_by_node as actions_of
 
-EVERYBODYS = ("/parameter_events", "/rosout", "/clock")
+OF_EVERY_NODE = ("/parameter_events", "/rosout", "/clock")
 
 
 def rows(visitor, name):
@@ -334,7 +334,7 @@ def rows(visitor, name):
     }
     for kind, found in kinds.items():
         for path, types in found:
-            if path not in EVERYBODYS and "/_action/" not in path and not path.startswith(f"/{name}/"):
+            if path not in OF_EVERY_NODE and "/_action/" not in path and not path.startswith(f"/{name}/"):
                 yield f"| `{name}` | {kind} | `{path[1:]}` | `{types[0]}` |"
 
 
@@ -343,7 +343,7 @@ import time
 
 
 def print_rows(visitor, name):
-    """Print a node's rows as soon as the graph says the same twice: it learns of a node bit by bit."""
+    """Print a node's rows as soon as the graph gives the same ones twice: it learns of a node bit by bit."""
     found = []
     for _ in range(20 if visitor.wait_for_node(f"/{name}", 10.0) else 0):
         before, found = found, list(rows(visitor, name))
@@ -419,10 +419,10 @@ TODO 4 (if you like): what you decided where the contract leaves it open, and wh
 # </details>
 #
 # Try each command in a new terminal, one after the other.
-# In this kit a new terminal has to learn where ROS is, once, from the kit's folder: `source grader/ros2/setup.bash`.
+# In this kit, begin in each new terminal with `source grader/ros2/setup.bash`, typed in the kit's folder: it says where ROS is.
 #
-# Your `package.xml` names a licence; its text belongs beside it.
-# The kit has the Apache License 2.0, word for word; open it in the editor if you have never read one.
+# Your `package.xml` names a licence; the licence's text belongs beside it.
+# The kit has the Apache License 2.0, word for word, and the next cell copies it; open it in the editor if you have never read one.
 
 # %%
 import shutil
@@ -434,7 +434,7 @@ shutil.copy(KIT / "LICENSE", "LICENSE");
 # %% [markdown]
 # ## It works on my machine
 #
-# The most expensive sentence in software.
+# This is the most expensive sentence in software.
 # Here is how it comes about, in two lines: a script that reads its settings.
 
 # %%
@@ -445,7 +445,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 
 # %% [markdown]
 # You try it where you wrote it, and it works.
-# **Predict:** what will it do one folder further?
+# **Predict:** what will it do when it is started from another folder?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: Python words its tracebacks otherwise in other versions.
@@ -455,25 +455,25 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 
 # %% [markdown]
 # The path was meant to say "beside this script", and it says "in the current folder".
-# The cure is to ask for the place instead of knowing it: `Path(__file__).parent` in a script, `get_package_share_directory` for what is installed, `FindPackageShare` in a launch file.
+# The fix is to ask for the place instead of assuming it: `Path(__file__).parent` in a script, `get_package_share_directory` for what is installed, `FindPackageShare` in a launch file.
 #
 # These are the usual ways in which a package works only at home:
 #
-# | it works at home because | elsewhere | how to notice |
+# | it works at home because | elsewhere | how you notice it here |
 # |---|---|---|
 # | you are in the right folder | no such file | run it from `/` |
 # | the file lies in `src/` | it was never installed | I1: look into `install/` |
 # | you once installed a package by hand | `ModuleNotFoundError` | I2: every import is in `package.xml` |
 # | an old `build/` still holds it | it is gone | delete `build/ install/ log/`, build again |
 # | a path begins with your home folder | it is not there | search for it: `grep -rn "/home/" .` |
-# | your clock, your cores, your network | tests flicker | hold the clock by hand, as in notebook 09 |
+# | your computer is fast and quiet | some tests are flaky | control the clock in the test, as in notebook 09 |
 #
-# The grader builds what you hand in, and nothing else, in an empty room: no network, no home, no old build.
-# You have been using that room all along: each `check` ran in it.
+# The grader builds what you hand in, and nothing else, in an empty sandbox: no network, no home folder, no old build.
+# You have been using that sandbox all along: each `check` ran in it.
 #
 # ### A fresh machine for each push
 #
-# Teams have such a room, too: a **CI job** (continuous integration) builds and tests each commit on a fresh machine.
+# Teams have such a place, too: a **CI job** (continuous integration) builds and tests each commit on a fresh machine.
 # For that, the package must be in a Git repository. Type once, in `ws/src/ros2_robot_controller`:
 #
 #     git init
@@ -481,7 +481,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 #     git add . && git commit -m "The package as handed in"
 #
 # `build/`, `install/` and `log/` lie two folders up and so are not part of it: files that a command can make again are not committed.
-# On GitHub, the job is a file `.github/workflows/test.yaml` (this kit does not run it; other hosts have the same steps in other words):
+# On GitHub, the job is a file `.github/workflows/test.yaml` (this kit does not run it; other hosts have the same steps under other names):
 #
 # ```yaml
 # on: [push, pull_request]
@@ -500,11 +500,11 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 #
 # **Which line makes the job fail if a test fails, and why do two steps begin by sourcing a `setup.sh`?**
 # The last one: `colcon test` ends with 0 as long as it could run the tests.
-# Each `run` is a new shell, so the next one knows nothing of what the last one sourced.
+# Each `run` is a new shell, so it knows nothing of what the one before it has sourced.
 #
 # <details><summary>You import <code>irobot_create_msgs</code> and have forgotten it in <code>package.xml</code>. At home everything works. What fails in this job, and why only here?</summary>
 #
-# The tests, with `ModuleNotFoundError`: `rosdep install` installs what `package.xml` names, and the image has little else. The build passes, because CMake does not look for packages that only Python imports. A machine has found what I2 asks for.
+# The tests, with `ModuleNotFoundError`: `rosdep install` installs what `package.xml` names, and the image has little else. The build passes, because CMake does not look for packages that only Python imports. So the job has found what I2 asks for.
 # </details>
 # <details><summary>The job fails once in ten pushes, without a change. What do you do, and what do you not do?</summary>
 #
@@ -513,8 +513,8 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 #
 # ## Read it like an instructor
 #
-# Now look at your package as a stranger who has thirty of them to grade.
-# Q3 (everything in its place) has been with you since notebook 01 and is asked once more; Q5 and Q6 are new.
+# Now look at your package like somebody who has thirty of them to grade.
+# You have had Q3 (everything in its place) since notebook 01, and it is checked once more; Q5 and Q6 are new.
 #
 # Tools measure two of the things that Q3 asks for.
 # The **cyclomatic complexity** of a function is the number of its decisions (`if`, `for`, `while`, `except`, ...) plus one.
@@ -526,7 +526,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # !python3 -m flake8 --isolated --select C901 --max-complexity 3 ros2_robot_controller
 
 # %% [markdown]
-# The other one is duplication: no block of six lines may occur twice, whatever its indentation and comments.
+# The other is duplication: no block of six lines may occur twice; indentation and comments do not count.
 # The check below looks for such blocks; outside this course, `pylint --disable=all --enable=duplicate-code` does.
 #
 # **Which of the two improves** if you split a long function in two?
@@ -536,16 +536,16 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 check("Q3", "Q5", "Q6")
 
 # %% [markdown]
-# A report has the same three lines for each loss, and they answer an instructor's three questions.
+# Wherever points are lost, a report has the same three lines. They answer an instructor's three questions.
 #
 # - **seen**: what happened? Never "wrong", always something observed, with a number or a line.
 # - **expected**: by which rule? The words of the contract, so that it is not a matter of taste.
-# - **try**: what would I say if the student stood here? A direction, not the solution.
+# - **try**: what would I say if the student were here? A direction, not the solution.
 #
-# When several things are lost, an instructor looks for the *first cause*.
+# When points are lost in several places, an instructor looks for the *first cause*.
 # "Not reached, because the package does not build" nine times is one fault, not nine.
 # So fix in this order: what keeps it from building (I1), what keeps a node from starting, what the robot does, then the rest by points.
-# How would you order these?
+# In which order would you fix these?
 
 # %%
 lost = {"Q2": "2 of 5", "F8": "0 of 6", "I3": "2 of 4", "F9": "0 of 2", "F10": "0 of 2", "T2": "4.1 of 5"}
@@ -554,17 +554,17 @@ for name in lost:
     print(f"{name:4} {lost[name]:>9}   {requirement.title}")
 
 # %% [markdown]
-# I3 first: with a wrong type of the action no client can send a goal, and F8, F9 and F10 fail only because of that.
-# Twelve points hang on one wrong field in one file.
+# I3 first: if the action has a wrong type, no client can send a goal, and F8, F9 and F10 fail only because of that.
+# Twelve points depend on one wrong field in one file.
 #
-# The full report is made by one command in a terminal, in the kit's folder, and takes some minutes:
+# One command makes the full report. Type it in a terminal, in the kit's folder; it takes some minutes:
 #
 #     source grader/ros2/setup.bash
 #     grader grade ws/src/ros2_robot_controller --out out/mine
 #
 # `out/mine/report.html` is what your instructor will see, with a picture of each trial.
 # Speeds, places and obstacles are drawn from a seed, and your instructor's seed is another one.
-# A package that was tuned to the public trials loses points there; `--seed 7` is a cheap way to find out whether yours is.
+# A package that was tuned to the public trials loses points there; run the command with `--seed 7` to find out whether yours would.
 #
 # ## Hand in
 #
@@ -572,7 +572,7 @@ for name in lost:
 # Then it opens the archive as the grader will, and lists what it finds.
 # Files that `start_at` laid out are marked there as the course's, not yours.
 #
-# With `--no-check` it only packs and looks.
+# With `--no-check` it does only that.
 # Without it, it also runs all public checks on the archive, which takes some minutes; do that in a terminal.
 
 # %% tags=["nbval-ignore-output"]
@@ -580,7 +580,7 @@ for name in lost:
 # !grader submit --no-check
 
 # %% [markdown]
-# Before you let go of it, three last things, each of which has cost people a night:
+# Before you hand it in, three last things, each of which has cost people a night:
 #
 # - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or another person's name?
 # - Follow your own README there, word for word, in a new terminal. Your nodes wait for a robot: the cell with `Bridge` in `docs/ros2-session.md` brings one.
@@ -591,14 +591,14 @@ for name in lost:
 # > - The demonstration drives half a metre, wherever the robot stands. Check where it is pointing, and that nobody stands there.
 # > - In Jazzy the robot's `cmd_vel` takes `TwistStamped`, on the course's robot it is a `Twist`. A README says such things in its first lines, under "needs".
 # > - A base that has heard no command for 0.5 s stops by itself. That helps when your node dies; keep the last zero all the same.
-# > - Bags are part of a demonstration: `ros2 bag record -a` while it runs, and you can show it again when the battery is empty.
+# > - Record a bag of the demonstration with `ros2 bag record -a`, and you can show it again when the battery is empty.
 #
 # ## Go further
 #
-# - Press Ctrl-C while the demonstration waits for its goal: the goal goes on without it. Let it cancel first.
-# - Put `grader check` into a CI job of your own repository, and let each push be judged.
+# - Press Ctrl-C while the demonstration waits for its goal: the robot drives on without it. Let the script cancel the goal first.
+# - Put `grader check` into a CI job of your own repository, so that each push is checked.
 # - Write the README's interface table by a script, from the running graph. Then it cannot become wrong.
-# - Give the package to a person who was not in the course. Say nothing. Watch where they stop.
+# - Give the package to a person who was not in the course. Say nothing, and watch where they get stuck.
 #
 # ## Recall
 #
@@ -616,15 +616,60 @@ for name in lost:
 #
 # <details><summary>A package builds in your workspace and nowhere else. What do you try first?</summary>
 #
-# Delete `build/`, `install/` and `log/`, and build again from what would be handed in.
-# Then look for undeclared packages and for paths of your own.
+# Delete `build/`, `install/` and `log/`, and build again from what you would hand in.
+# Then look for undeclared dependencies and for paths that exist only on your machine.
 # </details>
 #
 # <details><summary>A report says "not reached" for F8, F9 and F10. How many faults are that?</summary>
 #
 # Probably one: something that all three need.
-# Read what they are "not reached" because of.
+# The report says why they were not reached.
 # </details>
+
+# %% [markdown]
+# ## The tour, driven by your node
+#
+# Notebook 00 began with a tour through an office, to three stars, driven by a program of the kit.
+# Now your node drives it.
+#
+# Your `navigator.py` drives straight to a goal and has no map, so something else has to find the way around the walls.
+# `plan` is the planner from that tour: it returns the corners of a way that stays 0.4 m away from everything.
+
+# %%
+from sim.film import Film
+from sim.tourist import plan
+
+office = sim.load_world("office")
+here, corners = (office.start.x, office.start.y), []
+for star in office.goals:
+    corners += plan(office, here, (star.x, star.y), clearance=0.4)
+    here = (star.x, star.y)
+print(*(f"({x:.1f}, {y:.1f})" for x, y in corners))
+
+# %% [markdown]
+# Each corner becomes a goal for your node.
+#
+# **Predict:** the doors are 0.9 m wide. Why does the next cell lower the threshold, which is 0.5 m otherwise?
+
+# %%
+with run_node(world=office, parameters={"obstacle_detection_threshold": 0.35}) as run:
+    for x, y in corners:
+        goal = run.go_to(x, y)
+        if goal.status != "succeeded":
+            print(f"on the way to ({x:.1f}, {y:.1f}): {goal.status}")
+            break
+    recording = run.recording
+print(f"{recording.distance:.1f} m in {recording.duration:.0f} s, {len(recording.contacts)} contacts")
+Film(recording)
+
+# %% [markdown]
+# In the middle of a door, each side is 0.45 m away.
+# "Ahead" is 60 degrees to each side (notebook 05), and 0.45 m / sin 60° = 0.52 m: 2 cm above the contract's threshold.
+# So with 0.5 m, a robot that is 2 cm off the middle stands before an open door for ever.
+# It takes one parameter, and no change of your code: notebook 08 made that possible.
+#
+# The planner knows the map but sees no chair; your node sees the chair but knows no map.
+# **Change one thing:** leave out `parameters`, or put a box into a door with `run.simulator.add_obstacle(...)` before the loop. Where does the robot stop, and does it touch anything?
 
 # %% [markdown]
 # ## What you can do now
@@ -640,12 +685,12 @@ for name in lost:
 # - [ ] show that a test would notice a mistake, by making one (09)
 # - [ ] hand over a package that others can use from its README (10)
 #
-# If you hesitate over a tick, open that notebook again: each begins with questions and ends with some.
+# If you hesitate over a box, open that notebook again: each begins and ends with questions.
 #
 # **Five next steps**, from an evening to a term:
 #
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
-# - **Hunt mutants.** Draw the matrix of notebook 09 for every file of your package, until each row that is left is one that no test can notice. Then swap packages with somebody: each puts three small mistakes into the other's code, and sees how many of them the tests find. A day.
+# - **Hunt mutants.** Draw the matrix of notebook 09 for every file of your package, until each row that is left is one that no test can notice. Then swap packages with another learner: each puts three small mistakes into the other's code, and sees how many of them the tests find. A day.
 # - **Let it patrol, and dock.** The capstone: the robot goes from place to place round after round, finds another way when a corridor is closed, and stands in its dock before the battery is empty. No skeleton, no hints, and a league; ask your lecturer for it. A week or two.
 # - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2). Then start your package on one with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md).
 # - **Let Nav2 drive.** With a map and a planner it does what your `navigator.py` does along a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.

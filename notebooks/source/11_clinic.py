@@ -264,7 +264,7 @@ check("C4", diagnosis)
 # <details><summary>Afterwards: what happened</summary>
 #
 # A block of the launch file was copied, and one line of the copy was not changed. `name=` in a launch file renames a node, whatever its code says.
-# Two nodes of one name are allowed: topics work, so nothing looks wrong. Services, parameters and the log mix the two up, and it is chance which of them answers.
+# Two nodes of one name are allowed: topics work, so nothing looks wrong. Services, parameters and the log mix the two up, and which of them answers is a matter of chance.
 #
 # **Faster:** count. `ros2 node list` shows every name once for each node that has it.
 #
