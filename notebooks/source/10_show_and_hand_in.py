@@ -669,7 +669,7 @@ Film(recording)
 # It takes one parameter, and no change of your code: notebook 08 made that possible.
 #
 # The planner knows the map but sees no chair; your node sees the chair but knows no map.
-# **Change one thing:** leave out `parameters`, or put a box into a door with `run.simulator.add_obstacle(...)` before the loop. Where does the robot stop, and does it touch anything?
+# **Change one thing:** leave out `parameters`, or put a box into the first door with `run.simulator.add_obstacle(sim.Box((1.6, 1.5), (0.3, 0.3)))` before the loop. Where does the robot stop, and does it touch anything?
 
 # %% [markdown]
 # ## What you can do now
