@@ -513,7 +513,7 @@ here = simulator.pose
 if simulator.contacts:
     print(f"not yet: it touched the {simulator.contacts[0].obstacle}")
 elif here.y < 1.8:
-    print(f"not yet: it is at x = {here.x:.1f} m, y = {here.y:.1f} m; the office begins behind y = 1.8 m")
+    print(f"not yet: it is at x = {here.x:.1f} m, y = {here.y:.1f} m; all of it is in the office from y = 1.8 m on")
 else:
     print(f"you are in: x = {here.x:.1f} m, y = {here.y:.1f} m")
 

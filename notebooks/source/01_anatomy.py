@@ -120,7 +120,10 @@ trial = Path(tempfile.mkdtemp())
 # | `launch/  config/` | launch and parameter files (08) | `ros2 launch` |
 # | `test/` | tests (09) | pytest, `colcon test` |
 #
-# Both folders have the same name, one inside the other.
+# Q3 also asks that no function is too complex and that nothing is written twice.
+# You check it in "Build and install", for the files that belong here by then; each later notebook adds its own.
+#
+# The package and its module folder have the same name, one inside the other.
 # The outer one is the *package*, what ROS builds; the inner one is the *Python package*, what `import` finds.
 #
 # Some files are given.
@@ -268,9 +271,6 @@ rclpy.try_shutdown()
 # Six are for its parameters: every ROS 2 node lets itself be asked for its settings (notebook 08).
 # The seventh describes its types to whoever asks.
 #
-# Q3 also asks that no function is too complex and that nothing is written twice.
-# You check it below, for the files that belong here by the end of this notebook; each later notebook adds its own.
-#
 # ## package.xml, line by line
 #
 # This file is the package's passport, and **I2** reads it.
@@ -323,7 +323,8 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
 #
 # ### Exercise 1: the passport
 #
-# Give the package version 1.0.0, *you* as the maintainer, Apache-2.0, and what today's files need, one tag for each:
+# Give the package a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
+# Then declare what today's files need, one tag for each:
 # `ament_cmake` to build (the table has the tag), `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
 # Its build type is `ament_cmake`; the section after next shows what happens otherwise.
 
@@ -334,7 +335,7 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
 <package format="3">
   <name>ros2_robot_controller</name>
   <version>0.0.0</version>
-  <description>TODO 1: one sentence. What does it do?</description>
+  <description>TODO 1: the description</description>
   <maintainer email="todo@todo.todo">TODO 2: you</maintainer>
   <license>TODO 3: a name that tools know</license>
 
@@ -696,9 +697,10 @@ sys.exit(run(FirstDrive))
 # **Predict:** how large is the circle? (At 0.6 rad/s, how long is a full turn, and how far does the robot get in that time?)
 
 # %%
+from sim import World
 from sim.views import map_view
 
-run = run_node(program="../../first_drive.py", world="open_field")
+run = run_node(program="../../first_drive.py", world=World("an empty floor"))
 recording = run.drive(10.0)
 map_view(recording)
 

@@ -376,6 +376,8 @@ tries(
 # (One trap: the generated module has the package's name, `ros2_robot_controller`, and so has your own.
 # The usual command for Python modules, `ament_python_install_package`, refuses then.
 # Yours, `install(DIRECTORY …)`, simply lays your files over the generated ones.)
+#
+# The cell holds the finished file of notebook 01; only what the two TODOs ask for is new.
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
@@ -429,7 +431,8 @@ ament_package()
 #
 # And one line of another kind, without which rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
 #
-# What the next notebooks import is given: odometry and scan, parameters, launch files.
+# The cell holds the finished file of notebook 01, and the lines for what the next notebooks import (odometry and scan, parameters, launch files).
+# New are the six lines of TODO 8; and put yourself in again, because the cell replaces the file.
 
 # %% tags=["exercise"]
 # %%writefile package.xml

@@ -225,7 +225,7 @@ slide(room_left, delay=(0.0, 1.0, 0.4), brake=(0.5, 5.5, 5.0))
 # You can call them here, and test them in a millisecond.
 #
 # The next cell writes the file's skeleton: two small classes, and six functions that do nothing yet.
-# Read the classes, run the cell, and leave the functions: they come one at a time.
+# Read the classes, run the cell, and leave the functions: each says in which step it comes (steps 1 and 4 have two).
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/motion.py
@@ -543,9 +543,9 @@ tries({
 # %% [markdown]
 # ### Step 4: gently
 #
-# `linear_acceleration` 1.0 m/s² at 10 Hz means: 0.1 m/s more in each step, no more.
+# `linear_acceleration` 1.0 m/s² at 10 Hz means: 0.1 m/s more in each tick of the timer, no more.
 #
-# | step | wanted | published |
+# | tick | wanted | published |
 # |---|---|---|
 # | 0 | 0.5 | 0.0 |
 # | 1 | 0.5 | 0.1 |
@@ -553,7 +553,7 @@ tries({
 # | 3 | 0.0 | 0.0 |
 # | 4 | −0.5 | −0.1 |
 #
-# Step 3: **braking is free.**
+# Look at tick 3: **braking is free.**
 # A ramp down from 0.5 m/s would take half a second, and you have seen what 0.3 s cost.
 # From forward to backward it passes through a moment of exactly zero.
 #
@@ -579,7 +579,7 @@ def speed_up_gently(previous: Command, wanted: Command, dt: float, limits: Limit
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# At the table of steps. What is limited is the *size*, the number without its sign; the sign is that of `wanted`.
+# At the table of ticks. What is limited is the *size*, the number without its sign; the sign is that of `wanted`.
 # </details>
 # <details><summary>Hint 2: the formula</summary>
 #
@@ -624,8 +624,11 @@ tries({
 
 # %%
 published = [0.0]
-for wanted in [0.5] * 8 + [0.0] * 2 + [-0.5] * 7:
-    published.append(motion.ramp(published[-1], wanted, 0.1))
+try:
+    for wanted in [0.5] * 8 + [0.0] * 2 + [-0.5] * 7:
+        published.append(motion.ramp(published[-1], wanted, 0.1))
+except AttributeError as missing:
+    print("not yet:", missing)
 plt.figure(figsize=(7.5, 2.5), layout="constrained")
 plt.step(np.arange(len(published)) * 0.1, published, where="post", color="#333333")
 plt.xlabel("time (s)")
@@ -793,14 +796,14 @@ ticker.destroy_node()
 #
 # The node is a class `Driver` in `driver.py`.
 # Its callbacks only move data; the functions of part 1 decide.
-# In each step of its timer three questions are asked, in this order:
+# At each tick of its timer three questions are asked, in this order:
 #
-#     what is wanted?   ->  what of it is safe?  ->  what can it reach in this step?  ->  publish
+#     what is wanted?   ->  what of it is safe?  ->  what can it reach in this tick?  ->  publish
 #     self._wanted()        motion.make_safe()       motion.speed_up_gently()
 #
 # The skeleton has all imports and names; keep those with an underscore too, because the next notebooks put layers on top of this class and rely on them.
-# Five methods are empty.
-# Read what is there before you run it, above all `__init__`: it lists what the node remembers.
+# Each step fills one method, and the number of its step is in it.
+# Read what is there before you run the cell.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/driver.py
@@ -855,7 +858,7 @@ class Driver(Node):
     """
 
     def __init__(self, **node_options: Any) -> None:
-        super().__init__('robot_controller', **node_options)
+        super().__init__('robot_controller', **node_options)  # step 1
 
     # Values that change over time
 
@@ -922,7 +925,8 @@ class Driver(Node):
 # | subscribe a sensor | `self.create_subscription(Type, 'name', callback, qos_profile_sensor_data)` |
 # | do something regularly | `self.create_timer(period_s, callback)`: keep it in `self` |
 #
-# **Exercise.** Four lines at the end: the publisher of `cmd_vel`, two subscriptions, the timer.
+# **Exercise.** What the node remembers is there, with its values at the start.
+# Add four lines at the end: the publisher of `cmd_vel`, two subscriptions, the timer.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
@@ -1540,8 +1544,8 @@ for attempt in range(3):
 #
 # ### Exercise: the last word
 #
-# Three pieces.
-# First the file's skeleton; it is the plain spin of notebook 01.
+# Three pieces: the first goes into `driver.py`, the other two into `running.py`.
+# Here is the skeleton of `running.py`; it is the plain spin of notebook 01.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/running.py

@@ -386,7 +386,9 @@ def main(args: Optional[list[str]] = None) -> int:
 # The first time this builds the package, which takes a moment.
 
 # %%
-run = run_node()
+from sim import Box, World
+
+run = run_node(world=World("free way"))
 for speed in (0.3, 0.8, math.nan):
     answer = run.set_speed(speed)
     print(f"{speed}: success={answer.success}, {answer.message}")
@@ -415,8 +417,6 @@ print(f"speed in force {run.status().speed:.2f} m/s, driven {recording.v[-1]:.2f
 run_view(recording)
 
 # %%
-from sim import Box, World
-
 place = run.simulator.pose.x - 0.45  # it drives backwards, so the box goes behind it
 run.simulator.add_obstacle(Box((place, 0.0), (0.1, 0.5), name="box"))
 run.drive(1.0)

@@ -21,15 +21,15 @@
 # On the job you seldom begin with an empty file.
 # You are called to a robot that other people have programmed, and that does *nearly* what it should.
 # Here are ten such packages.
-# Each was sound once; then one small thing was changed.
+# Each of them worked once; then one small thing was changed.
 #
 # **You will be able to**
 #
 # - go from a complaint to a file and a line, with tools instead of guesses;
 # - say which tool answers which question: the graph of nodes and topics, `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
-# - show that a cure cures, and that it breaks nothing else.
+# - show that a cure works, and that it breaks nothing else.
 #
-# **Time:** 90 to 240 minutes, 5 to 25 for each case; they can be treated on different days, in any order.
+# **Time:** 90 to 240 minutes, 5 to 25 for each case; take them on different days if you like, in any order.
 #
 # The patient on the table is a whole package:
 #
@@ -40,7 +40,7 @@
 #     │       ├── driver.py  speed_server.py  navigator.py  robot_controller.py  sensor_processor.py
 #     │       └── utils/
 #     ├── install/                         what its nodes are started from
-#     └── treated/                         those you have left
+#     └── treated/                         the patients that you have left
 
 # %%
 from grader.notebook import begin, bench, mine, run_node, tries
@@ -71,18 +71,18 @@ begin("11")
 #
 # ## How a case goes
 #
-# 1. `admit("C1")` lays the patient out. If you have treated it before, it comes back as you left it; `admit("C1", fresh=True)` begins anew.
-# 2. You look. In the first four cases the cells are given, later they are yours to write.
+# 1. `admit("C1")` brings the patient in. If you have treated it before, it comes back as you left it; `admit("C1", fresh=True)` starts over.
+# 2. You look. In the first four cases the cells are given; in the later ones you write them.
 # 3. You write a **diagnosis**: the file and the line of the fault as the patient came in, such as `"driver.py:12"`. A few lines around it may count, too.
 # 4. You **cure** it: in a cell that begins with `%%into FILE` and holds the corrected function, or with the editor (a double click in the file browser, below `ws/clinic/src`).
-# 5. `check("C1", diagnosis)` *runs* the patient and looks at what it does. It compares no text: any cure counts that cures.
+# 5. `check("C1", diagnosis)` *runs* the patient and looks at what it does. It does not compare texts: any cure that works counts.
 #
-# The patients' install tree has links to the sources, as after `colcon build --symlink-install`, so a changed Python file counts at the next start.
+# The patients' install tree has links to the sources, as after `colcon build --symlink-install`, so a change in a Python file takes effect at the next start.
 # (Case C1 is an exception, and says so.)
 #
 # **Three rules of the trade.**
 # *First see it yourself*: a complaint says what was noticed, not what is wrong.
-# *Ask one question at a time*, one whose answer rules out half of what is left.
+# *Ask one question at a time*, one whose answer rules out half of the remaining causes.
 # *Change one thing*, and look again.
 
 # %% [markdown]
@@ -106,7 +106,7 @@ with run_node() as run:
 # **What could explain that?** Write down two ideas before you go on.
 #
 # One question rules out half of them: *is this file the one that runs?*
-# Python knows from where it has imported a module.
+# Python knows where it has imported a module from.
 
 # %% tags=["nbval-ignore-output"]
 # The path names the version of Python, which differs between machines.
@@ -134,7 +134,7 @@ check("C1", diagnosis)
 #
 # The node ran the installed copy, and the copy was older than the change.
 #
-# **Faster:** ask for `__file__` first whenever a change seems to do nothing. It takes ten seconds, and settles the question.
+# **Faster:** ask for `__file__` first whenever a change seems to do nothing. It takes ten seconds, and answers the question.
 #
 # **The habit:** `colcon build --symlink-install` while you develop; and a line in the log at the start, with the version or the settings in force.
 # </details>
@@ -153,7 +153,7 @@ print(run.set_speed(0.4).message)
 print(f"driven after 3 s: {run.drive(3.0).v[-1]:.1f} m/s")
 
 # %% [markdown]
-# There is a sender and there should be a receiver: one topic, two nodes.
+# One topic, two nodes: there is a sender, and there should be a receiver.
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a node may need longer than the picture waits.
@@ -162,7 +162,7 @@ graph_view()
 # %% [markdown]
 # **Which question separates "nothing is sent" from "nothing arrives"?**
 # The node is still running (time stands until you call `drive`), so you can look at both ends of the topic.
-# And read what is printed above: ROS says more than people believe, in the log of the *other* side.
+# And read what is printed above: ROS says more than you might expect, in the log of the *other* side.
 
 # %% tags=["nbval-ignore-output"]
 # The ids of the two ends differ in each run.
@@ -181,10 +181,10 @@ check("C2", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# `10` as the last argument means the default profile, which is *reliable*. The lidar offers *best effort*, and a reliable subscriber takes nothing from it.
+# `10` as the last argument means the default profile, which is *reliable*. The lidar offers *best effort*, and a reliable subscriber gets nothing from it.
 # `ros2 topic hz` makes a subscriber of its own that adapts to what is offered, so it sees what the node does not.
 #
-# **Faster:** `ros2 topic info -v` as the first command whenever "it is sent and does not arrive". The two profiles stand one below the other.
+# **Faster:** make `ros2 topic info -v` your first command whenever something is sent and does not arrive. It prints the two profiles one below the other.
 #
 # **The habit:** `qos_profile_sensor_data` for every sensor, and a warning in the log when a topic that a node needs has been silent for a second.
 # </details>
@@ -225,7 +225,7 @@ check("C3", diagnosis)
 # The key matched no node, and that is not an error: one file may hold the settings of many nodes.
 # The node came up with its defaults.
 #
-# **Faster:** lay `ros2 param dump /robot_controller` beside the file. If *every* value is the default, the file was not read; if one is, that line is wrong.
+# **Faster:** compare the output of `ros2 param dump /robot_controller` with the file. If *every* value is the default, the file was not read; if only one is, that line is wrong.
 #
 # **The habit:** after each change of a file, ask the running node. In a test, start the node with the file, and assert one value that is not the default.
 # </details>
@@ -263,18 +263,18 @@ check("C4", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# A copied block of a launch file, with one line forgotten. `name=` in a launch file renames a node, whatever its code says.
-# Two nodes of one name are allowed: topics work, so nothing looks wrong. Services, parameters and the log mix the two up, and which of them answers is chance.
+# A block of the launch file was copied, and one line of the copy was not changed. `name=` in a launch file renames a node, whatever its code says.
+# Two nodes of one name are allowed: topics work, so nothing looks wrong. Services, parameters and the log mix the two up, and which of them answers is a matter of chance.
 #
 # **Faster:** count. `ros2 node list` shows every name once for each node that has it.
 #
-# **The habit:** leave `name=` out where the node's own name will do, and let a test start the launch file and compare the list of nodes.
+# **The habit:** leave out `name=` where the node's own name will do, and let a test start the launch file and compare the list of nodes.
 # </details>
 
 # %% [markdown]
 # ## C5: the second robot hears the first
 #
-# > "With one robot all is well. With two, in the namespaces `left` and `right`, each shows the other's nearest obstacle from time to time."
+# > "With one robot, everything works. With two, in the namespaces `left` and `right`, each shows the other's nearest obstacle from time to time."
 #
 # Now the cells are yours.
 # To look at a node in a namespace, start one: `with launched("run", "ros2_robot_controller", "sensor_processor", "--ros-args", "-r", "__ns:=/left", nodes=1):`.
@@ -300,7 +300,7 @@ check("C5", diagnosis)
 #
 # One topic has an absolute name, with a `/` before it. No namespace moves it, so both robots publish on the same topic.
 #
-# **Faster:** `ros2 topic list` with one node in a namespace: whatever does not begin with that namespace is the fault, or is meant for all.
+# **Faster:** `ros2 topic list` with one node in a namespace: a name that does not begin with that namespace is either the fault, or meant for all robots.
 #
 # **The habit:** relative names in nodes; absolute ones only in launch files, where the whole system is known.
 # </details>
@@ -358,11 +358,11 @@ check("C6", diagnosis)
 #
 # A stamp has two fields, `sec` and `nanosec`, and only one of them was read.
 # Every scan seemed to be from the last full second, so in the second half of each second all scans were "too old".
-# Raising `STALE_S` makes the jerks vanish as well, and lets the robot drive blind: a cure of the sign, not of the cause. The check tries that, too.
+# Raising `STALE_S` makes the jerks vanish as well, and lets the robot drive blind: that treats the symptom, not the cause. The check notices it.
 #
-# **Faster:** a period in a fault names its cause. What has a period of exactly one second in this node? Only the seconds of a stamp.
+# **Faster:** the period of a fault points to its cause. What has a period of exactly one second in this node? Only the seconds of a stamp.
 #
-# **The habit:** never take a stamp apart; `Time.from_msg(stamp)` keeps both halves. A test with a clock at 10.9 s notices it, one at 10.0 s does not.
+# **The habit:** never take a stamp apart; `Time.from_msg(stamp)` keeps both halves. A test with a clock at 10.9 s notices this fault, one at 10.0 s does not.
 # </details>
 
 # %% [markdown]
@@ -380,7 +380,7 @@ with run_node() as run:
 print("ahead:", ahead.status, "- behind:", behind.status)
 
 # %% [markdown]
-# It works for small angles and not for large ones.
+# It works for small angles, but not for large ones.
 # `tries` and `mine("utils.steering")` let you ask each function on the way from a pose to a command, for every angle: `conversions.quaternion_from_yaw(yaw)` makes the poses.
 
 # %%
@@ -402,7 +402,7 @@ check("C7", diagnosis)
 #
 # **Faster:** ask at *which* angle it begins to fail. "Right for small, wrong for large" means an approximation, a wrap, or a limit, and a table over all angles shows which.
 #
-# **The habit:** one function for a conversion, and nothing in the package that reads `orientation.z` or `.w` outside it. Test angles at 0, 90, 179 and -179 degrees.
+# **The habit:** one function for a conversion, and no line outside it that reads `orientation.z` or `.w`. Test angles at 0, 90, 179 and -179 degrees.
 # </details>
 
 # %% [markdown]
@@ -432,11 +432,11 @@ check("C8", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# The callback waits for a message that only another callback could take in, and there is one thread. So it always waits in vain, to the end of its patience, and nothing else is served meanwhile: no scan, no control step.
+# The callback waits for a message that only another callback could receive, and there is one thread. So it waits until its time is over, each time, and nothing else runs meanwhile: no scan, no control step.
 #
-# **Faster:** measure one call. A callback that takes more than a few milliseconds is the finding; why is the second question.
+# **Faster:** measure one call. If a callback takes more than a few milliseconds, you have found it; why it does is the second question.
 #
-# **The habit:** callbacks move data and return. Whoever needs a newer value looks at its stamp, and asks again.
+# **The habit:** callbacks move data and return. A client that needs a newer value looks at the stamp, and asks again.
 # </details>
 
 # %% [markdown]
@@ -453,7 +453,7 @@ with run_node() as run:
 
 # %% [markdown]
 # Nothing here depends on luck: the same lines run in the same order each time.
-# It is a **race** all the same: two coroutines change one variable, and each is right as long as it is alone.
+# It is a **race** all the same: two coroutines change one variable, and each is right as long as it runs alone.
 # Logging is the tool here: `self.get_logger().info(f"... {self._goal}")` at each line that reads or writes `self._goal`, then `print(run.output)`.
 
 # %%
@@ -471,12 +471,12 @@ check("C9", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# The first goal's coroutine goes on after its `await`, and tidies up: `self._goal = None`. Between the end of the goal and that line the second goal has been stored, and it is the one that is wiped out.
-# After an `await` nothing that you knew before it needs to be true.
+# The first goal's coroutine goes on after its `await`, and tidies up: `self._goal = None`. Between the end of the goal and that line, the second goal has been stored, and that is the one that is lost.
+# After an `await`, what you knew before it may no longer be true.
 #
 # **Faster:** list every line that *writes* the variable, then ask of each pair of them: what if these two run in the other order?
 #
-# **The habit:** change shared state where the decision falls, before anyone else can run, and not after an `await`. Or check that it is still yours: `if self._goal is goal`.
+# **The habit:** change shared state where the decision is made, before other code can run, and not after an `await`. Or check that it is still yours: `if self._goal is goal`.
 # </details>
 
 # %% [markdown]
@@ -503,11 +503,11 @@ check("C10", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# Each change makes a new timer, and the old one goes on ticking: the node holds it, even if the variable no longer does. A **leak**: what is made and never given back.
+# Each change makes a new timer, and the old one goes on ticking: the node holds it, even if the variable no longer does. That is a **leak**: something is made and never given back.
 #
 # **Faster:** "a restart helps" and "worse with time" mean that something grows. Find what can be counted (timers, subscriptions, threads, open files, bytes), and count it before and after one cycle.
 #
-# **The habit:** whoever writes `create_…` outside of `__init__` writes the `destroy_…` in the same minute.
+# **The habit:** when you write `create_…` outside `__init__`, write the `destroy_…` in the same minute.
 # </details>
 
 # %% [markdown]
@@ -515,7 +515,7 @@ check("C10", diagnosis)
 #
 # - `ros2 topic list` and `ros2 node info` hold the whole graph; notebook 00 draws it as a picture, and on a desktop `rqt_graph` does.
 # - Make a patient of your own package: change one line, give it to a neighbour with a complaint in two sentences, and take theirs.
-# - `git bisect` finds the commit that made a package ill, if a test can tell ill from well. It needs one test for each complaint: the checks above are such tests.
+# - `git bisect` finds the commit that broke a package, if a test can tell broken from sound. The checks above are such tests, one for each complaint.
 
 # %% [markdown]
 # ## Recall
@@ -528,9 +528,9 @@ check("C10", diagnosis)
 #
 # Both ends' quality of service: `ros2 topic info -v`. The tool adapts its own subscriber, your node does not.
 # </details>
-# <details><summary>A fault comes and goes with a period of one second. With a restart it is gone for an hour. With small values it is right. What does each suggest?</summary>
+# <details><summary>Three faults: one comes and goes with a period of one second, one is gone for an hour after a restart, one appears only with large values. What does each suggest?</summary>
 #
-# A time that was cut to seconds; something that grows; an approximation, a wrap or a limit.
+# In this order: a time that was cut to whole seconds; something that grows; an approximation, a wrap or a limit.
 # </details>
 # <details><summary>When is a cure a cure?</summary>
 #

@@ -25,9 +25,9 @@
 #
 # - say what the frames `map`, `odom`, `base_link` and `laser` are for, and who publishes each transform;
 # - compose, invert and interpolate transforms, and find the way through a tree of them;
-# - say what tf2 answers, why it sometimes refuses, and which time to ask for;
+# - say what tf2 answers, why it sometimes refuses, and for which time to ask;
 # - write the adapter that lets a package drive a robot with other frames, types and names;
-# - recognise in a picture a lidar that is mounted turned, a wrong time, and odometry that has drifted.
+# - recognise in a picture a lidar that is mounted at an angle, a wrong time, and odometry that has drifted.
 #
 # **Time:** 90 to 200 minutes in three parts: up to *From any frame to any other* 40 to 90 minutes, then 25 to 55, and *An adapter* 25 to 55.
 #
@@ -88,7 +88,7 @@ print("x, y, yaw:", place(mounted))
 # `transform` and `place` come with the kit, and convert between three numbers and the message.
 #
 # Why a whole tree, and not one list of places in the room?
-# Each program knows one step only: the lidar's mount is in a drawing, the wheels measure the way since the start, and only a localisation knows the room.
+# Each program knows one step only: the lidar's mount is in a drawing, the wheels measure the way since the start, and only the localisation knows the room.
 #
 # **By hand.** The robot is at (2, 1) in `odom` and faces along +y (its yaw is 90°).
 # Where in `odom` is its lidar, and where does the lidar's x axis point?
@@ -206,7 +206,7 @@ slide(first_scan, turned_by=(0.0, 100.0, 0.0))
 # The scan holds the same 360 numbers each time; only one number of one transform was wrong.
 # (Until your `compose` works, all points lie around the origin, whatever the slider says.)
 #
-# **What would a robot do** that takes angle 0 for ahead and drives at the wall 5 m before it?
+# **What would a robot do** that takes angle 0 for straight ahead and drives at the wall 5 m in front of it?
 # It would look to its left, where nothing comes nearer than 0.7 m, and drive into the wall.
 
 # %% [markdown]
@@ -216,7 +216,7 @@ slide(first_scan, turned_by=(0.0, 100.0, 0.0))
 # So "where is `laser` in `map`?" has an answer only for a moment.
 #
 # Let the robot drive along four corners, by its odometry alone, for 100 s.
-# (It gets the good wheels of the course's robot. Bad ones come later.)
+# (It has the accurate wheels of the course's robot. Worse ones come later.)
 
 # %%
 CORNERS = [(4.0, 0.0), (4.0, 2.0), (0.0, 2.0), (0.0, 0.0)] * 3  # in odom, which begins at the robot
@@ -234,7 +234,7 @@ good = replace(TB4, odometry=replace(COURSE.odometry, starts_at_zero=True))
 trip = drive(Simulator(ROOM, good, seed=2), along_corners, 100.0)
 by_wheels = zip(trip.odom_x, trip.odom_y, trip.odom_yaw)
 driven = [transform("odom", "base_link", t, where) for t, where in zip(trip.t, by_wheels)]
-print(f"{len(driven)} transforms, one each {trip.t[1] - trip.t[0]:.2f} s; {len(trip.scan_t)} scans")
+print(f"{len(driven)} transforms, one every {trip.t[1] - trip.t[0]:.2f} s; {len(trip.scan_t)} scans")
 print("stamps of transforms:", [f"{seconds(message):.3f}" for message in driven[200:204]])
 print("stamps of scans:     ", [f"{t:.3f}" for t in trip.scan_t[56:59]])
 
@@ -248,10 +248,10 @@ print("stamps of scans:     ", [f"{t:.3f}" for t in trip.scan_t[56:59]])
 #
 # **Exercise TF2.** `at` gets the messages of one child in the order of their stamps, and a time:
 #
-# - before the first or after the last message: `raise ExtrapolationException(...)` with words that name both times. tf2 has an exception of that name, for the same case;
+# - before the first or after the last message: `raise ExtrapolationException(...)` with a message that names both times. tf2 has an exception of that name, for the same case;
 # - at the time of a message: its place; between two: x and y along the straight line, the yaw the short way round.
 #
-# As it is now, it answers with the latest place, whatever the time. That is the mistake that most programs begin with.
+# As it is now, it returns the latest place, whatever the time. Most programs begin with that mistake.
 
 # %% tags=["function"]
 def at(messages, time):
@@ -310,7 +310,7 @@ check("TF2", at)
 # ## From any frame to any other
 #
 # tf2 keeps the transforms of the last ten seconds in a **buffer**, and never forgets the static ones.
-# Here is one that is small, and forgets nothing: `parent` has each frame's parent, `placed` says where a frame is in its parent.
+# Here is a small one that forgets nothing: `parent` has each frame's parent, `placed` says where a frame is in its parent.
 
 # %%
 class Buffer:
@@ -364,7 +364,7 @@ def lookup(buffer, target, source, time):
 # </details>
 # <details><summary>Hint 2: what to ask first</summary>
 #
-# A list of a frame's ancestors needs no `placed`, only `buffer.parent`. With two such lists, or with two depths, you know who has to climb.
+# A list of a frame's ancestors needs no `placed`, only `buffer.parent`. With two such lists, or with two depths, you know which of the two frames has to climb.
 # </details>
 
 # %%
@@ -419,8 +419,8 @@ check("TF3", lookup)
 #
 # ## Ask at the right time
 #
-# Every third scan of the first 50 s, drawn into `map`.
-# A program that asks where the robot is at the moment at which it *handles* a scan asks a little late.
+# The next cell draws every third scan of the first 50 s into `map`.
+# A program that asks for the robot's place when it *handles* a scan asks a little late.
 #
 # **Predict:** what does the picture look like if each place is 0.2 s late? Where is it worst: on the straights, or in the corners?
 
@@ -442,7 +442,7 @@ slide(sharpness, late=(0.0, 0.5, 0.2))
 # %% [markdown]
 # On a straight the place is wrong by 0.3 m/s · 0.2 s = 6 cm.
 # In a corner the robot turns at up to 1 rad/s: 0.2 rad, and at 4 m that is 0.8 m.
-# So what is drawn twice comes from the corners.
+# So the double walls come from the corners.
 # With the slider at 0 the walls are as thin as the lidar's noise.
 #
 # The right time is `scan.header.stamp`.
@@ -492,7 +492,7 @@ for wait in (0.0, 0.02, 0.05):
 #
 # By hand, for 1 %: 0.01 / 0.233 m = 0.043 rad/m. After 10 m that is 0.43 rad, **25°**.
 #
-# **Predict:** how far off is the place after 100 s, nearly two laps, with a wheel that is larger by half a percent? The hull's radius is 17 cm.
+# **Predict:** how far off is the odometry after 100 s, nearly two laps, with a wheel that is larger by half a percent? The hull's radius is 17 cm.
 
 # %%
 def odometry(percent):
@@ -523,7 +523,7 @@ slide(drifted, percent=(0.0, 2.0, 0.5))
 # Each step is almost right, but the error of their sum grows without limit.
 # No filter of the wheels' numbers helps: the odometry sees nothing of the room.
 #
-# A **localisation** does: it compares scans with a map, and finds where `base_link` is in `map`.
+# **Localisation** does: a node compares scans with a map, and finds where `base_link` is in `map`.
 #
 # **Predict:** it could publish a transform from `map` to `base_link`. Why can it not, in a tree? And which transform does it publish instead, so that the way from `map` to `base_link` gives what it has found?
 #
@@ -532,10 +532,10 @@ slide(drifted, percent=(0.0, 2.0, 0.5))
 # A frame has one parent, and `base_link` has one already: `odom`.
 # So it publishes `map` to `odom`, the place that makes the composition come out right:
 # found = compose(correction, odometry), and so correction = compose(found, inverse(odometry)).
-# It does not say where the robot is, but *how wrong the odometry is by now*.
+# So `map` to `odom` says not where the robot is, but *how wrong the odometry is by now*.
 # </details>
 #
-# The simulator knows the truth, so let it play the localisation, once every 10 s, for wheels that differ by a quarter of a percent.
+# The simulator knows the truth, so it can stand in for the localisation, once every 10 s, for wheels that differ by a quarter of a percent.
 
 # %%
 by_wheels = zip(*odometry(0.25))
@@ -548,7 +548,7 @@ for number, (x, y, yaw) in list(enumerate(corrections))[::3]:
 
 # %% [markdown]
 # **Predict:** all scans of the 100 s, drawn with the first correction only, and with the latest one at each moment. Which walls are double?
-# The second plot shows the price: the robot's y around the correction at 60 s, in both frames.
+# The second figure shows the price: the robot's y around the correction at 60 s, in both frames.
 
 # %%
 figure, plots = plt.subplots(1, 2, figsize=(11, 4), sharey=True, layout="constrained")
@@ -718,8 +718,8 @@ check("TF4", stamped, turned, names)
 # %% [markdown]
 # ## Go further
 #
-# - Let `Buffer.add` forget what is older than ten seconds, and let `at` say which of the two refusals it is in tf2's words.
-# - `add` trusts the order in which messages arrive. Over a radio that may be another order than that of their stamps: where does `bisect.insort` belong?
+# - Let `Buffer.add` forget what is older than ten seconds, and let `at` say, in tf2's words, which of the two refusals it is.
+# - `add` trusts the order in which messages arrive. Over a radio link they may not arrive in the order of their stamps: where does `bisect.insort` belong?
 # - Time 0 in tf2 means "the latest for which all is known". Write `latest(buffer, target, source)`: the smallest of the last stamps on the way.
 # - A goal at (3, 1) in `map`, 60 s into the drive: where is it in `odom`, by the first correction and by the sixth?
 #

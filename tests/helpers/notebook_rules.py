@@ -197,6 +197,18 @@ def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
                     yield f"the piece {cell['id']}: {found.name} is not in a skeleton of {path} above"
 
 
+def steps_count_up(page: Page) -> Iterator[str]:
+    """Exercises, steps, pieces and tables are numbered from 1, and no number is left out or comes twice."""
+    last: dict[str, int] = {}
+    for cell in page.notebook.cells:
+        if cell.cell_type == "markdown":
+            pattern = r"^(?:#+ |\*\*)?(Exercise|Step|Piece|Table) (\d+)[:,]"
+            for kind, number in re.findall(pattern, cell.source, re.MULTILINE):
+                if int(number) not in (1, last.get(kind, 0) + 1):
+                    yield f"cell {cell['id']}: {kind} {number} follows {kind} {last.get(kind, 0)}"
+                last[kind] = int(number)
+
+
 def tags_fit_the_cells(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         tags = set(notebook_source.tags(cell))
@@ -347,6 +359,7 @@ OF_SOURCES: tuple[Rule, ...] = (
     designs_are_left_to_the_learner,
     pieces_are_tried_and_hinted,
     pieces_follow_their_skeleton,
+    steps_count_up,
     tags_fit_the_cells,
     cells_are_short,
     pictures_are_ours,

@@ -68,6 +68,7 @@ VIOLATIONS = [
     ("pieces_are_tried_and_hinted", "<summary>Hint 3: the piece", "<summary>More: the piece"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into other.py\ndef first"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into tail.py\ndef second"),
+    ("steps_count_up", "# ## Recall", "# ### Step 2: more\n# ## Recall"),
     ("tags_fit_the_cells", "# %%into tail.py\n", ""),
     ("tags_fit_the_cells", '# %% tags=["piece"]', "# %%"),
     ("tags_fit_the_cells", '# %% tags=["given"]', '# %% tags=["gift"]'),
