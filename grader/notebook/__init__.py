@@ -90,8 +90,8 @@ def run_node(
         program=program,
         launch=launch,
         seed=seed,
-        parameters=parameters or {},
-        remappings=remappings or {},
+        parameters=parameters,
+        remappings=remappings,
         profile=profile,
     )
 

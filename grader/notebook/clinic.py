@@ -173,17 +173,7 @@ def _install(opened: Workspace, old: dict[str, str]) -> None:
 def _run(opened: Workspace, world: str = "open_field") -> Any:
     from grader.notebook import session
 
-    return session.start(
-        opened,
-        next(iter(course().nodes)),
-        world,
-        program="",
-        launch="",
-        seed=0,
-        parameters={},
-        remappings={},
-        profile="course",
-    )
+    return session.start(opened, next(iter(course().nodes)), world)
 
 
 def _bench(name: str) -> Any:

@@ -82,18 +82,18 @@ class Run:
         node: str,
         world: str | World,
         *,
-        program: str,
-        launch: str,
-        seed: int,
-        parameters: Mapping[str, object],
-        remappings: Mapping[str, str],
-        profile: str,
+        program: str = "",
+        launch: str = "",
+        seed: int = 0,
+        parameters: Mapping[str, object] | None = None,
+        remappings: Mapping[str, str] | None = None,
+        profile: str = "course",
     ) -> None:
         self.node = node
         self.trouble = ""
         self._workspace = workspace
         self._program, self._launch = program, launch
-        self._parameters, self._remappings = dict(parameters), dict(remappings)
+        self._parameters, self._remappings = dict(parameters or {}), dict(remappings or {})
         self.simulator = Simulator(
             load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed
         )

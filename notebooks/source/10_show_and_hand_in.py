@@ -665,7 +665,7 @@ Film(recording)
 # %% [markdown]
 # In the middle of a door, each side is 0.45 m away.
 # "Ahead" is 60 degrees to each side (notebook 05), and 0.45 m / sin 60° = 0.52 m: 2 cm above the contract's threshold.
-# So with 0.5 m, a robot that is 2 cm off the middle stands before an open door for ever.
+# So with 0.5 m, a robot that is 2 cm off the middle stands before an open door for ever, if it gets there at all: the planner keeps only 0.4 m away from the walls.
 # It takes one parameter, and no change of your code: notebook 08 made that possible.
 #
 # The planner knows the map but sees no chair; your node sees the chair but knows no map.

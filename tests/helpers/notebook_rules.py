@@ -198,7 +198,7 @@ def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
 
 
 def steps_count_up(page: Page) -> Iterator[str]:
-    """Exercises, steps, pieces and tables are numbered from 1, and no number is left out or comes twice."""
+    """Exercises, steps, pieces and tables count up by one; only a new list of them begins at 1 again."""
     last: dict[str, int] = {}
     for cell in page.notebook.cells:
         if cell.cell_type == "markdown":

@@ -30,7 +30,7 @@ def course(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     course.close()
 
 
-SELDOM = pytest.mark.slow  # these take ten times as much CPU time as those of OFTEN; 02 builds interfaces for 110 s
+SELDOM = pytest.mark.slow  # 02 alone builds interfaces for 110 CPU seconds, and its published run builds them, too
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name[:2] in OFTEN else SELDOM) for name in NAMES])

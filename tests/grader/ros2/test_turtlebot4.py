@@ -123,7 +123,7 @@ def test_the_reference_stops_before_a_wall_on_a_turtlebot_4(tmp_path: Path, refe
     assert found["battery"][0] > 90.0
 
 
-@pytest.mark.slow  # two drives of a minute
+@pytest.mark.slow  # the launch file twice more, 11 CPU seconds each
 @pytest.mark.parametrize(("turn", "contact"), [("1.5708", False), ("0.0", True)], ids=["turned", "as it is"])
 def test_a_post_ahead_is_seen_only_where_the_lidars_turn_is_known(
     turn: str, contact: bool, tmp_path: Path, reference: Path
