@@ -83,8 +83,8 @@ begin("08")
 # %% [markdown]
 # ## Ask a running node
 #
-# To look at parameters you need a node that is easy to see through.
-# Here is one: a cart that can do nothing but say how fast it would like to go.
+# For a first look at parameters, take a node that is easy to understand.
+# Here is one: a cart that does nothing but say how fast it would like to go.
 # Its file lies in the workspace, beside `src/`; it is not part of your package.
 
 # %%
@@ -103,7 +103,7 @@ class Cart(Node):
         self.timer = self.create_timer(1.0 / self.get_parameter('rate').value, self.go)
 
 # %% [markdown]
-# `-a` adds to the file: what the timer does, and what makes a process of it.
+# `-a` appends to the file: what the timer does, and the lines that make it a program.
 
 # %%
 # %%writefile -a ../../cart.py
@@ -204,7 +204,7 @@ print("file, then -p  ", speed_of_cart(*file, *word))
 print("-p, then file  ", speed_of_cart(*word, *file))
 
 # %% [markdown]
-# Neither as such: **the last one wins**.
+# Neither in itself: **the last one wins**.
 # A launch file uses this: first the file with all settings, then the one thing that is different today.
 #
 # ## A file that nobody reads
@@ -229,7 +229,7 @@ print(speed_of_cart(*file))
 # One file may hold the settings of many nodes, so a key that matches no node is not an error.
 # This is the most common reason for "my parameter does not work".
 #
-# And there is more to get wrong.
+# There is more to get wrong.
 # Robots come in namespaces: `/left/cart` is the cart of the robot called `left`.
 # **Predict:** which of these keys reach which of the three carts?
 # Fill in the table by hand before you run the cell.
@@ -243,7 +243,7 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
     print(f"{key:12}", *(("yes" if hit else "no").rjust(16) for hit in reached))
 
 # %% [markdown]
-# The plain name reaches the node only outside every namespace.
+# The plain name reaches the node only if it is in no namespace.
 # `**` means any number of namespaces, also none, so `/**/cart` means "a cart, wherever it is", and `/**` every node.
 # In a package write the first of the two: its users choose the namespace, and you cannot know which.
 #
@@ -322,7 +322,7 @@ cart.destroy_node()
 # Two cures:
 #
 # - **Read it where you use it.** It costs a few microseconds. Your `driver.py` does so with `_limits()`.
-# - **Be called.** `add_post_set_parameters_callback(f)` has `f(parameters)` called after a change was accepted, with the list of the changed parameters. There you make a new timer.
+# - **Be called.** After `add_post_set_parameters_callback(f)`, every accepted change is followed by a call of `f(parameters)`, with the list of what has changed. There you make a new timer.
 #
 # Here is a cart with such a callback.
 # `destroy_timer` ends the old timer; without it, both would tick.
@@ -688,10 +688,10 @@ tries({
 # %% [markdown]
 # ### The last layer
 #
-# `robot_controller.py` has been a few lines so far, a `main` over the newest layer.
-# Now it becomes the last layer itself: it is called when parameters have changed.
+# So far `robot_controller.py` has been a few lines, a `main` for the newest layer.
+# Now it becomes the last layer itself, with a callback for changed parameters.
 #
-# Three things in your node were made from a parameter, or checked against one, *once*:
+# Three things in your node were made from a parameter, or checked against one, only *once*:
 #
 # | what | from | after a change |
 # |---|---|---|
@@ -741,7 +741,7 @@ def main(args: Optional[list[str]] = None) -> int:
 
 # %% [markdown]
 # **By your own design.** The table says what must be true after a change; how you get there is yours to decide.
-# What does the first try make of a robot that drives *backwards*, at -0.4 m/s?
+# What does the first try do to a robot that drives *backwards*, at -0.4 m/s?
 # And what must not happen to the timer whose rate has *not* changed?
 # There is no third hint. The two drives below and `check("I6")` accept any design; two designs come after the drives.
 
@@ -826,7 +826,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 #         timer.timer_period_ns = period
 # ```
 #
-# The second one needs no list of what has changed: it compares what is with what should be, which also repairs what another callback has forgotten.
+# The second one needs no list of what has changed: it compares each period with what it should be, which also puts right what another callback has forgotten.
 # But a period that is set in place counts from the last call, so try what happens when it gets shorter; and `get_status` would report a speed above the limit.
 # </details>
 #
@@ -868,14 +868,14 @@ with run_node("sensor_processor", world="open_field") as run:
 #
 # Last, two files, each with every parameter of its node, and its unit in a comment.
 # They hold the defaults.
-# That looks useless and is not: this is the page on which people look for what can be set.
+# That looks useless, but this is the page on which people look for what can be set.
 #
 # Begin with the small one.
 
 # %% tags=["exercise"]
 # %%writefile config/sensor_params.yaml
 # Parameters of sensor_processor.
-# TODO 1: a key that reaches the node in any namespace. Whom does this one reach?
+# TODO 1: a key that reaches the node in any namespace. Which nodes does this one reach?
 # TODO 2: the three parameters of the contract, with their units.
 sensors:
   ros__parameters:
@@ -951,56 +951,31 @@ check("I6")
 # ## Start it all with one command
 #
 # A launch file is a Python function that returns a list of what to start.
-# It has three kinds of parts, and the file below uses all of them:
-#
-# | part | what it says |
-# |---|---|
-# | `Node(executable=..., namespace=..., parameters=[...], remappings=[...])` | start this program, under these names, with these settings |
-# | `DeclareLaunchArgument('speed', default_value='0.2')` | `ros2 launch` may be given a `speed` |
-# | `LaunchConfiguration('speed')` | a placeholder for the `speed` that was given |
-#
-# `**cart` hands over the items of a dictionary as named arguments, so `Node(**cart, ...)` is `Node(executable='python3', arguments=['cart.py'], ...)`.
-#
-# Look at one for the cart: a robot called `left` and a robot called `right`.
-#
-# **Which speed will each have**, when `cart.yaml` says 0.3 and no argument is given?
+# The shortest useful list has one entry: a `Node`, which says which program to run.
 
 # %%
-# %%writefile ../../two_carts_launch.py
+# %%writefile ../../cart_launch.py
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 
 def generate_launch_description():
-    cart = {'executable': 'python3', 'arguments': ['cart.py']}
     return LaunchDescription([
-        DeclareLaunchArgument('speed', default_value='0.2', description='of the right cart, m/s'),
-        Node(**cart, namespace='left', parameters=['cart.yaml']),
-        Node(**cart, namespace='right', remappings=[('cmd_vel', 'wheels/cmd_vel')],
-             parameters=['cart.yaml', {'max_linear_speed': LaunchConfiguration('speed')}])])
+        Node(executable='python3', arguments=['cart.py']),
+    ])
 
 # %% [markdown]
-# `ros2 launch -s` lists the arguments of a launch file, and starts nothing.
-
-# %%
-write_settings("/**/cart")
-# !cd ../.. && ros2 launch -s two_carts_launch.py
-
-# %% [markdown]
-# Now start it, in the background, and look at the graph.
-# In a terminal you would type `ros2 launch two_carts_launch.py speed:=0.1` and see a line for each process.
+# In a terminal you would type `ros2 launch cart_launch.py` and see a line for each process.
 # Ctrl-C there sends every process SIGINT, the same signal that Ctrl-C sends to a single node.
 # A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which no process can ignore; then there is no last zero.
+#
+# Here it has to run in the background while you look at the graph, so `launched` starts it, and presses Ctrl-C when you are done.
 #
 # (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; [docs/launch.md](../docs/launch.md) lists the differences.)
 
 # %%
 import signal
 from contextlib import contextmanager
-
-from grader.notebook.graph_view import graph_view
 
 
 @contextmanager
@@ -1016,11 +991,47 @@ def launched(*words):
     if launch.returncode:
         print(*output.splitlines()[-3:], sep="\n")
 
+# %%
+with launched("cart_launch.py"):
+    # !ros2 topic echo --once --field linear.x /cmd_vel
+
+# %% [markdown]
+# The cart runs with its default, as if you had started it yourself.
+#
+# ### Two of them
+#
+# Two robots, called `left` and `right`, need two carts that do not get in each other's way.
+# Three more arguments of `Node` say under which names it runs, and with which settings:
+#
+# | argument | what it does |
+# |---|---|
+# | `namespace='left'` | goes before every relative name of the node |
+# | `parameters=['cart.yaml']` | reads this file when the node starts, as `--params-file` does |
+# | `remappings=[('cmd_vel', 'wheels/cmd_vel')]` | gives one topic or service another name |
+#
+# (`**cart` passes the items of a dictionary as named arguments: `Node(**cart, namespace='left')` is `Node(executable='python3', ..., namespace='left')`.)
+#
+# **Predict:** what will the two topics with the commands be called?
+
+# %%
+# %%writefile ../../two_carts_launch.py
+from launch import LaunchDescription
+from launch_ros.actions import Node
+
+
+def generate_launch_description():
+    cart = {'executable': 'python3', 'arguments': ['cart.py'], 'parameters': ['cart.yaml']}
+    return LaunchDescription([
+        Node(**cart, namespace='left'),
+        Node(**cart, namespace='right', remappings=[('cmd_vel', 'wheels/cmd_vel')]),
+    ])
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a list may still lack a name that has just come up, so the lists are not compared.
-with launched("two_carts_launch.py", "speed:=0.1"):
-    # !ros2 topic echo --once --field linear.x /left/cmd_vel
+from grader.notebook.graph_view import graph_view
+
+write_settings("/**/cart")
+with launched("two_carts_launch.py"):
     # !ros2 topic echo --once --field linear.x /right/wheels/cmd_vel
     # !ros2 node list --spin-time 5
     carts = graph_view(nodes=2)
@@ -1029,13 +1040,49 @@ carts
 # %% [markdown]
 # Read the result line by line, and find each line in the picture.
 #
+# - The **file** reached both, because its key is `/**/cart`: 0.3.
 # - The **namespace** was put before every name of a node: `/left/cart`, `/left/cmd_vel`. Same code, two robots.
-# - The **file** reached both, because its key is `/**/cart`: 0.3 for the left one.
-# - The **argument** came after the file in the list and won: 0.1 for the right one.
 # - The **remapping** renamed a single topic: `/right/wheels/cmd_vel`.
 #
-# A `LaunchConfiguration` is a placeholder.
-# When your function runs, it is not known yet what will be typed; so it returns a description, and the values are put in when the node is started.
+# ### An argument
+#
+# The right cart has to be slower, but only today.
+# Nobody should have to edit a file for that; whoever starts the robot should be able to say so.
+# It takes two parts: `DeclareLaunchArgument` says that `ros2 launch` may be given a `speed`, and `LaunchConfiguration('speed')` is a placeholder for what was given.
+#
+# **Which speed will each have**, when `cart.yaml` says 0.3 and nothing is given?
+# And with `speed:=0.1`?
+
+# %%
+# %%writefile ../../two_carts_launch.py
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+
+def generate_launch_description():
+    cart = {'executable': 'python3', 'arguments': ['cart.py']}
+    today = {'max_linear_speed': LaunchConfiguration('speed')}
+    return LaunchDescription([
+        DeclareLaunchArgument('speed', default_value='0.2', description='of the right cart, m/s'),
+        Node(**cart, namespace='left', parameters=['cart.yaml']),
+        Node(**cart, namespace='right', parameters=['cart.yaml', today]),
+    ])
+
+# %%
+# !cd ../.. && ros2 launch -s two_carts_launch.py
+with launched("two_carts_launch.py", "speed:=0.1"):
+    # !ros2 topic echo --once --field linear.x /left/cmd_vel
+    # !ros2 topic echo --once --field linear.x /right/cmd_vel
+
+# %% [markdown]
+# `ros2 launch -s` lists the arguments of a launch file, and starts nothing.
+# The left cart has 0.3 from the file.
+# For the right one the argument came after the file in the list, and the last one wins: 0.1, and 0.2 if nothing is given.
+#
+# A `LaunchConfiguration` is a placeholder because your function runs before anybody knows what was typed.
+# It returns a description, and the values are put in when the node is started.
 # That is why `f'speed is {LaunchConfiguration("speed")}'` does not do what it looks like.
 #
 # ### Names that cannot be moved
@@ -1073,7 +1120,7 @@ print(os.path.relpath(share, os.path.dirname(os.path.dirname(share))))
 print(sorted(os.listdir(share))[:3], "...")
 
 # %% [markdown]
-# (In launch files you will also meet `FindPackageShare('...')`: the same as a placeholder, looked up when the node is started.)
+# (In launch files you will also meet `FindPackageShare('...')` and `PathJoinSubstitution([...])`: the same as placeholders, worked out when the node is started.)
 #
 # Your `CMakeLists.txt` installs the folders `launch` and `config` there (its fourth part, from notebook 01), so the file is `os.path.join(share, 'config', 'sensor_params.yaml')`.
 #
@@ -1084,7 +1131,7 @@ print(sorted(os.listdir(share))[:3], "...")
 # Each declares the argument `use_sim_time` and hands it to its nodes, and each takes the parameters from the installed file.
 # (`use_sim_time` in a dictionary of parameters, like `max_linear_speed` of the right cart.)
 #
-# Begin with the single node.
+# Begin with the single node: three pieces, and you have seen each of them at work.
 
 # %% tags=["exercise"]
 # %%writefile launch/sensor_processor_launch.py
@@ -1098,37 +1145,6 @@ def generate_launch_description() -> LaunchDescription:
     # TODO 1: the argument use_sim_time, 'false' by default.
     # TODO 2: the node: package, executable, name, and output='screen'.
     # TODO 3: its parameters: the file in the share folder, then use_sim_time in a dictionary.
-    return LaunchDescription([])
-
-# %% [markdown]
-# The node is started from the installed package, so build first.
-# Then `ros2 launch -s` shows whether the argument is there.
-
-# %% tags=["nbval-ignore-output"]
-# Not compared: colcon says how long it took.
-# !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
-
-# %% tags=["nbval-ignore-output"]
-# On a busy machine the list may still lack a name that has just come up.
-# !ros2 launch -s launch/sensor_processor_launch.py
-with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
-    # !ros2 param get /sensor_processor battery_low_threshold
-    # !ros2 node list --spin-time 5
-
-# %% [markdown]
-# Look for `Double value is: 20.0`, and for one node.
-# Then the file for both; it has the same three parts, and one node more.
-
-# %% tags=["exercise"]
-# %%writefile launch/robot_controller_launch.py
-"""Start the whole robot: robot_controller and sensor_processor."""
-
-from launch import LaunchDescription
-
-
-def generate_launch_description() -> LaunchDescription:
-    """Return both nodes with their parameter files, on one clock."""
-    # TODO: as above, with two nodes.
     return LaunchDescription([])
 
 # %% [markdown]
@@ -1161,6 +1177,52 @@ def generate_launch_description() -> LaunchDescription:
 #     ...                       # a LaunchDescription of the argument, and of the node
 # ```
 # </details>
+#
+# The node is started from the installed package, so build first.
+# Then `ros2 launch -s` shows whether the argument is there.
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: colcon says how long it took.
+# !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
+
+# %% tags=["nbval-ignore-output"]
+# On a busy machine the list may still lack a name that has just come up.
+# !ros2 launch -s launch/sensor_processor_launch.py
+with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
+    # !ros2 param get /sensor_processor battery_low_threshold
+    # !ros2 node list --spin-time 5
+
+# %% [markdown]
+# Look for `Double value is: 20.0`, and for one node.
+#
+# **By your own design**, and without a skeleton: the file that starts the whole robot.
+# This is what must hold:
+#
+# - `launch/robot_controller_launch.py` starts `robot_controller` and `sensor_processor`, each under its own name;
+# - each node has the parameters of its own installed file, wherever the package is installed;
+# - there is one argument `use_sim_time`, `'false'` by default, and both nodes get what it is given: two nodes on two clocks would be hard to find;
+# - the output of both is on the screen.
+#
+# There is no third hint. The cell below and `check("I5")` accept any design, and two to compare come after them.
+
+# %% tags=["exercise", "design"]
+# %%writefile launch/robot_controller_launch.py
+"""Start the whole robot: robot_controller and sensor_processor."""
+
+# TODO: generate_launch_description
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# Your file for the single node has all the parts.
+# What happens to your second file when somebody changes the first? A launch file can also include another one.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# A `LaunchDescription` takes as many actions as you like; both nodes can have the same `LaunchConfiguration`.
+# To include: `IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments={'use_sim_time': ...}.items())`, from `launch.actions` and `launch.launch_description_sources`.
+# </details>
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
@@ -1185,6 +1247,38 @@ yours
 check("I1", "I5")
 
 # %% [markdown]
+# <details><summary>Two designs for the whole robot, once yours starts</summary>
+#
+# **Written out.** The course's: two nodes side by side, and what they share has a name.
+#
+# ```python
+# config = [FindPackageShare('ros2_robot_controller'), 'config']
+# use_sim_time = {'use_sim_time': LaunchConfiguration('use_sim_time')}
+# return LaunchDescription([
+#     DeclareLaunchArgument('use_sim_time', default_value='false'),
+#     Node(..., parameters=[PathJoinSubstitution([*config, 'robot_params.yaml']), use_sim_time]),
+#     Node(..., parameters=[PathJoinSubstitution([*config, 'sensor_params.yaml']), use_sim_time]),
+# ])
+# ```
+#
+# **Included.** The second node comes from its own launch file.
+#
+# ```python
+# share = get_package_share_directory('ros2_robot_controller')
+# clock = LaunchConfiguration('use_sim_time')
+# sensors = PythonLaunchDescriptionSource(os.path.join(share, 'launch', 'sensor_processor_launch.py'))
+# return LaunchDescription([
+#     DeclareLaunchArgument('use_sim_time', default_value='false'),
+#     Node(..., parameters=[os.path.join(share, 'config', 'robot_params.yaml'), {'use_sim_time': clock}]),
+#     IncludeLaunchDescription(sensors, launch_arguments={'use_sim_time': clock}.items()),
+# ])
+# ```
+#
+# The second says everything about `sensor_processor` in one place: a new argument or another file is changed once.
+# The first can be read without opening another file, which counts when something does not start at three in the morning.
+# Robots with twenty nodes are included, part by part.
+# </details>
+#
 # ### See what you have launched
 #
 # With `launch=`, `run_node` starts your *installed* launch file beside a simulated robot: both nodes, each with its parameter file.
@@ -1271,7 +1365,7 @@ Film(recording)
 # Not needed for the next notebook.
 #
 # - Give the launch files an argument `raw_scan` and use it in a remapping of `sensor_processor`. Then a real robot needs `raw_scan:=scan` and nothing else, and `run_node(launch="robot_controller_launch.py raw_scan:=scan")` lets both nodes of the live view see.
-# - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. What does it make of NaN?
+# - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. How does it treat NaN?
 # - `ros2 param load /robot_controller file.yaml` sets a whole file at run time. Which of its lines are refused, and are the others set?
 #
 # ## Recall

@@ -16,7 +16,7 @@
 # ![Three tables of mutants and tests: the same code, three sets of tests, more and more mutants noticed](pictures/09.png)
 #
 # Your package works today.
-# Next week a `<` gets turned round, by accident, in a hurry; perhaps by you.
+# Next week somebody turns a `<` into a `>`, by accident, in a hurry; perhaps you.
 # A good test suite is the colleague who notices.
 # A bad one says "all passed" and looks the other way, and the two look exactly alike until you try.
 # Today you try: you put small mistakes into code on purpose, and see who notices.
@@ -24,7 +24,7 @@
 # **You will be able to**
 #
 # - tell a test that notices from one that only runs;
-# - write tables of cases for plain functions, and tests for nodes whose clock you hold in your hand;
+# - write tables of cases for plain functions, and tests for nodes whose clock you set yourself;
 # - read a coverage report, and say what it cannot tell;
 # - make mutants of your code, and improve the tests until they are noticed;
 # - let a linter read your code before a person does.
@@ -123,7 +123,7 @@ def test_safe_speed():
 
 # %% [markdown]
 # 100 %, and the test has passed.
-# Now break the robot: `sed` turns a `<` round, and the robot drives on *because* something is nearer than half a metre.
+# Now break the robot: `sed` turns a `<` into `>=`, so it drives on *because* something is nearer than half a metre.
 #
 # **Predict:** will the test notice?
 
@@ -133,7 +133,7 @@ def test_safe_speed():
 # !cd ../.. && sed -i 's/>= 0.5/< 0.5/' stopping.py
 
 # %% [markdown]
-# Passed, all the same.
+# It passes all the same.
 # This robot drives into every wall, with a tested, fully covered brake.
 # Coverage says what was *reached*.
 # It cannot say whether anybody *looked*: `is not None` is true of every number.
@@ -163,7 +163,7 @@ print("passed")
 # ### A test that waits
 #
 # A node publishes ten times a second.
-# So the obvious test says: wait 0.3 s and a little, expect three messages.
+# The obvious test waits a little more than 0.3 s, and expects three messages.
 # Here is that node; it listens to itself, so that we can count what arrives.
 
 # %%
@@ -202,8 +202,8 @@ def eight_times(let_time_pass, sim_time):
     return found
 
 # %% [markdown]
-# **Predict:** how often in eight tries are there exactly three?
-# And how often, when the machine has something else to do at the same time?
+# **Predict:** in how many of eight tries do exactly three arrive?
+# And in how many when the machine has something else to do at the same time?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: what comes out is chance, and that is the point.
@@ -225,11 +225,11 @@ print("busy machine: ", eight_times(wait, sim_time=False))
 
 # %% [markdown]
 # The same node, the same test, and it passes or fails with the weather: it is **flaky**.
-# (What keeps it from running here are threads of the same interpreter, which share one lock with it, the **GIL**. Another process would not, as long as a core is free; on a build server none is.)
+# (Here it is held up by threads of the same interpreter, which share one lock with it, the **GIL**. Another process holds it up only when no core is free, and on a build server none is.)
 # A flaky test is worse than none: after the fifth false alarm people stop looking.
 # "Then wait a second, to be safe" makes it slow *and* flaky on a busier machine.
 #
-# There is another way: let the node live in simulated time, and turn its clock by hand.
+# There is a better way: give the node simulated time, and set its clock by hand.
 # The machine is still as busy.
 
 # %%
@@ -249,7 +249,7 @@ print("clock by hand:", eight_times(turn_the_clock, sim_time=True))
 busy = False
 
 # %% [markdown]
-# Never sleep in a test; hold the clock.
+# Never sleep in a test; set the clock.
 #
 # ## Mutants and the tests that notice them
 #
@@ -374,11 +374,11 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # ```
 #
 # Write the expected numbers by hand.
-# `assert clamp(v, a, b) == max(a, min(v, b))` computes them with the same thought as the code, and shares its mistakes.
+# `assert clamp(v, a, b) == max(a, min(v, b))` computes them in the same way as the code, and shares its mistakes.
 #
 # Here is a file with four tests for `utils/motion.py`, where the robot's safety is decided.
 # The last is done; the other three are tables that you fill, one after the other.
-# `pytest.approx` allows a millionth of the expected number, or 1e-12 if that is more, as one should with floats: `0.1 + 0.2 == 0.3` is False.
+# `pytest.approx` allows a difference of a millionth of the expected number, or of 1e-12 if that is more. With floats you need it: `0.1 + 0.2 == 0.3` is False.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_motion.py
@@ -429,7 +429,7 @@ def test_the_limits_hold(wanted, expected):
 
 # %% [markdown]
 # First `ramp(previous, wanted, largest_rise)`, with a largest rise of 0.1.
-# From notebook 05 you know its three sentences: speeding up is limited, braking is free, and turning round passes through a moment of exactly zero.
+# You know its three rules from notebook 05: speeding up is limited, braking is not, and a change of direction passes through a moment of exactly zero.
 # Look at what one case notices, and at what is grey.
 
 # %%
@@ -453,7 +453,7 @@ def test_a_ramp_limits_speeding_up_only(previous, wanted, expected):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The three sentences above, each once forwards and once backwards.
+# The three rules above, each once forwards and once backwards.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
@@ -477,7 +477,8 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 # %% [markdown]
 # #### Table 2: the speed near an obstacle
 #
-# `speed_cap(distance, LIMITS)`, with the limits at the top of the file: from 0.8 m on, the threshold of 0.5 and the margin of 0.3, the full 0.5 m/s are allowed; within the margin it falls in proportion; and it never falls below a fifth of the limit, 0.1 m/s.
+# With the limits at the top of the file, `speed_cap(distance, LIMITS)` allows the full 0.5 m/s from 0.8 m on: the threshold of 0.5 plus the margin of 0.3.
+# Within the margin the speed falls in proportion, but never below a fifth of the limit, 0.1 m/s.
 # Half of the margin, at 0.65 m, leaves half of the speed, 0.25.
 #
 # Which distances? Both ends of the margin, two places within it, one beyond, one below.
@@ -530,7 +531,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # %% [markdown]
 # A grey row is a robot that passes all your tests so far.
 # Let it drive.
-# `Shuttle` goes to and fro between two boxes, backwards first: it drives until `make_safe` stops it, then the other way.
+# `Shuttle` drives back and forth between two boxes, backwards first: until `make_safe` stops it, then the other way.
 # This is your own file, with no mistake in it; in Jupyter you see it live, and can drag the boxes.
 
 # %%
@@ -634,14 +635,14 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # !python3 -m pytest -q --tb=short test/test_motion.py | tail -n 20
 
 # %% [markdown]
-# If you have decided something else in your `motion.py` than the table says, a row fails: then look at the contract, and correct the one that is wrong.
+# If your `motion.py` decides differently from the table, a row fails: look at the contract then, and correct whichever is wrong.
 #
 # That is the end of part 1, and a good place for a break.
 #
 # ## A first test for each node
 #
 # T1 wants tests for both nodes that assert something and pass.
-# They use the types that the build makes of your interfaces, so the package must be built; if it is already, this is quick.
+# They use the types that the build generates from your interfaces, so the package must be built; if it is already, this is quick.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
@@ -649,7 +650,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 
 # %% [markdown]
 # A node is awkward to test: it has a clock, a network and callbacks.
-# So it goes on a **bench**, where you hold all three.
+# So it goes on a **bench**, where you control all three.
 #
 # `test/conftest.py` is given; pytest reads it by itself, and what is marked `@pytest.fixture` in it can be asked for by name, as an argument of any test.
 # Its three ideas:
@@ -1293,7 +1294,7 @@ def test_it_slows_down_near_an_obstacle(robot):
 # #### F7: the pose
 #
 # Here you let the node hear one message of odometry yourself; `odometry(x, y, yaw)` makes it.
-# Use three numbers that are all different, so that none can stand in for another.
+# Use three different numbers, so that a mix-up shows.
 
 # %% tags=["piece"]
 # %%into test/test_robot_controller.py
@@ -1328,7 +1329,7 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # %% [markdown]
 # #### F9, F10 and I6: four tests of your own design
 #
-# From here the name is all that is given: the tests that you write at work are not described either.
+# From here on you get only the name: nobody will describe the tests that you write at work, either.
 # For each, open the contract's sentence in the [handout](../docs/handout.md), and ask two questions:
 #
 # - which mistake in *my* code would break this sentence? (A cancel that is accepted, and a robot that rolls on. Feedback that comes, and is always the same.)
@@ -1682,7 +1683,7 @@ def test_the_thresholds_are_parameters(make_bench, logged):
 #
 # <details><summary>Hint 2: the API</summary>
 #
-# Severities are `'WARN'` and `'ERROR'`. Your words may be others than ours: compare only the severities if you like, `[severity for severity, _ in logged]`.
+# Severities are `'WARN'` and `'ERROR'`. Your words may differ from ours: compare only the severities if you like, `[severity for severity, _ in logged]`.
 # </details>
 #
 # <details><summary>Hint 3: all but the last line</summary>
@@ -1746,20 +1747,20 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # ### What the tests need
 #
 # A package that is needed by tests alone is named in `package.xml` as `<test_depend>`: it is installed where the tests run, and not on the robot.
-# What your tests import besides, such as `rclpy` or `sensor_msgs`, the nodes need, too, so it is there already.
+# The nodes need everything else that your tests import, such as `rclpy` and `sensor_msgs`, so it is there already.
 
 # %%
 # !grep -n "depend>" package.xml
 
 # %% [markdown]
 # Look for two lines with `test_depend`: `python3-pytest`, which runs the tests, and `ament_cmake_pytest`, which lets `colcon test` run them.
-# Yours came into the file in notebook 01; they must not be `exec_depend`, and a package that the nodes import must not be a `test_depend` only.
+# You put both there in notebook 01. They must not be `exec_depend`, and a package that the nodes import must not be only a `test_depend`.
 #
 # ## Which lines were reached
 #
 # Coverage cannot say that tests are good.
 # It can say where there are none, and that is worth knowing: on a line that no test reaches, no mistake is noticed.
-# T2 counts lines and branches of the whole package, full marks at 90 %.
+# T2 counts lines and branches of the whole package, and gives full marks at 90 %.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took, and one's own numbers are one's own.
@@ -1821,7 +1822,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py")
 #
 # `valid_readings` is grey where it decides what is *not* a reading.
 # Make the first test a table with one column, `invalid`: NaN, both infinities, zero, a negative one, one below 0.15 m, one above 12 m.
-# A real 2.0 between two of a kind must be found; with nothing but two of a kind the answer is `INF`.
+# A real 2.0 between two invalid readings must be found; two invalid readings alone give `INF`.
 
 # %% tags=["piece"]
 # %%into test/test_scans.py
@@ -1858,7 +1859,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "val
 # #### Ahead, behind, neither
 #
 # A single beam with a reading of 1.0, at an angle that the table gives.
-# Within 60 degrees of straight on it is ahead; within 60 degrees of straight back it is behind; else it is only *anywhere*.
+# Within 60 degrees of straight ahead it counts as ahead; within 60 degrees of straight back, as behind; otherwise it is only *anywhere*.
 # Test both sides of each edge, left and right, straight back as 180 and as -180, and 359 degrees, which some drivers send in place of -1.
 
 # %% tags=["piece"]
@@ -1944,10 +1945,10 @@ check("T1", "T2", "T3")
 # ## Let a linter read it first
 #
 # A linter reads code without running it: names that are not used, lines that are too long, brackets out of place.
-# It takes the small things away from your reviewer, who can then think about the large ones.
+# It takes care of the small things, so that your reviewer can think about the large ones.
 # ROS has rules of its own for it, `ament_flake8`: up to 99 characters a line, among others.
 #
-# **How many findings** has this file?
+# **How many findings** will it report for this file?
 
 # %%
 # %%writefile ../../careless.py
@@ -1992,20 +1993,20 @@ check("Q1")
 #     colcon test-result --verbose
 #
 # The last line is the one to read, such as `Summary: 294 tests, 0 errors, 0 failures, 0 skipped`.
-# **Why are there two commands?** `colcon test` ends with 0 also where tests have failed: it *ran* them. `colcon test-result` reads the results, and its exit code is what a CI job looks at.
+# **Why are there two commands?** `colcon test` ends with 0 even when tests have failed: it *ran* them. `colcon test-result` reads the results, and its exit code is what a CI job looks at.
 #
 # Each line of the linter names the file, the line, the column and the rule; `F401` is an unused import, `E501` a line that is too long.
 #
-# `# noqa` behind a line makes the linter look away.
+# `# noqa` at the end of a line makes the linter look away.
 # The grader counts as if it were not there; a reader asks what is being hidden.
 #
 # `ament_pep257`, from notebook 03, reads the docstrings in the same way.
-# In a package made by `ros2 pkg create` both are run by two small tests; they are welcome, but they say nothing of what your code does, and T1 does not count them.
+# In a package made by `ros2 pkg create` both are run by two small tests; they are welcome, but they say nothing about what your code does, and T1 does not count them.
 #
 # > **On a real TurtleBot 4**
 # >
 # > - On a machine with ROS from apt, `ament_flake8` has more plug-ins and asks for more: single quotes, imports in alphabetical order. Your skeletons keep those rules too.
-# > - A bench finds most mistakes, but never all. It has no wheels that slip, no battery that sinks, no lidar that is mounted turned by 90°. The first drive on a real robot is slow, and a hand is at the switch.
+# > - A bench finds most mistakes, but never all. It has no wheels that slip, no battery that runs down, no lidar that is mounted 90° off. Make the first drive on a real robot a slow one, with a hand on the emergency stop.
 # > - A recording is a test input: `ros2 bag record /scan /odom` on the day something went wrong, and the next version of your node has to cope with it at your desk.
 #
 # ## Go further
@@ -2013,7 +2014,7 @@ check("Q1")
 # Not needed for the next notebook.
 #
 # - Six more files, for what is left: `test_conversions.py` (angles and quaternions at their edges), `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py` (a small node with a `stop`: is it called once after SIGINT, and may it still publish then?) and `test_layers.py` (each layer of the controller works without those above it). For the first four `mutant_matrix` shows the way.
-# - A goal whose way is blocked, F11: a wall at 0.4 m half a second after the goal was sent, two seconds, then free again.
+# - A goal whose path is blocked, F11: a wall at 0.4 m half a second after the goal was sent, two seconds, then free again.
 # - The grader also tries *equivalent* mutants: a line written another way that does the same. Which tests fail on those? (Tests that compare the source's text, or its line numbers. They notice everything and nothing.)
 # - Let a machine make the situations: `hypothesis` looks for numbers that break "the safe speed is never above the wanted one".
 #
@@ -2022,7 +2023,7 @@ check("Q1")
 # <details><summary>What does 100 % coverage tell you?</summary>
 #
 # That every line and branch was reached by some test.
-# Whether anything was asserted about what they did, it does not tell.
+# It does not tell you whether anything was asserted about what they did.
 # </details>
 #
 # <details><summary>A test passes on your machine, and one time in ten it fails on the server. What do you look for first?</summary>
@@ -2040,7 +2041,7 @@ check("Q1")
 # <details><summary>Why does <code>bench.hear</code> look for the subscription by its topic, and not call the callback by its name?</summary>
 #
 # So that the test fails when the topic's name or type is wrong, and does not depend on the name of the callback.
-# A test should know what the contract promises, and nothing of how it is done.
+# A test should know what the contract promises, and nothing about how it is done.
 # </details>
 #
 # <details><summary>What is an equivalent mutant, and what does it mean for the share that you can reach?</summary>
