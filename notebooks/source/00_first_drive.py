@@ -27,7 +27,7 @@
 # - explain why a program that never spins hears nothing;
 # - say what a requirement of the contract is, and where to read it.
 #
-# **Time:** 45 to 65 minutes.
+# **Time:** 45 to 75 minutes.
 #
 # **Your package so far:** nothing.
 # The first cell makes the folder in which it will grow.
@@ -81,6 +81,7 @@ tour.stop()
 # Where there is no Python to drive the robot, as on a web page, a live view stands still.
 # A **film** moves there, too: a drive that is over, played faster.
 # Here is the whole tour, from the first star to the last.
+# **Watch** the orange points when the robot goes through a door: from then on the lidar sees another part of the office.
 
 # %%
 from sim.film import Film
@@ -89,8 +90,6 @@ simulator = sim.Simulator(sim.load_world("office"))
 Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
 
 # %% [markdown]
-# **Watch** the orange points when it goes through a door: from then on the lidar sees a part of the office.
-#
 # ## Two numbers move it
 #
 # A robot on two wheels cannot go sideways.
@@ -459,7 +458,7 @@ plt.ylabel("v by odometry (m/s)");
 #
 # ## Your turn: out of the corridor
 #
-# Drive the robot into the first office, through the door between x = 1.1 m and x = 2.1 m.
+# Drive the robot into the first office, through the first door, which is open from x = 1.15 m to x = 2.05 m.
 # The function `route` returns your way as a list of (v, ω, seconds), one line for each piece; mind the walls.
 # Write all numbers with a point, `2.0` and not `2`: the fields of the message are floats, and ROS does not convert.
 
@@ -551,7 +550,7 @@ rclpy.try_shutdown()
 # | 09 Tests that notice | tests, and small mistakes put in on purpose to test the tests |
 # | 10 Show and hand in | the demonstration, the README, the hand-in |
 # | 11 A clinic | nothing: ten broken packages to diagnose and to cure, without points |
-# | 12 Frames | nothing: what is where, and when, by tf2; without points, any time after 05 |
+# | 12 Frames | nothing: what is where, and when: what tf2 does, written by you; without points, any time after 05 |
 #
 # ### The contract
 #
@@ -603,7 +602,7 @@ rclpy.try_shutdown()
 #
 # <details><summary>Beam 270 of this lidar looks where?</summary>
 #
-# At -π + 270 · 1° = +90°: to the left.
+# At -180° + 270 · 1° = +90°: to the left.
 #
 # </details>
 #

@@ -27,7 +27,7 @@
 # - build with `colcon`, find what was built, and run it;
 # - explain why a package with interfaces must be `ament_cmake`.
 #
-# **Time:** 50 to 80 minutes. A good place for a break is before "Build and install".
+# **Time:** 50 to 90 minutes. A good place for a break is before "Build and install".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far:** an empty folder.
@@ -276,7 +276,7 @@ rclpy.try_shutdown()
 # This file is the package's passport, and **I2** reads it.
 # Other tools do, too: `colcon` decides from it how to build and in which order, `rosdep` installs what it names, and a search engine for ROS packages shows it.
 #
-# | line | who reads it | when it is wrong |
+# | line | who reads it | what it is for, or what a mistake costs |
 # |---|---|---|
 # | `<package format="3">` | all | format 1 does not know `<depend>` |
 # | `<name>` | colcon, `ros2 run` | the package goes by another name |
@@ -603,15 +603,14 @@ check("I1")
 #
 # With your files done, both executables are there.
 # I1 asks only whether they are; a node that cannot import its module shows that when it is started.
-# So start one: `ros2 run` lets it run until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
+# So start one: `ros2 run` lets it run until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds, and `--preserve-status` passes on how the node ended.
 
 # %% tags=["nbval-ignore-output"]
-# !timeout -s INT 3 ros2 run ros2_robot_controller robot_controller; echo "exit status $?"
+# !timeout --preserve-status -s INT 3 ros2 run ros2_robot_controller robot_controller; echo "exit status $?"
 # What it says depends on whether your package has been built.
 
 # %% [markdown]
-# A node that does nothing prints nothing, and ends without an error.
-# (`timeout` reports 124 when it had to press Ctrl-C.)
+# A node that does nothing prints nothing, and ends without an error: its exit status is 0.
 #
 # **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`, and build again.
 # The build is "successful".

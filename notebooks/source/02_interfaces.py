@@ -27,7 +27,7 @@
 # - read the bytes of a message by hand, and say why 0.3 is not 0.3 any more when it arrives;
 # - tell by a type hash whether two machines mean the same, and explain what happens if they do not.
 #
-# **Time:** 55 to 85 minutes. A good place for a break is before "Same name, same type".
+# **Time:** 55 to 95 minutes. A good place for a break is before "Same name, same type".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, from notebook 01, and what comes today:
@@ -86,7 +86,7 @@ begin("02")
 # | `int8` … `int64`, `uint8` … `uint64` | `int` | |
 # | `float32`, `float64` | `float` | 7 and 16 digits |
 # | `string` | `str` | |
-# | `float32[]` | `array.array` | any number of them; `float32[9]` is exactly nine |
+# | `float32[]` | `array.array` | any number of them; `float32[9]` is exactly nine, and a `numpy.ndarray` |
 #
 # Use what exists wherever it fits: other people's tools know it already.
 # For a place and a heading take `geometry_msgs/Pose`, not three floats of your own.
@@ -160,7 +160,7 @@ plt.xlabel("speed sent (m/s)")
 plt.ylabel("error on arrival (nm/s)");
 
 # %% [markdown]
-# A few nanometres per second, and twice as many whenever the number passes a power of two.
+# At most 15 nanometres per second, and twice as many whenever the number passes a power of two.
 # No robot cares.
 # But `==` and `<=` do.
 #
@@ -377,7 +377,7 @@ tries(
 # The usual command for Python modules, `ament_python_install_package`, refuses then.
 # Yours, `install(DIRECTORY …)`, simply lays your files over the generated ones.)
 #
-# The cell holds the finished file of notebook 01; only what the two TODOs ask for is new.
+# The cell holds the finished file of notebook 01; only the two parts about interfaces are new.
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
@@ -432,7 +432,7 @@ ament_package()
 # And one line of another kind, without which rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
 #
 # The cell holds the finished file of notebook 01, and the lines for what the next notebooks import (odometry and scan, parameters, launch files).
-# New are the six lines of TODO 8; and put yourself in again, because the cell replaces the file.
+# New are six lines, five packages and the group; and put yourself in again, because the cell replaces the file.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -663,7 +663,7 @@ print(*heard[:1])
 # This one has cost owners of a TurtleBot 4 many hours.
 # The robot listens on `cmd_vel` for `TwistStamped`, and your program sends `Twist`.
 #
-# (Two nodes of one program may not even try this, so the sender gets a context of its own: as if it were another program.)
+# (Within one program ROS refuses a second type on a topic, so the sender gets a context of its own, as if it were another program.)
 
 # %%
 import time

@@ -17,7 +17,7 @@
 #
 # A robot that drives needs three numbers: where it is, x and y, and which way it faces.
 # The third one is the difficult one.
-# It arrives as four numbers, it jumps when the robot looks west, and half of all robot code gets it wrong once.
+# It arrives as four numbers, it jumps when the robot looks west, and nearly everybody who programs robots gets it wrong once.
 # In this notebook you get it wrong on purpose, and then write four short functions that get it right.
 #
 # **You will be able to**
@@ -28,7 +28,7 @@
 # - keep a number within limits without hiding that it is not a number at all;
 # - write docstrings that state units, frames and ranges, and let a linter read them.
 #
-# **Time:** 55 to 95 minutes. A good place for a break is before "From four numbers back to one".
+# **Time:** 55 to 110 minutes. A good place for a break is before "From four numbers back to one".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, from notebooks 01 and 02, and what you add today:

@@ -26,7 +26,7 @@
 # - refuse a request so that the caller knows why, and what would be taken;
 # - see a deadlock coming: a callback that waits for another one.
 #
-# **Time:** 45 to 80 minutes. A good place for a break is before "Ask for the status".
+# **Time:** 50 to 95 minutes. A good place for a break is before "Ask for the status".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # Your robot drives and stops.
@@ -250,10 +250,10 @@ for words, accepts in ways.items():
 
 # %% [markdown]
 # The first and the second are the same for every number, and differ for NaN.
-# The third one forgets that a robot drives backwards, too.
+# The third and the fourth forget that a robot drives backwards, too.
 # Only the first line is right.
 #
-# And then? A NaN in the speed goes through every `clamp`, for it is neither below nor above.
+# And then? Your `clamp` passes a NaN on, for it is neither below nor above the limits.
 
 # %%
 from sim import Simulator, load_world
@@ -269,7 +269,8 @@ simulator.step(4.0)
 print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f} m/s")
 
 # %% [markdown]
-# The robot drives on at its last speed, and neither the set speed nor an obstacle counts any more: there is no zero in a stream of NaN.
+# The robot drives on at its last speed: the motors refuse the NaN, and no zero comes.
+# (Your `make_safe` would still stop it at a wall. On a free way nothing does.)
 # What comes in from outside is checked where it comes in.
 #
 # **Say no in a helpful way.** Three messages:
@@ -578,7 +579,10 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # So a second thread alone changes nothing as long as all callbacks are in one group.
 # With two threads *and* two groups even `desk_waits` gets its answer, and from then on two callbacks may change `self` at once.
 #
-# **Which of the four fields needs locks?** Only the last one.
+# <details><summary>Which of the four fields of the table needs locks?</summary>
+#
+# Only the last one.
+# </details>
 #
 # In the contract's package no service needs another one, and the simplest cure is the best: *do not ask inside a callback; remember what you know*.
 # `_on_get_status` asks no other node. It reads what the last scan and the last odometry left in `self`.

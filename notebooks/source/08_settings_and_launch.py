@@ -30,7 +30,7 @@
 # - make a changed value take effect, also where something was made from the old one;
 # - start both nodes with one command, and two robots with another.
 #
-# **Time:** 60 to 90 minutes for parameters (part 1), and 45 to 80 for launch files (part 2).
+# **Time:** 60 to 95 minutes for parameters (part 1), and 45 to 95 for launch files (part 2).
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what comes today:
@@ -1233,7 +1233,7 @@ with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
 with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 param get /robot_controller max_linear_speed
     # !ros2 node list --spin-time 5
-    yours = graph_view()
+    yours = graph_view(nodes=2)
 yours
 
 # %% [markdown]
@@ -1348,6 +1348,7 @@ Film(recording)
 # | `rqt_reconfigure` | a slider for each parameter | `ros2 param set` |
 #
 # RViz is the first thing that you will open on a real robot.
+# Its [guide](https://docs.ros.org/en/jazzy/Tutorials/Intermediate/RViz/RViz-User-Guide/RViz-User-Guide.html) has pictures of the window: the three-dimensional view in the middle, and to its left a list of displays, one for each topic that is drawn.
 # It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan in a frame that no transform mentions is simply not drawn (notebook 12).
 #
 # Passed?
@@ -1364,7 +1365,7 @@ Film(recording)
 #
 # Not needed for the next notebook.
 #
-# - Give the launch files an argument `raw_scan` and use it in a remapping of `sensor_processor`. Then a real robot needs `raw_scan:=scan` and nothing else, and `run_node(launch="robot_controller_launch.py raw_scan:=scan")` lets both nodes of the live view see.
+# - If your launch files have no argument `raw_scan` yet, give them one, and use it in a remapping of `sensor_processor`. Then a real robot needs `raw_scan:=scan` and nothing else, and `run_node(launch="robot_controller_launch.py raw_scan:=scan")` lets both nodes of the live view see.
 # - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. How does it treat NaN?
 # - `ros2 param load /robot_controller file.yaml` sets a whole file at run time. Which of its lines are refused, and are the others set?
 #

@@ -29,7 +29,7 @@
 # - make mutants of your code, and improve the tests until they are noticed;
 # - let a linter read your code before a person does.
 #
-# **Time:** 50 to 85 minutes for tests that notice (part 1), 60 to 90 for the controller on a bench (part 2), and 50 to 90 for the other node, coverage, mutants and the linter (part 3).
+# **Time:** 50 to 90 minutes for tests that notice (part 1), 60 to 95 for the controller on a bench (part 2), and 50 to 95 for the other node, coverage, mutants and the linter (part 3).
 # Part 2 has a good place for a break before "F7: the pose", part 3 before "Which lines were reached".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
@@ -72,7 +72,7 @@ begin("09")
 #
 # Only if it was registered before the parameter was declared.
 # </details>
-# <details><summary>Notebook 04: why do two nodes on one machine need a while until a message arrives, and what follows for a test?</summary>
+# <details><summary>Notebook 00: why do two nodes on one machine need a while until a message arrives, and what follows for a test?</summary>
 #
 # They have to discover each other first. A test that waits for a fixed time is right only on a fast day.
 # </details>
@@ -259,7 +259,8 @@ busy = False
 # Requirement T3 does this to your package: it makes mutants and counts how many your tests notice.
 # The mistakes are those that people make: a comparison turned round, a number doubled, a condition forgotten.
 #
-# `mutant_matrix` does the same on the spot, for a file of plain functions and the file of its tests.
+# Tools such as `mutmut` and `cosmic-ray` do the same for any Python project: `mutmut run`, then `mutmut results`.
+# Here `mutant_matrix` does it on the spot, for a file of plain functions and the file of its tests.
 # Each row is a mutant, with the line and the mistake; each column is a test; green means that the test fails on the mutant, so it *notices*.
 #
 # Here is the test from above that reached every line.
@@ -883,6 +884,7 @@ def interrupt(monkeypatch):
 # | `robot.scan = scan_of(ahead=0.4)` | from now on a wall is 0.4 m ahead (also `behind=`) |
 # | `robot.set_speed(0.25)`, `robot.status()` | ask the services |
 # | `goal = robot.send(1.0, 0.5)`, `robot.outcome(goal)` | send a goal; later: (status, success, (x, y)) |
+# | `robot.finish(goal)` | drives until the goal is over, ten seconds at most, and half a second on; returns the commands |
 # | `make_robot(max_linear_speed=0.3)` | a robot with other parameters than the defaults |
 #
 # Below it are seven tests that are written already, and eleven whose names say what they will be about.
@@ -891,7 +893,7 @@ def interrupt(monkeypatch):
 # Three of the seven are worth reading before you go on:
 #
 # - `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks. No time passes, so the stop must come from the scan's own callback.
-# - `test_it_drives_to_a_goal_and_stands_still_there` is a test of the action. `robot.send` makes an `ActionClient` on the bench's own node, so that request and answer stay within one process; `bench.until(future)` spins until the answer is there, while simulated time stands still. Then nine seconds pass, and the result is compared with where the robot is.
+# - `test_it_drives_to_a_goal_and_stands_still_there` is a test of the action. `robot.send` makes an `ActionClient` on the bench's own node, so that request and answer stay within one process; `bench.until(future)` spins until the answer is there, while simulated time stands still. Then `robot.finish` drives until the goal is over, ten seconds at most, and half a second on; the result is compared with where the robot is.
 # - `test_a_signal_ends_it_with_a_last_zero` runs your `main()`, and presses Ctrl-C in its third round.
 
 # %% tags=["skeleton"]
@@ -1769,7 +1771,7 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 
 # %% [markdown]
 # Read the last column as a list of questions, not as a list of lines to tick off.
-# `12->exit` means: this `if` was never false.
+# `102->exit` means: the `if` in line 102 was never false.
 # A test written *for* a line tends to be one that reaches it and asserts nothing; write it for the situation in which the line matters.
 #
 # You have tested two nodes and one module, and yet nearly all modules are covered: the nodes use them.

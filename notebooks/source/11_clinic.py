@@ -29,7 +29,7 @@
 # - say which tool answers which question: the graph of nodes and topics, `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
 # - show that a cure works, and that it breaks nothing else.
 #
-# **Time:** 90 to 240 minutes, 5 to 25 for each case; take them on different days if you like, in any order.
+# **Time:** 90 to 240 minutes, some 10 to 25 for each case; take them on different days if you like, in any order.
 #
 # The patient on the table is a whole package:
 #
@@ -268,7 +268,7 @@ check("C4", diagnosis)
 #
 # **Faster:** count. `ros2 node list` shows every name once for each node that has it.
 #
-# **The habit:** leave out `name=` where the node's own name will do, and let a test start the launch file and compare the list of nodes.
+# **The habit:** write `name=` once for each node and look at it again in every copied block, and let a test start the launch file and compare the list of nodes.
 # </details>
 
 # %% [markdown]
@@ -513,7 +513,7 @@ check("C10", diagnosis)
 # %% [markdown]
 # ## Go further
 #
-# - `ros2 topic list` and `ros2 node info` hold the whole graph; notebook 00 draws it as a picture, and on a desktop `rqt_graph` does.
+# - `ros2 topic list` and `ros2 node info` hold the whole graph; `graph_view` draws it (notebook 02, and cases C2 and C4), and on a desktop `rqt_graph` does.
 # - Make a patient of your own package: change one line, give it to a neighbour with a complaint in two sentences, and take theirs.
 # - `git bisect` finds the commit that broke a package, if a test can tell broken from sound. The checks above are such tests, one for each complaint.
 
