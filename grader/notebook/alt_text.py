@@ -34,10 +34,11 @@ class _Described:
 
 
 def words_of(figure: Any) -> str:
-    """Return what a figure says of itself: titles, what is drawn over what, and the names in its legends."""
+    """Return what a figure says of itself: titles, what is drawn over what, names in legends, the note below."""
     parts = [figure.get_suptitle()]
     for axes in figure.axes:
         over = say(" over ").join(filter(None, (axes.get_ylabel(), axes.get_xlabel())))
         names = ", ".join(axes.get_legend_handles_labels()[1])
         parts.append(": ".join(filter(None, (axes.get_title(), over, names))))
+    parts.append(figure.get_supxlabel().replace("\n", " "))
     return f"Plot. {'; '.join(filter(None, parts))}".removesuffix(". ")

@@ -332,6 +332,15 @@ def pictures_have_words(page: Page) -> Iterator[str]:
             yield f"cell {cell['id']} shows a picture without an alternative text"
 
 
+def drives_are_repeatable(page: Page) -> Iterator[str]:
+    """A machine that was too busy while the page was made shows a drive that nobody sees again."""
+    for cell in page.code():
+        for output in cell.outputs:
+            words = output.get("metadata", {}).get("image/png", {}).get("alt", "")
+            if re.search(r"\bnot repeatable:", words, re.IGNORECASE):
+                yield f"cell {cell['id']} shows a drive that is not repeatable: run it again on a quiet machine"
+
+
 def says_why_an_output_is_not_compared(page: Page) -> Iterator[str]:
     for cell in page.code():
         if IGNORED in notebook_source.tags(cell) and not re.search(
@@ -376,5 +385,6 @@ OF_PUBLISHED: tuple[Rule, ...] = (
     is_small,
     pictures_are_ours,
     pictures_have_words,
+    drives_are_repeatable,
     links_lead_somewhere,
 )

@@ -156,6 +156,14 @@ def test_a_students_notebook_with_an_output_breaks_the_rule(example: Path):
         ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="[INFO] [1763731234.123456789] [node]: on")),
         ("outputs_name_no_machine", nbformat.v4.new_output("display_data", data={"text/html": "<p>/tmp/x</p>"})),
         ("pictures_have_words", nbformat.v4.new_output("display_data", data={"image/png": "AAAA"})),
+        (
+            "drives_are_repeatable",
+            nbformat.v4.new_output(
+                "display_data",
+                data={"image/png": "AAAA"},
+                metadata={"image/png": {"alt": "wall_ahead. Perhaps not repeatable: the node was busy."}},
+            ),
+        ),
     ],
 )
 def test_an_output_breaks_the_rule(name: str, output: nbformat.NotebookNode, example: Path):

@@ -31,5 +31,10 @@ def test_a_figure_is_shown_with_its_words(figure: Figure):
     assert png(figure) == (b"PNG", {"alt": words})
 
 
+def test_the_note_below_a_figure_is_among_its_words(figure: Figure):
+    figure.supxlabel("Perhaps not repeatable:\nthe node was busy")
+    assert words_of(figure).endswith(": by the formula; Perhaps not repeatable: the node was busy")
+
+
 def test_a_figure_without_words_is_a_plot():
     assert words_of(Figure()) == "Plot"
