@@ -778,7 +778,7 @@ check("TF4", stamped, turned, names)
 # - Let `Buffer.add` forget what is older than ten seconds, and let `at` say, in tf2's words, which of the two refusals it is.
 # - `add` trusts the order in which messages arrive. Over a radio link they may not arrive in the order of their stamps: where does `bisect.insort` belong?
 # - Time 0 in tf2 means "the latest for which all is known". Write `latest(buffer, target, source)`: the smallest of the last stamps on the way.
-# - A goal at (3, 1) in `map`, 60 s into the drive: where is it in `odom`, by the first correction and by the sixth?
+# - A goal at (3, 1) in `map`, 60 s into the drive: where is it in `odom`, by the first correction and by the one at 60 s?
 #
 # ## Recall
 #
