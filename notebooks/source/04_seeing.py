@@ -17,14 +17,14 @@
 #
 # Your robot gets eyes: a lidar that sends 360 distances, ten times a second.
 # Some of them are not distances at all.
-# An inertial sensor reports a hundred times a second, and a battery once.
+# An inertial sensor reports a hundred times a second, and the battery once a second.
 # Today you write the first node that does real work: it listens to all three and says, twenty times a second, how near the nearest thing is and how the robot is doing.
 #
 # **You will be able to**
 #
 # - read a laser scan: which beam looks where, in whose frame, and which readings mean nothing;
-# - see why a subscriber hears nothing although the topic is there, and cure it;
-# - bring sensors of different rates together in one message, at a rate of your choice;
+# - find out why a subscriber hears nothing although the topic is there, and fix it;
+# - combine sensors of different rates in one message, at a rate of your choice;
 # - tell simulated time from wall time, and keep your node on the right one;
 # - warn once, and not a hundred times.
 #
@@ -67,7 +67,7 @@ begin("04")
 # </details>
 # <details><summary>Notebook 03: which way does a robot face at a yaw of −90°, and which way does it turn with a positive <code>angular.z</code>?</summary>
 #
-# To the right; and to the left: angles count counter-clockwise.
+# It faces to the right, and it turns to the left: angles count counter-clockwise.
 # </details>
 # <details><summary>Notebook 02: which type has a field <code>float32[] ranges</code>, and where do you look that up?</summary>
 #
@@ -98,7 +98,7 @@ for name in ("angle_min", "angle_max", "angle_increment", "range_min", "range_ma
 print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in scan.ranges[:4]])
 
 # %% [markdown]
-# No beam carries its angle; you compute it.
+# The message does not say at which angle a beam was measured; you compute it.
 # Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise, as in notebook 03).
 #
 # Do one by hand: `angle_min` is -3.1416, so beam 0 looks straight back.
@@ -134,7 +134,7 @@ map_view(simulator)
 # The second one is in the lidar's own frame: the lidar at the origin, looking along x.
 # The last one is in the frame of the map.
 #
-# Now let it drive, and drag a desk or the bin into its view: every point is a beam, and behind what it meets it sees nothing.
+# Now let it drive, and drag a desk or the bin into its view: every point is where a beam ends, and what lies behind that point is not seen.
 
 # %%
 from sim.live import Live
@@ -145,14 +145,14 @@ live
 # %% [markdown]
 # (Where no kernel runs you see a picture.)
 #
-# Many programs take beam 180 for "ahead", because it was so on one robot.
-# Other drivers start at angle 0 and go once round.
-# So: take the *angle* of a beam, never its number.
+# Many programs take beam 180 for "ahead", because on one robot it was.
+# The drivers of other lidars start at angle 0 and go once round.
+# So rely on the *angle* of a beam, never on its number.
 #
 # ## Whose ahead?
 #
 # Even the angle is only half the truth.
-# It is measured from the x axis of the *lidar*, and the lidar is bolted to the robot in some way.
+# It is measured from the x axis of the *lidar*, and the lidar may be bolted to the robot at any angle.
 # On a TurtleBot 4 it is turned by 90° to the left.
 # Here is one that stands 2 m in front of a wall.
 #
@@ -170,7 +170,7 @@ for degrees in (0, 90, -90):
 # The wall is at -90°, to the *right* of the lidar; a program that takes angle 0 for "ahead" looks to the left of this robot and drives into the wall.
 # And the reading is not 2.00 m: the lidar is 4 cm behind the robot's centre, and the rest is noise.
 #
-# For this, every message with places or directions says in `header.frame_id` whose axes it uses, and ROS knows how the frames are placed relative to each other.
+# That is why every message with places or directions names in `header.frame_id` the frame whose axes it uses, and ROS knows how the frames are placed relative to each other.
 # Such a placement is called a **transform**: a shift and a rotation.
 # The library **tf2** collects them from the topics `/tf` and `/tf_static`, and `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints one.
 # There is no Python wheel of tf2, so this kit does not have it; but tf2 only does arithmetic that you can do, too, and in notebook 12 you will.
@@ -212,21 +212,21 @@ for degrees, distance in ((-90, 2.04), (0, 1.0), (90, 1.0), (180, 1.0)):
 # !ros2 interface show sensor_msgs/msg/LaserScan | tail -5
 
 # %% [markdown]
-# "Should be discarded": by you.
-# These values occur, in simulation and on real robots, and none of them is a distance:
+# "Should be discarded": that is your job.
+# The following values occur in simulation and on real robots, and none of them is a distance:
 #
 # | reading | what it means |
 # |---|---|
 # | `inf` | nothing within reach ([REP 117](https://www.ros.org/reps/rep-0117.html)) |
 # | `nan` | the measurement failed |
 # | `-inf` | something is there, too near to measure |
-# | `0.0` | nothing came back, say older drivers |
-# | below `range_min`, above `range_max` | nonsense: a reflection, the robot's own cable |
+# | `0.0` | nothing came back, in the language of older drivers |
+# | below `range_min`, above `range_max` | not to be trusted: a reflection, or the robot's own cable |
 # | `[]` | no readings at all: the driver is just starting, or its motor has stopped |
 #
 # A **valid reading** is finite and within `range_min` and `range_max`.
-# Everything else is not an obstacle, and not a reason to crash.
-# That is requirement **F6**, and most first versions fail it with three letters: `min`.
+# Anything else is neither an obstacle nor a reason to crash.
+# That is requirement **F6**, and most first versions fail it because of three letters: `min`.
 #
 # **Predict:** what will each line print? A wall is 0.4 m away.
 
@@ -244,14 +244,14 @@ print(min([0.4, 0.0, 3.0]))
 # Whether the wall is seen depends on *where* in the list the NaN is.
 # NumPy's `min` does not depend on the place: a single NaN anywhere hides every wall.
 #
-# Give that to a robot.
-# It drives at a wall and stops if the closest reading is below 0.5 m; beam 0, which looks straight *back*, is broken.
+# Now let a robot use Python's `min`.
+# It drives towards a wall and is to stop when the closest reading is below 0.5 m; beam 0, which looks straight *back*, is broken.
 #
 # **Predict:** what happens?
 
 # %%
 def careless(broken_beam):
-    """Return a driver that stops before what is near, and forgets that a reading can be none."""
+    """Return a driver that stops before what is near, and forgets that a reading may be invalid."""
 
     def driver(seen):
         ranges = seen.scan.ranges.tolist()
@@ -264,19 +264,19 @@ def careless(broken_beam):
 run_view(drive(Simulator(load_world("wall_ahead")), careless(broken_beam=0), 8.0))
 
 # %% [markdown]
-# It touches the wall at full speed, and its own sensor had seen the wall all the time: look at the lower right, where the closest reading goes below the threshold and nothing happens.
+# It hits the wall at full speed, although its own sensor saw the wall all the time: look at the lower right, where the closest reading falls below the threshold and nothing happens.
 # `nan < 0.5` is False, so the way seems free.
 #
 # **Change one thing:** `broken_beam=1`. Why does it stop now?
 #
 # ### Part 1's file
 #
-# Write the cure once, in one place, and use it in both nodes: today's takes the closest reading, and notebook 05 needs to know what is *ahead* and what is *behind*.
-# Here is the skeleton; you fill its three functions one by one.
+# Write the cure once, in one place, and use it in both nodes: today's node needs the closest reading, and the one of notebook 05 needs to know what is *ahead* and what is *behind*.
+# Here is the skeleton; you fill in its three functions one by one.
 #
 # `Proximity` is a **dataclass**: from the list of its fields Python writes `__init__`, what `print` shows, and `==`.
-# `Proximity(0.4)` has 0.4 in its first field, `ahead`, and in the others the values after `=`; you read a field with `found.ahead`.
-# `frozen=True` forbids to change one afterwards; `replace(found, behind=1.0)` makes a changed copy.
+# `found = Proximity(0.4)` has 0.4 in its first field, `ahead`, and the defaults, which stand after `=`, in the others; `found.ahead` reads a field.
+# `frozen=True` forbids changing a field afterwards; `replace(found, behind=1.0)` makes a changed copy.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/scans.py
@@ -318,7 +318,7 @@ def measure_proximity(scan: LaserScan) -> Proximity:
 # `valid_readings` goes through `scan.ranges` and *yields* a pair (angle, distance) for each reading that is valid.
 # (`yield` hands out one value at a time, and `list(valid_readings(scan))` collects them all. A function with `yield` in it is called a generator.)
 #
-# `enumerate(scan.ranges)` gives number and distance of each beam.
+# `enumerate(scan.ranges)` gives the number and the distance of each beam.
 # Ask "is it good?", never "is it bad?": NaN answers False to both.
 # Some drivers leave both limits at 0, or set the upper one to infinity, so a valid distance is also above 0 and below `math.inf`.
 # Give the function a docstring, too; from notebook 03 on each function has one.
@@ -363,7 +363,7 @@ tries(
 )
 
 # %% [markdown]
-# (The numbers here are halves, quarters and eighths, which a `float32` keeps exactly. Compare numbers of a message with numbers of the same message, never with `==` to one that you typed.)
+# (The numbers here are halves, quarters and eighths, which a `float32` stores exactly. You can compare a message's numbers with each other, but do not use `==` between one of them and a number that you typed.)
 #
 # <details><summary>Hint 1: where to look</summary>
 #
@@ -453,8 +453,8 @@ print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]
 #
 # ### Exercise 3: ahead and behind
 #
-# `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead, within the same of straight back, and anywhere.
-# Which angle is straight ahead? 0. And straight back is ahead, turned by half a turn: π.
+# `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead, within the same angle of straight back, and anywhere.
+# Straight ahead is the angle 0; straight back is half a turn from there, π.
 #
 # One trap: drivers that start at angle 0 call the right-hand side 270°, not -90°.
 # You have had a function for that since notebook 03; the skeleton imports `normalize_angle`.
@@ -478,7 +478,7 @@ tries(
 )
 
 # %% [markdown]
-# And in the office from above: every reading that you call valid, in the colour of its sector.
+# And here is the scan of the office again: every reading that your function calls valid, in the colour of its sector.
 
 # %%
 figure, axes = plt.subplots(figsize=(6.0, 4.0), layout="constrained")
@@ -524,9 +524,9 @@ print(measure_proximity(scan))
 #
 # ### An empty scan ends a node
 #
-# Why so much care for an empty list?
-# What an exception does in a callback you see best in a real node.
-# Here are two, in this notebook's own process: one that publishes like a lidar, one that listens and uses a plain `min`.
+# Why so much care about an empty list?
+# What an exception in a callback does is best seen in a real node.
+# Here are two nodes, in this notebook's own process: one publishes like a lidar, the other listens and uses a plain `min`.
 
 # %%
 import os
@@ -581,19 +581,19 @@ listener.destroy_subscription(ears)
 print("heard:", heard)
 
 # %% [markdown]
-# `spin` lets the exception through, and with it your program ends.
+# `spin` lets the exception through, and that ends your program.
 # The fourth scan, a wall 0.3 m ahead, reaches no one.
 # One odd message from a driver that is just starting, and the robot is blind or its controller is gone.
 #
 # **This is the end of part 1**, and a good place for a break.
-# F6 is asked of nodes, so `check("F6")` comes in part 2, when your first one sees, and again in notebook 05 for the one that drives.
+# F6 is a requirement for nodes, so `check("F6")` comes in part 2, when your first node can see, and again in notebook 05, for the node that drives.
 
 # %% [markdown]
 # ## Be seen on the graph
 #
 # A publisher and a subscriber are connected if three things match.
 # Two you know from notebook 02: the name of the topic and the *name* of the type (not its hash: different hashes are joined all the same, which is why swapped fields are read in silence).
-# The third is the **quality of service**, QoS: what each of them promises, or asks for.
+# The third is the **quality of service**, QoS: what the publisher promises, and what the subscriber asks for.
 #
 # | | reliable | best effort |
 # |---|---|---|
@@ -657,7 +657,7 @@ print(count)
 # | best effort | reliable | **nothing**, and no error |
 #
 # So a node that should work on every robot asks for little and offers much:
-# sensors are subscribed with `qos_profile_sensor_data` (best effort, the last 5), results are published reliable, with `10`.
+# it subscribes to sensors with `qos_profile_sensor_data` (best effort, the last 5), and publishes its results reliably, with `10`.
 # The grader looks at that too: **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
 # You check it below for the node that you write today; the controller's part comes in notebook 07.
 #
@@ -681,9 +681,9 @@ print(count)
 # </details>
 #
 # One more thing that others see: the **names**.
-# The contract's `raw_scan` is relative, without a slash in front, so that it can be moved when your node is started:
-# `--ros-args -r raw_scan:=scan`, or a whole second robot in a namespace of its own.
-# With `/raw_scan` you would decide that for everyone.
+# The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can still change it:
+# with `--ros-args -r raw_scan:=scan`, or by putting a whole second robot into a namespace of its own.
+# With `/raw_scan` you would fix the name for everyone.
 #
 # More: [About Quality of Service settings](https://docs.ros.org/en/jazzy/Concepts/Intermediate/About-Quality-of-Service-Settings.html) in the ROS 2 documentation.
 
@@ -696,7 +696,7 @@ for node in (lidar, listener, picky, modest):
 # ## Fuse scan, battery and motion
 #
 # Three sensors, three rates.
-# Here is when their messages come in the first second, and below when your node should speak.
+# Here is when their messages arrive in the first second and, in the last row, when your node should publish.
 
 # %%
 from sim.sensors import BatteryReading, ImuReading, ScanReading
@@ -714,18 +714,18 @@ axes.invert_yaxis()
 # %% [markdown]
 # When would you publish?
 #
-# - In the callback of the scan: then you depend on the lidar's rate, and if it stops you fall silent too.
+# - In the callback of the scan: then your node depends on the lidar's rate, and falls silent when the lidar stops.
 # - In every callback: 111 messages a second, most of them with nothing new.
-# - On a **timer**: each callback only *remembers* the latest message of its kind, the timer takes what is remembered and publishes it.
+# - On a **timer**: each callback only *remembers* the latest message of its kind; the timer takes what is remembered and publishes it.
 #
-# The third way is the usual one: the rate is yours.
-# Its price is age: what you say about the scan is up to 0.1 s old, and about the battery up to a second.
-# For a battery that is nothing; for a wall that comes nearer at 0.5 m/s it is 5 cm.
+# The third way is the usual one: you choose the rate.
+# Its price is age: what you publish about the scan is up to 0.1 s old, and about the battery up to a second.
+# For a battery that does not matter; for a wall that comes nearer at 0.5 m/s it is 5 cm.
 #
 # ### Part 2's files
 #
-# First a file that you are given: it declares a node's parameters.
-# In notebook 08 you replace it by one that refuses nonsense.
+# First comes a file that you are given: it declares a node's parameters.
+# In notebook 08 you replace it with one that refuses nonsense.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/utils/settings.py
@@ -775,9 +775,9 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
         node.declare_parameter(parameter, setting.default)
 
 # %% [markdown]
-# And the skeleton of the node.
-# Read it from top to bottom: what is imported, the parameters with their defaults, and the docstring of the class, which states each unit and rate, where a reader looks for it.
-# Two functions decide things and stay beside the class, so that you can try them without a robot; the methods only move data in and out.
+# And here is the skeleton of the node.
+# Read it from top to bottom: the imports, the parameters with their defaults, and the docstring of the class, where a reader looks for each unit and rate.
+# The two functions that decide something stand outside the class, so that you can try them without a robot; the methods only move data in and out.
 #
 # Two methods are finished.
 # `_period` is the *inverse* of the parameter: 20 Hz is a period of 1/20 s.
@@ -875,14 +875,14 @@ def main(args: Optional[list[str]] = None) -> int:
 
 # %% [markdown]
 # A "percentage" from 0 to 1.
-# With the thresholds 20 and 10, **what does a node say that compares directly**, on a full battery? And on one that cannot measure?
+# The thresholds are 20 and 10. **What does a node say that compares the two directly**, if the battery is full? And if the battery cannot measure its charge?
 
 # %%
 for percentage in (1.0, 0.5, nan):
     print(f"percentage {percentage}: below the threshold of 20? {percentage < 20}")
 
 # %% [markdown]
-# An alarm from the first message to the last, on a full battery; and no alarm at all for one that is not known.
+# With a full battery, there is an alarm from the first message to the last; with an unknown charge, there is none at all.
 #
 # Write `battery_percent`: multiply by 100, keep the result within 0 and 100 (you have a function for that), and for NaN return what was known before.
 
@@ -930,7 +930,7 @@ tries(
 # ### Exercise 5: warn once
 #
 # A battery below `battery_low_threshold` is logged as a warning once, below `battery_critical_threshold` as an error once.
-# A battery near the threshold does not fall evenly; here is one.
+# Near the threshold, the percentage does not fall evenly; here is an example.
 # **How many warnings** does each version give?
 
 # %%
@@ -942,11 +942,11 @@ print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 
 # %% [markdown]
 # At one message a second the first version gives 60 a minute, and no one reads a log like that.
-# The second remembers the last state, and still chatters while the number goes up and down.
-# Better: once on, the alarm goes off again only *well* above the threshold. This is called hysteresis, and with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
+# The second remembers the last state, but still repeats itself while the number goes up and down.
+# Better: once the alarm is on, it is switched off only *well* above the threshold. This is called hysteresis, and with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
 #
 # Write `alarm_state`: is the alarm on now, given whether it was on, the percentage and the threshold?
-# (rclpy has `warning(..., once=True)`, which is once in the node's life: charge the battery, and the next flat one is silent.)
+# (rclpy has `warning(..., once=True)`, which warns once in the node's life: charge the battery, and when it runs low again the node is silent.)
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/sensor_processor.py
@@ -956,7 +956,7 @@ def alarm_state(was_on: bool, percent: float, threshold: float) -> bool:
 
 # %%
 def alarms(percents, threshold=20.0):
-    """Return how often the alarm goes on."""
+    """Return how often the alarm is switched on."""
     states = [False]
     for percent in percents:
         states.append(alarm_state(states[-1], percent, threshold))
@@ -978,7 +978,7 @@ tries(
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The lines that `tries` printed: what decides below the threshold, and what above it?
+# The lines that `tries` printed: what decides whether the alarm is on below the threshold, and what above it?
 # </details>
 #
 # <details><summary>Hint 2: the formula</summary>
@@ -1080,10 +1080,10 @@ tries(
 #
 # `_on_battery` does four things, with the two functions that you have:
 #
-# 1. the new percentage into `self._battery`;
-# 2. is the low alarm on now? the critical one?
-# 3. log a warning if the low alarm is on now and was not on before (`self._battery_low`); an error for the critical one;
-# 4. remember both alarms.
+# 1. it puts the new percentage into `self._battery`;
+# 2. it finds out whether the low alarm is on now, and whether the critical one is;
+# 3. it logs a warning if the low alarm is on now and was not on before (`self._battery_low`), and in the same way an error for the critical one;
+# 4. it remembers both alarms.
 #
 # A node logs with `self.get_logger().warning(text)` and `.error(text)`, and the skeleton's `self._value('battery_low_threshold')` reads a parameter.
 
@@ -1114,7 +1114,7 @@ tries(
 )
 
 # %% [markdown]
-# And what did the node log, somewhere around the table? Three warnings of 12 %, and a warning and an error of 6 %.
+# And what did the node log, somewhere around the table? Once it works: three warnings at 12 %, and a warning and an error at 6 %.
 #
 # <details><summary>Hint 1: where to look</summary>
 #
@@ -1153,7 +1153,7 @@ tries(
 #
 # The pattern is short; here it is in a node that has nothing to do with robots.
 # A thermometer reports dozens of times a second, and this node passes the temperature on five times a second.
-# **Predict:** how many of the reports will it have passed on after one second, and which ones?
+# **Predict:** how many of the reports will the node have passed on after one second, and which ones?
 
 # %% tags=["nbval-ignore-output"]
 # How many messages fit into a second depends on the machine.
@@ -1194,7 +1194,7 @@ executor.remove_node(weather)
 weather.destroy_node()
 
 # %% [markdown]
-# Five, each the latest at its moment; the others are forgotten, and that is right.
+# Five, each of them the latest one at its moment; the others are forgotten, and that is as it should be.
 #
 # ### Exercise 8: say it
 #
@@ -1213,7 +1213,7 @@ class SensorProcessor:
         pass  # TODO: nothing before the first scan; then fill and publish both messages
 
 # %% [markdown]
-# To try it, give the node two publishers that only collect what they are told to publish.
+# To try it, give the node two stand-ins for publishers, which only collect the messages.
 
 # %%
 from types import SimpleNamespace
@@ -1222,7 +1222,7 @@ from geometry_msgs.msg import Vector3
 
 
 def said(closest):
-    """Return what a node publishes that has seen this closest reading, a battery of 50 % and a turn."""
+    """Return what a node publishes after this closest reading, a battery of 50 % and a turn."""
     node, messages = SensorProcessor(), []
     node._closest, node._battery = closest, 50.0
     node._acceleration, node._angular_velocity = Vector3(x=0.25), Vector3(z=0.5)
@@ -1278,11 +1278,11 @@ tries(
 #
 # ### Exercise 9: wire it up
 #
-# Now `__init__`, which connects all this.
+# Now comes `__init__`, which connects all this.
 # What it remembers at the start is given; add
 #
 # - the second publisher, `obstacle_distance`, a `Float32`;
-# - three subscriptions, as sensors are subscribed (`qos_profile_sensor_data`): `raw_scan`, `imu/data` and `battery/state`;
+# - three subscriptions with the QoS for sensors (`qos_profile_sensor_data`): `raw_scan`, `imu/data` and `battery/state`;
 # - the timer, `self._timer`, that calls `self._fuse` every `self._period()` seconds.
 
 # %% tags=["piece"]
@@ -1351,7 +1351,7 @@ tries(
 # </details>
 #
 # The node is complete.
-# Four requirements look at it: F12 and F13 whole, F6 and I4 as far as this node goes.
+# Four requirements apply to it: F12 and F13 as a whole, F6 and I4 as far as they concern this node.
 
 # %% tags=["check"]
 check("F12", "F13", "F6", "I4")
@@ -1361,7 +1361,7 @@ check("F12", "F13", "F6", "I4")
 #
 # A cart moves back and forth in a hall, and the robot drives towards it.
 # `run_node` starts *your* node as `ros2 run` does and gives it the simulated sensors.
-# Half way, the battery drops to 19 %, later to 9 %.
+# On the way, the battery drops to 19 %, and later to 9 %.
 
 # %%
 run = run_node("sensor_processor", world="moving_cart")
@@ -1397,11 +1397,11 @@ for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
 # %% [markdown]
-# Where your points leave the line, look closer: a scan comes ten times a second, so your points come in pairs; and each reading varies by half a percent, so the *smallest* of many is a little too low.
+# Look closer where your points leave the line: a scan comes ten times a second, so your points come in pairs; and each reading varies by half a percent, so the *smallest* of many is a little too low.
 # The battery reports once a second, so its step comes late.
 #
 # **Move the sliders.** A wall stands 0.52 m away; the alarm sounds below 0.5 m.
-# At which noise does it flicker, and what do the many beams have to do with it?
+# At which noise does the alarm flicker, and what does the number of beams have to do with it?
 
 # %%
 from grader.notebook.sliders import slide
@@ -1433,10 +1433,10 @@ slide(trembling, noise_percent=(0.0, 3.0, 0.5), beams=(1.0, 61.0, 25.0))
 print(run.output or "nothing")
 
 # %% [markdown]
-# One warning and one error, though the battery has spoken several times since.
+# One warning and one error, although several messages of the battery have come since.
 #
-# The node is still running; its time stands still, because its clock does.
-# So you can look at it with the command from outside, as you would on a robot.
+# The node is still running, but its time stands still, because `/clock` does.
+# So you can look at it from outside with the `ros2` command, as you would on a robot.
 
 # %% tags=["nbval-ignore-output"]
 # What is listed depends on how far your node is.
@@ -1456,11 +1456,11 @@ run.close()
 #
 # The drive took twelve seconds.
 # Did you wait twelve seconds?
-# Simulated time ran as fast as your node could answer; on a slow machine it runs slower, and nothing changes.
+# Simulated time ran as fast as your node could answer; on a slow machine it runs slower, and the result is the same.
 # That works only if the node never looks at the clock on the wall.
 #
 # The rule is simple.
-# A node with the parameter `use_sim_time` takes its time from the topic `/clock`, and so do its timers and stamps, if you let *it* make them:
+# A node with the parameter `use_sim_time` takes its time from the topic `/clock`, and its timers and stamps follow, if *the node* makes them:
 #
 # | follows /clock | does not |
 # |---|---|
@@ -1468,7 +1468,7 @@ run.close()
 # | `self.create_timer(...)` | `threading.Timer`, a loop with `time.sleep` |
 #
 # Watch two nodes, each with a timer of one second.
-# One goes by `/clock`, which this cell moves on by ten seconds, quicker than the wall does.
+# One follows `/clock`, which the second cell below advances by ten seconds, faster than real time; the other follows the clock on the wall.
 # **Predict:** how often does each timer fire?
 
 # %%
@@ -1513,33 +1513,33 @@ print("fired by /clock:   ", fired["by /clock"])
 print("fired by the wall:", len(fired["by the wall"]), "times")
 
 # %% [markdown]
-# By `/clock` the timer fires ten times; by the wall, once for each second that you waited.
-# The very first time does not count: before the first message on `/clock` such a node believes that it is second 0, and then a hundred seconds pass at once.
+# The timer that follows `/clock` fires at its start and then ten times; the other one fires once for each second that you waited.
+# The firing at the start does not count: before the first message on `/clock` such a node believes that it is second 0, and then a hundred seconds pass at once.
 # (So never use the time before the first message of `/clock`, and be ready for a jump.)
 #
-# In a simulation that runs ten times as fast, a node of the second kind does its work ten times too seldom, and in a slow one too often.
+# In a simulation that runs ten times as fast as real time, a node that goes by the wall does its work ten times too seldom, and in a slow simulation too often.
 #
 # **And the stamps?** Here is one moment, by `/clock` and by Python's `time.time()`.
 
 # %% tags=["nbval-ignore-output"]
-# The years grow, though slowly.
+# The number of years depends on the day.
 print("by /clock:", seconds(by_clock), "s")
 years = (time.time() - seconds(by_clock)) / 3600 / 24 / 365.25
 print(f"time.time() is ahead of it by {years:.0f} years")
 
 # %% [markdown]
 # A message stamped with `time.time()` is half a century ahead of all others.
-# A node that waits for data "not older than half a second" waits for ever, or takes everything.
+# A node that accepts only data "not older than half a second" then accepts nothing, or everything.
 #
 # Requirement **I7** asks that timers and stamps of *both* nodes follow `/clock`.
-# Your sensor processor does if it uses `create_timer` and `get_clock`, and the check asks it today; in notebook 05, when the controller has a timer, it asks both.
+# Those of your sensor processor do, if it uses `create_timer` and `get_clock`. Today the check asks this node alone; in notebook 05, when the controller has a timer, it asks both.
 # More: [Clock and Time](https://design.ros2.org/articles/clock_and_time.html), the article that explains why ROS 2's clocks are as they are.
 
 # %% tags=["check"]
 check("I7")
 
 # %% [markdown]
-# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()` for once, and run `check("F13")`. Read what it says, and change it back.
+# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()` this once, and run `check("F13")`. Read what it says, and change it back.
 
 # %%
 for node in (by_clock, by_wall):
@@ -1551,10 +1551,10 @@ rclpy.try_shutdown()
 # > **On a real TurtleBot 4**
 # >
 # > - The topics are called `scan`, `imu` and `battery_state`: three remappings, no change in your code. That is what relative names are for.
-# > - Its base, a Create 3, sends its sensors best effort: with `10` instead of `qos_profile_sensor_data` your node would hear nothing of IMU and battery. Its lidar's driver, rplidar, publishes reliably, and any subscriber hears that.
+# > - Its base, a Create 3, sends its sensor data best effort: with `10` instead of `qos_profile_sensor_data` your node would hear nothing of IMU and battery. Its lidar's driver, rplidar, publishes reliably, and any subscriber hears that.
 # > - The lidar is mounted turned by 90°, free-running at 5.5 to 10 Hz. For the closest reading *anywhere* that makes no difference; for "ahead" it does, see "Whose ahead?".
 # > - The lidar sees nothing nearer than 0.15 m, and at the back of a Standard the hull ends 0.13 m from it: a wall that it touches with its back is inside the blind zone.
-# > - This course counts `-inf`, "too close to measure", as an invalid reading, as the contract says. On a robot of your own, let it count as very near: to stop once too often is the better mistake.
+# > - This course counts `-inf`, "too close to measure", as an invalid reading, as the contract says. On a robot of your own, let it count as very near: stopping once too often is the better mistake.
 
 # %% [markdown]
 # ## Go further
@@ -1562,9 +1562,9 @@ rclpy.try_shutdown()
 # Not needed for the next notebook.
 #
 # - Make `measure_proximity` right for a TurtleBot 4: a second argument, `mount_yaw`, that is added to each angle. Where would the node get its value from: a parameter, or a transform?
-# - How old is what you publish? Compare the scan's stamp with now, and say `inf`, or nothing, when the last scan is older than half a second. What would be right for those who listen?
+# - How old is what you publish? Compare the scan's stamp with now, and publish `inf`, or nothing, when the last scan is older than half a second. Which of the two is better for those who listen?
 # - `message_filters` has a synchronizer that calls back with messages of the same time. When is that better than a timer, and what happens when one of the sensors stops?
-# - One wrong beam, 0.2 m in an empty room, stops a robot. Ask for two neighbours that agree, and say what you lose.
+# - One wrong beam, 0.2 m in an empty room, stops a robot. Require two neighbouring beams that agree, and say what you lose by it.
 
 # %% [markdown]
 # ## Recall
@@ -1577,8 +1577,8 @@ rclpy.try_shutdown()
 #
 # <details><summary>Why <code>low &lt;= x &lt;= high</code> and not <code>not (x &lt; low or x &gt; high)</code>?</summary>
 #
-# For NaN all comparisons are False.
-# The first form then says "not valid", the second "valid".
+# For NaN each of these comparisons is False.
+# So the first form says "not valid", and the second "valid".
 # </details>
 #
 # <details><summary>The topic is listed, the types agree, nothing arrives. What do you type?</summary>
@@ -1596,4 +1596,4 @@ rclpy.try_shutdown()
 # Wherever time is not the wall's: in simulation, and when a recorded bag is played.
 # </details>
 #
-# **Next:** [05 Moving safely](05_moving_safely.ipynb). Now that it sees, the robot may drive, and has to stop.
+# **Next:** [05 Moving safely](05_moving_safely.ipynb). Now that the robot sees, it may drive, and it has to stop.

@@ -17,7 +17,7 @@
 # ![The robot visits three goals; the distance that it reports falls to zero three times](pictures/07.png)
 #
 # "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind.
-# Today your robot gets somewhere, and can be called back.
+# Today your robot drives to a place, and can be called back on the way.
 #
 # You will be able to
 #
@@ -32,7 +32,7 @@
 # part 2, the action: 45 to 75 minutes;
 # part 3, feedback, cancel and a blocked way: 25 to 40 minutes.
 #
-# Your robot drives at a speed, answers questions, and stops before walls.
+# So far, your robot drives at the speed that it is given, answers questions, and stops before walls.
 # Two files are new:
 #
 #     ros2_robot_controller/
@@ -60,9 +60,9 @@ begin("07")
 #
 # <details><summary>Notebook 05: which three questions does <code>_control</code> ask in each step, and in which order?</summary>
 #
-# What is wanted? What of it is safe? What can the robot reach in this step? Today only the first one gets another answer.
+# What is wanted? What of it is safe? What can the robot reach in this step? Today only the first question gets a new answer.
 # </details>
-# <details><summary>Notebook 03: the robot faces 179°, the target lies at −179°. By which angle is it off?</summary>
+# <details><summary>Notebook 03: the robot faces 179°, the target lies at −179°. How far is its heading off?</summary>
 #
 # By +2°: the difference, −358°, is normalized into (−180°, 180°].
 # </details>
@@ -74,7 +74,7 @@ begin("07")
 # %% [markdown]
 # ## Drive to a target
 #
-# F8: within the tolerance of a target ahead, beside, or behind; then it stands still.
+# F8: the robot gets within the tolerance of a target ahead, beside or behind it, and then stands still.
 #
 # ### Where is it?
 #
@@ -98,7 +98,7 @@ from sim import normalize_angle
 
 
 def error_and_distance(x, y, yaw, target_x, target_y):
-    """Return by which angle (rad) the robot looks past the target, and how far that is (m)."""
+    """Return the angle (rad) between the robot's heading and the target, and the distance to it (m)."""
     dx, dy = target_x - x, target_y - y
     return normalize_angle(math.atan2(dy, dx) - yaw), math.hypot(dx, dy)
 
@@ -107,23 +107,23 @@ error, distance = error_and_distance(1.0, 1.0, math.radians(90), 3.0, 2.0)
 print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 
 # %% [markdown]
-# `normalize_angle` is the one that you wrote in notebook 03; here it is the simulator's.
-# Without it a robot that faces 179 degrees and should face −179 would turn by 358.
+# `normalize_angle` does what your function of notebook 03 does; this one is the simulator's.
+# Without it, a robot that faces 179 degrees and should face −179 would turn by 358 degrees, not by 2.
 #
 # ### How strongly to steer
 #
 # The nearer the target is to straight ahead, the less there is to turn.
-# So the turning speed is a number times the error, $\omega = k \cdot \mathrm{error}$; $k$ is called the **gain**.
+# So let the turning speed be a number times the error, $\omega = k \cdot \mathrm{error}$; $k$ is called the **gain**.
 # Which gain?
 #
 # By hand: the control loop runs every 0.1 s.
 # In one step the robot turns by $k \cdot 0.1$ of the error.
 #
-# - $k = 1.5$: 15 % of the error goes in each step; after ten steps $0.85^{10}$ = 20 % is left.
-# - $k = 10$: all of it goes in one step.
+# - $k = 1.5$: 15 % of the error disappears in each step; after ten steps $0.85^{10}$ = 20 % is left.
+# - $k = 10$: all of it disappears in one step.
 #
 # So is 10 the best?
-# The error is measured, though, and what is measured is up to 0.1 s old: at $k = 10$ the robot turns once more for an error that is gone already.
+# The error has to be measured, and the measurement is up to 0.1 s old: at $k = 10$ the robot turns once more, to correct an error that is already gone.
 #
 # **Predict:** how do the three gains in the next cell differ?
 
@@ -161,7 +161,7 @@ axes.legend();
 # A rule of thumb: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
 # `TURN_GAIN` is 1.5 rad/s per rad.
 #
-# **Move the sliders.** With a delay of 0.4 s, as over a bad radio: up to which gain is the robot calm?
+# **Move the sliders.** With a delay of 0.4 s, as over a bad radio link: up to which gain does the robot stay calm?
 
 # %% tags=["nbval-ignore-output"]
 # A slider has another name in each run, so the output is not compared.
@@ -218,18 +218,18 @@ straight = drive(Simulator(beside), turn_then_drive, 20.0)
 compare_view(orbit, straight, ("turn while driving", "turn, then drive"))
 
 # %% [markdown]
-# It circles the target for ever.
+# The robot that turns while driving circles the target for ever.
 # A robot that drives at $v$ and turns at $\omega$ moves on a circle of radius $v / \omega$: 0.5 m/s divided by 1 rad/s is **0.5 m**.
-# Whatever lies inside that circle cannot be reached.
+# It cannot reach a target inside that circle.
 #
-# So: while the target is more than 0.3 rad (17 degrees) off, turn in place.
-# Then drive, and go on correcting.
+# So turn in place while the target is more than 0.3 rad (17 degrees) away from straight ahead.
+# Then drive, and keep correcting.
 #
 # ### Slow down at the end
 #
 # `min(0.5, distance)` made the second robot slower near the target.
 #
-# **Predict:** what happens at a constant 0.5 m/s, if it is to stop within 2 cm?
+# **Predict:** what happens at a constant 0.5 m/s, if the robot is to stop within 2 cm of the target?
 
 # %%
 TARGET = (1.5, 0.0)
@@ -259,26 +259,26 @@ axes.legend();
 # %% [markdown]
 # At 0.5 m/s it moves 5 cm from one step of the control loop to the next.
 # The zone is 4 cm wide, so the robot jumped over it, had to turn right round, and came back.
-# With a speed that falls with the distance that never happens.
+# If the speed falls with the distance, that never happens.
 #
 # ### A file by your own design
 #
-# Plain functions again, in `utils/steering.py`: no node, no topic, and no skeleton.
-# You know the file's name, and what must hold, because `navigator.py` calls it in part 2:
+# Write plain functions again, in `utils/steering.py`: no node, no topic, and this time no skeleton.
+# Only the file's name and what its functions return are fixed, because `navigator.py` calls them in part 2:
 #
 # | call | gives |
 # |---|---|
-# | `place_of(pose)` | where the robot is, from a message's `Pose`: x, y and the yaw, for which you wrote a function in notebook 03. In which form is your choice; the functions below get it as `place` |
+# | `place_of(pose)` | where the robot is, taken from a message's `Pose`: x, y and the yaw (notebook 03 has your function for the yaw). Choose the form yourself; the functions below get it as `place` |
 # | `distance_to(place, x, y)` | the straight distance to (x, y), in metres |
-# | `steer(place, x, y, limits)` | a `Command` (of `utils/motion.py`) on the way to (x, y): turning in place while it is far from ahead, the shorter way round; else driving, at `limits.max_linear_speed` at most and slower at the end, and correcting |
-# | `has_arrived(distance, tolerance, blocked)` | whether that is near enough |
-# | `goal_refusal(x, y, tolerance)` | why nobody can drive there, in words; an empty text if one can try |
+# | `steer(place, x, y, limits)` | a `Command` (of `utils/motion.py`) on the way to (x, y). While that place is far from straight ahead: turn in place, the shorter way round. Otherwise: drive, at `limits.max_linear_speed` at most and slower at the end, and keep correcting |
+# | `has_arrived(distance, tolerance, blocked)` | whether this distance is near enough |
+# | `goal_refusal(x, y, tolerance)` | why such a goal is impossible, in words; an empty text if it is worth trying |
 #
 # Three decisions need a thought before you type.
 #
 # - *Your gains.* 1.5 rad/s per rad does not overshoot with this robot's delay, as you have seen. `make_safe` keeps omega within its limit later; limit v yourself.
-# - *When has it arrived?* Do not stop at the tolerance: odometry is not quite where the robot is, and the result is measured by where it *is*. Drive on to well within it. Only where an obstacle is in the way (`blocked`), being within the tolerance is enough.
-# - *What cannot be reached?* NaN and infinity are no place, and a tolerance that is not above zero, or not finite, cannot be met.
+# - *When has it arrived?* Do not stop as soon as the distance is within the tolerance: odometry is a little wrong, and what counts is where the robot really *is*. Drive on until it is well within the tolerance. Only if an obstacle is in the way (`blocked`) is it enough to be within the tolerance at all.
+# - *What cannot be reached?* NaN and infinity are not places, and a tolerance cannot be met if it is not above zero or not finite.
 #
 # There is no third hint. The table accepts any design, and so does `check("F8")` in part 2; two designs come at the end of this part.
 
@@ -291,8 +291,8 @@ axes.legend();
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `error_and_distance` and `turn_then_drive` above: the same, with names for the numbers.
-# What you import is in your own `utils/conversions.py` and `utils/motion.py`; the set speed's refusal, in notebook 06, asks for what is good and negates.
+# `error_and_distance` and `turn_then_drive` above do the same; here, give the numbers names.
+# What you import is in your own `utils/conversions.py` and `utils/motion.py`. In notebook 06, the refusal of a speed shows how to ask for what is good and negate it.
 # </details>
 # <details><summary>Hint 2: the formulas</summary>
 #
@@ -355,11 +355,11 @@ tries({
 })
 
 # %% [markdown]
-# **Look at it.** Around the robot, which stands in the middle and looks to the right: where does it only turn, and where does it drive?
+# **Look at it.** The robot stands in the middle and looks to the right. For which targets around it does it only turn, and for which does it drive?
 
 # %%
 def show_steering():
-    """Plot for targets all around which v and omega steer() answers."""
+    """Plot the v and omega that steer() returns for targets all around the robot."""
     x, y = np.meshgrid(np.linspace(-1.2, 1.2, 41), np.linspace(-1.2, 1.2, 41))
     commands = np.array([steered(*target) for target in zip(x.flat, y.flat)])
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
@@ -376,8 +376,8 @@ except AttributeError:
     print("not yet: the plot needs your steering.py, and your motion.py of notebook 05")
 
 # %% [markdown]
-# **Click.** Your functions drive, still without a node.
-# In five seconds the robot has gone to (1, 0.5); then click on the map, and it goes there.
+# **Click.** Your functions now drive the robot, still without a node.
+# The cell first gives it five seconds to go to (1, 0.5). Then click on the map, and it goes there.
 # (On a web page, without a kernel, it is a picture.)
 
 # %%
@@ -413,7 +413,7 @@ except AttributeError as missing:
 # %% [markdown]
 # <details><summary>Two designs for <code>steer</code>, once yours arrives</summary>
 #
-# **Turn, then drive.** The course's, with names for its numbers at the top of the file.
+# **Turn, then drive.** The course's design, with names for its numbers at the top of the file.
 #
 # ```python
 # error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)
@@ -431,7 +431,7 @@ except AttributeError as missing:
 # return Command(v=facing * speed, omega=TURN_GAIN * error)
 # ```
 #
-# The second one is quicker and looks better. It also drives arcs, through places that nobody has asked for: beside a wall the first one is easier to foresee.
+# The second one is quicker and looks better. It also drives arcs, through places where nobody has sent it: beside a wall the first one is easier to predict.
 # </details>
 #
 # If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
@@ -440,7 +440,7 @@ except AttributeError as missing:
 # ## Part 2: the action
 #
 # 45 to 75 minutes.
-# If you begin here, this cell is the first to run; it needs nothing of part 1 but your file.
+# If you begin here, this cell is the first to run; it needs nothing from part 1 but your file.
 # After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
 
 # %%
@@ -461,9 +461,9 @@ begin("07")
 # "Drive to (3, 2)" takes ten seconds.
 # A service answers once, at the end.
 # Until then its caller knows nothing, and cannot change its mind.
-# For that there are **actions**:
+# That is why there are **actions**:
 #
-# | part | who says it | here |
+# | part | who sends it | here |
 # |---|---|---|
 # | goal | the client | `target_pose`, `tolerance`; the server accepts or rejects it |
 # | feedback | the server, again and again | `distance_remaining` |
@@ -475,8 +475,8 @@ begin("07")
 #
 # ### A client and its two futures
 #
-# First the client's side, with a server that does nothing but talk.
-# The server gets a callback `execute`; it runs from the goal's acceptance to its result.
+# First comes the client's side, with a server that does nothing but talk.
+# The server is given a callback, `execute`, which runs from the goal's acceptance to its result.
 
 # %%
 import rclpy
@@ -504,9 +504,9 @@ for node in (talker, person):
 print("found it:", client.wait_for_server(timeout_sec=5.0))
 
 # %% [markdown]
-# A service's client has one future (notebook 06), an action's has **two**: is the goal accepted, and what came of it?
+# A service's client has one future (notebook 06), an action's client has **two**: was the goal accepted, and what came of it?
 #
-# **Predict:** in which order do the lines come?
+# **Predict:** in which order are the lines printed?
 
 # %% tags=["nbval-ignore-output"]
 # Feedback is a topic of its own: now and then a message overtakes the result.
@@ -527,13 +527,13 @@ for node in (talker, person):
     node.destroy_node()
 
 # %% [markdown]
-# The goal is accepted before `execute` begins, but you may see its first feedback earlier: feedback is a topic, the answer comes from a service, and nothing keeps the two in order.
+# The goal is accepted before `execute` begins, but you may see the first feedback before you see the acceptance: feedback is a topic, the acceptance comes from a service, and nothing keeps the two in order.
 #
 # `run.go_to(x, y)`, further down, is such a client; and in notebook 09 you write one for a test.
 #
 # ### Wait without blocking
 #
-# Driving takes time, so `execute` must last.
+# Driving takes time, so `execute` must last as long as the drive.
 # The textbook's `execute` is a loop with a sleep in it:
 
 # %%
@@ -554,7 +554,7 @@ def end(goal):
 
 
 # %% [markdown]
-# `send_and_cancel` serves an action with such a function, in a node that also counts odometry.
+# `send_and_cancel` serves an action with such a function, in a node that also counts the odometry messages that arrive.
 # It sends a goal, 20 messages of odometry within a second, and then a cancel.
 #
 # **Predict:** how many of the 20 messages arrive while the loop sleeps? And what becomes of the cancel?
@@ -574,11 +574,11 @@ print(send_and_cancel(sleeping, cancel_callback=accept))
 # The node was deaf.
 # No odometry, so it does not know where it is; no scan, so it would drive into the wall; no timer, so nothing is commanded.
 # The cancel lay in the queue until the goal was over.
-# `goal.is_cancel_requested` was asked twenty times and could not become true: the callback that sets it needs the same thread.
+# The loop asked `goal.is_cancel_requested` twenty times, but it could not become true: the callback that sets it needs the same thread.
 #
 # A second thread is the textbook's cure.
-# Then two callbacks change `self` at the same time, and you need locks.
-# The better cure is not to wait, but to say what you wait for, and step aside.
+# But then two callbacks can change `self` at the same time, and you need locks.
+# The better cure is to say what you are waiting for, and to step aside instead of waiting.
 # `server.over` is a future; ten times a second a timer of that node checks whether the goal is over, and if so completes the future:
 
 # %% tags=["nbval-ignore-output"]
@@ -593,8 +593,11 @@ print(send_and_cancel(awaiting, cancel_callback=accept))
 
 # %% [markdown]
 # `await` gives the thread back.
-# **Who resumes it?** The executor: an `async def` callback runs as a *task*; at `await` it hands a note to the executor ("call me when this future is done") and returns; whoever calls `set_result` makes the task due, and the executor goes on with it at its next turn, after the `await`.
-# Sensors, timers and cancels go on, and the timer that steers can also complete the future when the goal is over.
+# **Who resumes the callback?** The executor.
+# It runs an `async def` callback as a *task*.
+# At `await`, the task leaves a note with the executor ("call me when this future is done") and steps aside.
+# When some other callback calls `set_result`, the task is due, and the executor continues it after the `await`.
+# Meanwhile sensors, timers and cancels are served, and the timer that steers can also complete the future when the goal is over.
 # One thread, no locks.
 #
 # **Predict:** the same again, without the `cancel_callback`.
@@ -606,13 +609,13 @@ print(send_and_cancel(awaiting))
 # %% [markdown]
 # rclpy refuses a cancel unless you accept it.
 # Nothing warns you.
-# It is one line, and you would not want to stand beside a robot that cannot be called back.
+# Accepting takes one line, and you would not want to stand beside a robot that cannot be called back.
 #
 # ### The navigator, in six steps
 #
 # The control loop of notebook 05 has a place for this: `_wanted`.
-# A layer above may want another command than straight on.
-# What is safe stays decided below.
+# There, a layer above can ask for a command other than straight on.
+# What is safe is still decided below, in the driver.
 #
 #     goal accepted  ->  _navigate: remember it, await its `ending`
 #     each step      ->  _control: is it over?  ->  _wanted: steer()   ->  (Driver) make_safe, gently, publish
@@ -622,14 +625,14 @@ print(send_and_cancel(awaiting))
 #
 # - A **new goal replaces** the running one, which is aborted. (The contract leaves that to you: its trials send one goal after another.)
 # - Without fresh odometry the robot does not know where it is: then `STOP` is wanted.
-# - However a goal ends, the **speed in force is 0** afterwards. It should not drive off from where you sent it.
+# - However a goal ends, the **speed in force is 0** afterwards. The robot should not drive away from the place to which you sent it.
 # - During a goal the direction of travel is forward, whatever the speed in force was.
 #
-# The skeleton has the last one already, and two small classes: the three ways in which a goal ends, and a goal with its future.
+# The skeleton already takes care of the last one, and has two small classes: the three ways in which a goal ends, and a goal with its future.
 #
 # `Ending` is an **Enum**: a type with exactly these three values, written `Ending.ARRIVED`.
-# A typing error, `Ending.ARIVED`, raises an error at once; a text, `'arived'`, would only never be equal to anything.
-# `field(default_factory=Future)` makes a new future for each goal; `= Future()` would be one that all of them share.
+# A typing error, `Ending.ARIVED`, raises an exception at once; with texts, `'arived'` would raise nothing, and would never be equal to anything.
+# `field(default_factory=Future)` makes a new future for each goal; with `= Future()` all goals would share one.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/navigator.py
@@ -724,7 +727,7 @@ class Navigator(SpeedServer):
 
 # %% [markdown]
 # **Step 1: offer the action.**
-# Two things at the end of `__init__`, both kept in `self`:
+# Add two things at the end of `__init__`, and keep both in `self`:
 #
 # - `ActionServer(self, Type, 'name', execute, goal_callback=..., cancel_callback=...)`: the execute callback is `self._navigate`;
 # - a timer at `fusion_rate` that calls `self._give_feedback`.
@@ -768,7 +771,7 @@ tries({
 
 # %% [markdown]
 # **Step 2: take it or leave it.**
-# `_on_goal` answers `GoalResponse.REJECT`, with a warning in the log, where `steering.goal_refusal` has a reason; else `GoalResponse.ACCEPT`.
+# `_on_goal` answers `GoalResponse.REJECT`, with a warning in the log, if `steering.goal_refusal` gives a reason; otherwise `GoalResponse.ACCEPT`.
 # `_on_cancel` accepts every cancel.
 
 # %% tags=["piece"]
@@ -801,7 +804,7 @@ class Navigator:
 # ```
 # </details>
 #
-# To try it here, `Handle` takes the place of rclpy's goal handle: it has the goal's `request`, and notes what the server says.
+# To try it here, `Handle` takes the place of rclpy's goal handle: it has the goal's `request`, and records what the server says.
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -872,9 +875,9 @@ tries({
 
 # %% [markdown]
 # **Step 4: the goal's life.**
-# `_navigate` is the `execute` callback, `awaiting` from above:
+# `_navigate` is the `execute` callback, and works like `awaiting` above:
 #
-# 1. end the goal that runs, if there is one: `Ending.REPLACED`;
+# 1. end the running goal, if there is one: `Ending.REPLACED`;
 # 2. make a `Goal` of the handle's request, and keep it in `self._goal`;
 # 3. `await goal.ending`: here the method steps aside until the goal is ended;
 # 4. tell the client how it ended: the dictionary in the cell picks the handle's method, and the last pair of brackets calls it;
@@ -917,7 +920,7 @@ class Navigator:
 # ```
 # </details>
 #
-# The bench's own method `navigator.begin` starts such a method and gives back its future. (The `begin` of the first cell is another one: it opens the notebook.)
+# The bench's own method `navigator.begin` starts such a method and returns its future. (The `begin` of the first cell is another one: it opens the notebook.)
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -975,7 +978,7 @@ class Navigator:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# Freshness is step 3 of the driver; the distance has a method in the skeleton, the obstacle one in `speed_server.py`.
+# Step 3 of the driver asks whether a message is fresh; the skeleton has a method for the distance, and `speed_server.py` one for the obstacle.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
@@ -1026,9 +1029,9 @@ tries({
 
 # %% [markdown]
 # **Step 6: what is wanted?**
-# Without a goal, what the layer below wants.
-# With a goal, but without fresh odometry, `STOP`.
-# Else `steering.steer` from the robot's place to the goal.
+# Without a goal, `_wanted` returns what the layer below wants.
+# With a goal, but without fresh odometry, it returns `STOP`.
+# Otherwise it returns what `steering.steer` gives for the way from the robot's place to the goal.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/navigator.py
@@ -1112,7 +1115,8 @@ run_view(run.recording)
 # %% [markdown]
 # It turns left, the shorter way (135°, not 225°), and arrives after about 7 s. Feedback comes in part 3.
 #
-# F8 asks for targets ahead, beside and behind: within the tolerance by ground truth, a `final_pose` that agrees with odometry, and a robot that stands still afterwards.
+# F8 sends the robot to targets ahead, beside and behind.
+# By ground truth it must end up within the tolerance, its `final_pose` must agree with odometry, and it must stand still afterwards.
 
 # %% tags=["check"]
 check("F8")
@@ -1121,8 +1125,7 @@ check("F8")
 # ### By a click
 #
 # In Jupyter the next cell is a live view, and time runs as soon as you see it.
-# Click on the map: a goal.
-# Drag the pillar into the way.
+# Click on the map to send a goal, and drag the pillar into the way.
 # (On a web page, without a kernel, it is a picture.)
 
 # %%
@@ -1163,7 +1166,7 @@ def odometry(x, y):
 
 
 # %% [markdown]
-# F9: feedback at 2 Hz or faster, true within 0.15 m.
+# F9: feedback at 2 Hz or faster, accurate to 0.15 m.
 # The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
 # **By your own design.** When is there something to tell, and when would a number be a lie?
@@ -1178,7 +1181,7 @@ class Navigator:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The talker at the top of part 2 gives feedback. `__init__` of the driver says what the node has before the first message.
+# The talker at the top of part 2 gives feedback. `__init__` of the driver shows what the node holds before the first message.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
@@ -1217,10 +1220,10 @@ axes.legend();
 
 # %% [markdown]
 # Flat while it turns, then a slope of −0.5 m/s, then ever flatter: the slow-down.
-# Feedback tells how far it is, not how long it takes.
+# Feedback says how far it still is, not how long that will take.
 #
 # Feedback is a topic: a client that does not listen misses it, and the server does not wait.
-# Nothing important belongs there alone.
+# So never send anything important as feedback only.
 
 # %% tags=["check"]
 check("F9")
@@ -1261,7 +1264,7 @@ check("F9")
 # !test -d ../../install || (cd ../.. && colcon build | tail -n 1)
 
 # %% [markdown]
-# Time must pass meanwhile, so the live view is started first.
+# Simulated time must pass while the robot drives, so the live view is started first.
 # With `--feedback` you see each message; here are the last lines.
 
 # %% tags=["nbval-ignore-output"]
@@ -1279,7 +1282,7 @@ run.close()
 #
 # F10: a cancelled goal ends as *canceled*, with `success` false, and the robot stands still within 1 s.
 #
-# Two things happen, and they are easily taken for one.
+# Two things happen, and they are easily mistaken for one.
 # `cancel_callback` says whether the request is *accepted*.
 # Then your own code has to end the goal and say `handle.canceled()`.
 #
@@ -1294,7 +1297,7 @@ print(went)
 print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recording.x[-1]:.2f} m")
 
 # %% [markdown]
-# `handle.succeed()` would make it *succeeded*, and the client would believe that the robot is there.
+# With `handle.succeed()` the status would be *succeeded*, and the client would believe that the robot is there.
 # If you call none of `succeed`, `canceled` and `abort`, the goal is *aborted*, with a warning.
 
 # %% [markdown]
@@ -1302,12 +1305,12 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 #
 # A box drops into the way, and goes away again after a while.
 #
-# **Predict:** what should the goal do meanwhile? Fail? Wait? Drive around?
+# **Predict:** what should the robot do meanwhile? Give up? Wait? Drive around the box?
 #
-# The contract (F11): never a collision, and completed once the way is free.
+# The contract (F11) asks for two things: no collision, ever, and a goal that is completed once the way is free.
 # So it waits.
 # And you need not write a line for it: `_wanted` steers on, `make_safe` below says no, and when the box is gone it says yes.
-# Driving around needs a map and a planner; that is another robot, with Nav2.
+# Driving around the box needs a map and a planner; that would be a different robot, with Nav2.
 
 # %%
 box = Box((1.2, 0.0), (0.2, 0.6), name="box", appears=1.0, vanishes=6.0)
@@ -1327,12 +1330,12 @@ Film(recording)
 
 # %% [markdown]
 # Did it twitch forward while it stood before the box?
-# Then, with the lidar's noise, one scan read 0.501 m, and the next one stopped the robot again.
+# If so, the lidar's noise made one scan read 0.501 m, and the next scan stopped the robot again.
 #
-# Turning in place stays allowed before an obstacle, unless something is nearer than the emergency distance.
-# Otherwise a robot before a wall could never turn away from it.
+# Turning in place is still allowed before an obstacle, unless something is nearer than the emergency distance.
+# Without that, a robot in front of a wall could never turn away from it.
 #
-# F11 also wants the limits kept throughout: neither speed above its maximum, and none rising faster than the acceleration.
+# F11 also requires that the limits are kept throughout: neither speed may exceed its maximum, nor rise faster than its acceleration allows.
 # `make_safe` and `speed_up_gently` do that, for whatever a layer above wants: you wrote them in notebook 05, the accelerations in its step 4.
 # If F11 complains about a speed that rises too fast, look there.
 
@@ -1340,8 +1343,8 @@ Film(recording)
 check("F10", "F11")
 
 # %% [markdown]
-# Now that all services and the action are there, three older questions can be asked:
-# I3, the nodes use the four interfaces; I4, the graph shows what the contract says; Q4, the habits of notebook 05.
+# Now that all services and the action are there, three more requirements can be checked:
+# I3, that the nodes use the four interfaces; I4, that the graph shows what the contract says; Q4, the habits of notebook 05.
 
 # %% tags=["check"]
 check("I3", "I4", "Q4")
@@ -1351,7 +1354,7 @@ check("I3", "I4", "Q4")
 # >
 # > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (Remapping the name does not help: Jazzy does not remap the names of actions.)
 # > - Odometry drifts: 1 cm in 5 m in this simulator, several centimetres on a carpet. For goals on a map you need localisation, which publishes `map` → `odom` (notebook 12).
-# > - Nav2's `NavigateToPose` is the big brother: the same four parts, with a planner, and recoveries when it is blocked.
+# > - Nav2's `NavigateToPose` is its big brother: the same four parts, with a planner, and with recovery behaviours for a robot that is stuck.
 # > - Keep a finger on the cancel.
 
 # %% [markdown]
@@ -1367,15 +1370,15 @@ check("I3", "I4", "Q4")
 #
 # <details><summary>A robot drives at 0.4 m/s and turns at 0.8 rad/s at most. Which targets does it never reach if it does both at once?</summary>
 #
-# Those inside two circles of radius 0.4 / 0.8 = 0.5 m, one touching the robot from each side.
+# Those inside two circles of radius 0.4 / 0.8 = 0.5 m, one on its left and one on its right, which touch at the robot.
 # </details>
-# <details><summary>Why does it drive on to half the tolerance?</summary>
+# <details><summary>Why does the robot drive on until it is within half the tolerance?</summary>
 #
-# The distance is measured by odometry, which errs. The rest of the tolerance is for that error.
+# The distance is measured by odometry, which is a little wrong. The rest of the tolerance is for that error.
 # </details>
-# <details><summary>An execute callback loops with <code>time.sleep(0.1)</code>. What does <code>goal.is_cancel_requested</code> say in it, in a node with one thread?</summary>
+# <details><summary>An execute callback loops with <code>time.sleep(0.1)</code>. What is <code>goal.is_cancel_requested</code> in that loop, if the node has one thread?</summary>
 #
-# False, to the end. The callback that takes the cancel cannot run.
+# False, to the end: the callback that takes the cancel cannot run meanwhile.
 # </details>
 # <details><summary>You await a future. Who may complete it?</summary>
 #

@@ -19,22 +19,25 @@
 # From where, in which direction, and at what moment?
 # A robot that gets one of the three wrong builds a map in which every wall appears twice.
 #
-# There are no points in this notebook, and nothing in it touches your package.
+# This notebook earns no points, and nothing in it touches your package.
 #
 # **You will be able to**
 #
 # - say what the frames `map`, `odom`, `base_link` and `laser` are for, and who publishes each transform;
 # - compose, invert and interpolate transforms, and find the way through a tree of them;
-# - say what tf2 answers, why it sometimes refuses, and for which time to ask;
+# - say what tf2 answers, why it sometimes refuses to, and which time to ask for;
 # - write the adapter that lets a package drive a robot with other frames, types and names;
-# - recognise in a picture a lidar that is mounted at an angle, a wrong time, and odometry that has drifted.
+# - recognise by a picture that a lidar's angle is wrong, that a time is wrong, or that odometry has drifted.
 #
-# **Time:** 90 to 200 minutes in three parts: up to *From any frame to any other* 40 to 90 minutes, then 25 to 55, and *An adapter* 25 to 55.
+# **Time:** 95 to 210 minutes, in three parts.
+# Part 1: 40 to 90 minutes.
+# Part 2, from "From any frame to any other": 30 to 65 minutes.
+# Part 3, from "An adapter": 25 to 55 minutes.
 #
 # The tree, with each frame's place in the one above it:
 #
 #     map                    the room: it never moves
-#     └── odom               where the wheels believe the journey began
+#     └── odom               where the drive began, as far as the wheels can tell
 #         └── base_link      the robot's centre, x ahead, y to the left
 #             └── laser      the lidar, bolted to the robot
 
@@ -49,7 +52,7 @@ from grader.notebook.sliders import slide
 begin("12")
 
 # %% [markdown]
-# (If that says that files are missing, never mind: none of them is needed here.)
+# (If it says above that files are missing, never mind: this notebook needs none of them.)
 #
 # ## Three questions first
 #
@@ -63,7 +66,7 @@ begin("12")
 #
 # 180°. The mean of the two numbers, 0°, points the other way: the difference has to be normalized first.
 # </details>
-# <details><summary>Notebook 05: a scan waited in a queue for 0.3 s. Which time says how old it is?</summary>
+# <details><summary>Notebook 05: a scan waited in a queue for 0.3 s. Which time tells you how old it is?</summary>
 #
 # `header.stamp`, the time at which it was measured. The time at which it arrived says nothing about the world.
 # </details>
@@ -71,10 +74,10 @@ begin("12")
 # ## A place in a frame
 #
 # A **frame** is an origin and two axes.
-# A **transform** says where one frame is in another: x, y and the yaw, here in the plane.
+# A **transform** says where one frame is in another: here, in the plane, by x, y and the yaw.
 # ROS sends it as a `TransformStamped`, on the topics `/tf` (what moves) and `/tf_static` (what is bolted on).
 #
-# Here is the one of a TurtleBot 4's lidar: 4 cm behind the centre, turned by 90° to the left.
+# Here is the transform of a TurtleBot 4's lidar: 4 cm behind the centre, turned by 90° to the left.
 
 # %%
 mounted = transform("base_link", "laser", 0.0, (-0.04, 0.0, math.pi / 2))
@@ -85,10 +88,10 @@ print("x, y, yaw:", place(mounted))
 
 # %% [markdown]
 # `frame_id` is the **parent**, `child_frame_id` the **child**, and the numbers are the child's place in the parent.
-# `transform` and `place` come with the kit, and convert between three numbers and the message.
+# `transform` and `place` come with the kit; they turn three numbers into the message, and the message into three numbers.
 #
 # Why a whole tree, and not one list of places in the room?
-# Each program knows one step only: the lidar's mount is in a drawing, the wheels measure the way since the start, and only the localisation knows the room.
+# Because each program knows only one step: the lidar's mount is in a drawing of the robot, the wheels measure the way since the start, and only the localisation knows the room.
 #
 # **By hand.** The robot is at (2, 1) in `odom` and faces along +y (its yaw is 90°).
 # Where in `odom` is its lidar, and where does the lidar's x axis point?
@@ -98,14 +101,14 @@ print("x, y, yaw:", place(mounted))
 #
 # ## Compose and invert
 #
-# The same as a formula.
+# Here is the same as a formula.
 # Let `a` be B's place in A, and `b` be C's place in B.
 # Turn b's shift by a's yaw, add a's shift, add the yaws:
 #
 # $$ x = x_a + x_b\cos\psi_a - y_b\sin\psi_a \qquad y = y_a + x_b\sin\psi_a + y_b\cos\psi_a \qquad \psi = \psi_a + \psi_b $$
 #
 # The **inverse** answers the question the other way round: where is A, seen from B?
-# Composed with `a` it gives (0, 0, 0).
+# Composed with `a`, the inverse gives (0, 0, 0).
 #
 # **Predict:** the robot is at (2, 1, 90°) in `odom`. Where is the origin of `odom`, seen from the robot: ahead, behind, left or right?
 #
@@ -202,20 +205,21 @@ def first_scan(turned_by):
 slide(first_scan, turned_by=(0.0, 100.0, 0.0))
 
 # %% [markdown]
-# At 90° every point lies on a wall, and at 0° the room is drawn turned to the right, as if it were another one.
+# At 90° every point lies on a wall, a box or the post (the circle).
+# At 0° the room is drawn turned to the right, as if it were a different room.
 # The scan holds the same 360 numbers each time; only one number of one transform was wrong.
 # (Until your `compose` works, all points lie around the origin, whatever the slider says.)
 #
-# **What would a robot do** that takes angle 0 for straight ahead and drives at the wall 5 m in front of it?
-# It would look to its left, where nothing comes nearer than 0.7 m, and drive into the wall.
+# **What would a robot do** if it took angle 0 for straight ahead and drove at the wall 5 m in front of it?
+# It would look to its left, where everything stays at least 0.7 m away, and drive into the wall.
 
 # %% [markdown]
 # ## A transform has a time
 #
 # The lidar does not move on the robot, but the robot moves in the room.
-# So "where is `laser` in `map`?" has an answer only for a moment.
+# So the question "where is `laser` in `map`?" has an answer only if it names a moment.
 #
-# Let the robot drive along four corners, by its odometry alone, for 100 s.
+# Let the robot drive round four corners for 100 s, by its odometry alone.
 # (It has the accurate wheels of the course's robot. Worse ones come later.)
 
 # %%
@@ -264,11 +268,11 @@ def at(messages, time):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# First the two refusals, then the position in the list, then the arithmetic. `share` is 0 at the message before and 1 at the one after. What is the yaw's difference the short way?
+# First the two refusals, then the index in the list, then the arithmetic. `share` is 0 at the message before and 1 at the one after. By how much does the yaw change, the short way round?
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# `bisect_left(messages, time, key=seconds)`, imported above, is the position of the first message whose stamp is not below `time`. `math.remainder(difference, math.tau)` is an angle's difference the short way.
+# `bisect_left(messages, time, key=seconds)`, imported above, returns the index of the first message whose stamp is not below `time`. `math.remainder(difference, math.tau)` returns the difference of two angles the short way round.
 # </details>
 # <details><summary>Hint 3: all but the last line</summary>
 #
@@ -310,7 +314,7 @@ check("TF2", at)
 # ## From any frame to any other
 #
 # tf2 keeps the transforms of the last ten seconds in a **buffer**, and never forgets the static ones.
-# Here is a small one that forgets nothing: `parent` has each frame's parent, `placed` says where a frame is in its parent.
+# Here is a small one that forgets nothing: `parent` holds each frame's parent, and `placed` says where a frame is in its parent.
 
 # %%
 class Buffer:
@@ -342,15 +346,15 @@ print("base_link in odom at 20.0 s:", [round(value, 2) for value in buffer.place
 
 # %% [markdown]
 # What is missing is tf2's main function, `lookup_transform(target, source, time)`: where is the frame `source`, seen from `target`?
-# With it everything else is a question of one line: `lookup(buffer, "map", "laser", t)` is what a scan needs.
+# With it, every other question takes one line: `lookup(buffer, "map", "laser", t)` is what a scan needs.
 #
-# **Exercise TF3.** Write `lookup`, for any tree. There is no skeleton: how to find the way is up to you. It is accepted if
+# **Exercise TF3.** Write `lookup`, for any tree. There is no skeleton: how to find the way is up to you. Your function is accepted if
 #
 # - up, down and across all work: `lookup(buffer, "laser", "map", t)` and, with a camera beside the lidar, `lookup(buffer, "laser", "camera", t)`;
 # - it asks `placed` only for what it needs: two things that are bolted to the robot stay in the same place relative to each other, even at a time for which there is no odometry;
-# - frames that no tree connects raise an exception.
+# - it raises an exception for two frames that are not in one tree.
 #
-# First draw the tree with a camera on paper, and move a finger from `camera` to `laser`. Where does it turn?
+# First draw the tree on paper, with a camera in it, and move a finger from `camera` to `laser`. Where does the finger stop climbing and go down?
 
 # %% tags=["function", "design"]
 def lookup(buffer, target, source, time):
@@ -360,7 +364,7 @@ def lookup(buffer, target, source, time):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# Up one step is `compose(buffer.placed(frame, time), ...)`, down one step is `inverse(...)` of the same. The finger turns at the first frame that both have above them (or that one of them is).
+# One step up is `compose(buffer.placed(frame, time), ...)`, one step down is `inverse(...)` of the same. The finger stops climbing at the first frame that is above both (or is one of the two).
 # </details>
 # <details><summary>Hint 2: what to ask first</summary>
 #
@@ -412,17 +416,67 @@ check("TF3", lookup)
 # return compose(inverse(buffer.placed(target, time)), lookup(buffer, buffer.parent[target], source, time))
 # ```
 #
-# In the first you see the parts, and can try each alone; the second is shorter, and counts depths again in every step.
+# The first has parts that you can read and try one by one; the second is shorter, but counts depths again in every step.
 # Both ask only for what lies on the way.
-# A third, "everything up to `map`, then compare", is the simplest, and refuses whenever the localisation is late, even for two things that are bolted to the robot.
+# A third design, "everything up to `map`, then compare", is the simplest, but it refuses whenever the localisation is late, even for two things that are bolted to the robot.
 # </details>
+#
+# ## The same post in four frames
+#
+# The post in the room (the circle) never moves, but each frame has its own numbers for its place.
+# Here `odom` is shifted and turned in `map`, as it is after a robot has been started somewhere in the room.
+# A frame's x axis is red and its y axis green, as in RViz.
+# Your `compose`, `inverse` and `lookup` compute all of it; until they work, the axes lie in a corner.
+#
+# **Predict:** the robot moves and turns. In which of the four frames do the post's numbers change?
+#
+# **Drag the robot**, turn it with the slider, and find out:
+#
+# - Where can the robot stand if the post is to be at (1, 0) in `base_link`?
+# - Set the yaw to 30°. In which direction do you have to drag the robot so that only the post's x in `base_link` changes?
+
+# %%
+def seen_from(frame, axes, tree):
+    """Draw a frame, and return in words where the post is, seen from it."""
+    for tip, color in (((0.5, 0.0, 0.0), "#C0392B"), ((0.0, 0.5, 0.0), "#27864A")):
+        (x, y, _), end = lookup(tree, "map", frame, 0.0), compose(lookup(tree, "map", frame, 0.0), tip)
+        axes.annotate("", end[:2], (x, y), arrowprops={"arrowstyle": "->", "color": color, "lw": 2})
+    axes.text(x - 0.2, y + (0.6 if frame == "laser" else -0.35), frame, family="monospace")
+    x, y, _ = lookup(tree, frame, "post", 0.0)
+    return f"{frame:9s} ({x:5.2f}, {y:5.2f})"
+
+# %% tags=["nbval-ignore-output"]
+# A slider has another name in each run, so the output is not compared.
+def four_frames(x, y, yaw):
+    odom, robot = (0.8, 0.6, 0.4), (x, y, math.radians(yaw))
+    places = [("map", "odom", odom), ("odom", "base_link", compose(inverse(odom), robot))]
+    places += [("base_link", "laser", place(mounted)), ("map", "post", (4.2, 2.2, 0.0))]
+    tree = Buffer()
+    for parent, child, where in places:
+        tree.add(transform(parent, child, 0.0, where), static=True)
+    _, axes = plt.subplots(figsize=(7.5, 5.9), layout="constrained")
+    draw_obstacles(axes, ROOM.obstacles, alpha=0.4)
+    draw_robot(axes, Pose(*robot), TB4.radius)
+    said = [seen_from(frame, axes, tree) for frame in ("map", "odom", "base_link", "laser")]
+    axes.set(xlim=(-0.6, 6.4), ylim=(-0.6, 4.4), aspect="equal", xlabel="x in map (m)", ylabel="y in map (m)")
+    axes.set_title("\n".join(["the post in", *said]), family="monospace", loc="left")
+    return f"The axes of four frames in a room, and the place of the post in each: {' '.join(' '.join(said).split())}"
+
+
+slide(four_frames, drag=("x", "y"), x=(0.0, 6.0, 2.0), y=(0.0, 4.0, 1.0), yaw=(-150.0, 150.0, 0.0))
+
+# %% [markdown]
+# In `map` and in `odom` the post's numbers stay the same: neither frame moves with the robot.
+# In `base_link` and in `laser` they change with every move, although the post has not moved.
+# The post is at (1, 0) in `base_link` wherever the robot stands 1 m away from it and faces it: anywhere on a circle, with one yaw for each place.
+# And with a yaw of 30° you drag along the red axis of `base_link`, which points 30° to the left of the x axis of `map`: a direction belongs to a frame, just as a place does.
 #
 # ## Ask at the right time
 #
-# The next cell draws every third scan of the first 50 s into `map`.
-# A program that asks for the robot's place when it *handles* a scan asks a little late.
+# The next cell draws every third scan of the first 50 s in `map`.
+# A program that asks for the robot's place only when it *handles* a scan gets the place of a later moment.
 #
-# **Predict:** what does the picture look like if each place is 0.2 s late? Where is it worst: on the straights, or in the corners?
+# **Predict:** what does the picture look like if each place is that of 0.2 s later? Where is it worst: on the straights, or in the corners?
 
 # %% tags=["nbval-ignore-output"]
 # A slider has another name in each run, so the output is not compared.
@@ -433,7 +487,7 @@ def sharpness(late):
         x, y = points(ranges, trip.scan_angles, lookup(buffer, "map", "laser", t + late))
         axes.plot(x, y, ".", color="#E69F00", markersize=1)
     axes.set(xlim=(-0.8, 6.8), ylim=(-0.8, 4.8), aspect="equal", xlabel="x in map (m)", ylabel="y in map (m)")
-    axes.set_title(f"each scan at the place of {late:.2f} s later")
+    axes.set_title(f"each scan drawn from where the lidar was {late:.2f} s later")
     return f"Scans of 50 s in the map, each drawn where the lidar was {late:.2f} s after it was measured"
 
 
@@ -441,12 +495,12 @@ slide(sharpness, late=(0.0, 0.5, 0.2))
 
 # %% [markdown]
 # On a straight the place is wrong by 0.3 m/s · 0.2 s = 6 cm.
-# In a corner the robot turns at up to 1 rad/s: 0.2 rad, and at 4 m that is 0.8 m.
+# In a corner the robot turns at up to 1 rad/s, so its yaw is wrong by up to 0.2 rad: at a distance of 4 m that is 0.8 m.
 # So the double walls come from the corners.
-# With the slider at 0 the walls are as thin as the lidar's noise.
+# With the slider at 0 the walls are only as thick as the lidar's noise.
 #
 # The right time is `scan.header.stamp`.
-# **Predict:** a node gets a scan, and asks at once for its place at the scan's stamp. Which is the latest transform it can have? What does your `at` say?
+# **Predict:** a node gets a scan, and asks at once where the lidar was at the scan's stamp. Which is the latest transform that the node can have? What does your `at` say?
 
 # %%
 def answered(wait):
@@ -466,13 +520,14 @@ for wait in (0.0, 0.02, 0.05):
     print(f"{wait:.2f} s after the scan: {answered(wait)}")
 
 # %% [markdown]
-# At the moment of the scan there is no transform *after* it yet (one scan in ten happens to have the stamp of one), and without it the rest of the way would be a guess.
+# At the moment of the scan there is no transform *after* it yet, and without that one the place could only be guessed.
+# (About one scan in ten happens to have the same stamp as a transform.)
 # tf2 does not guess. It refuses, with these words:
 #
 #     Lookup would require extrapolation into the future.  Requested time 27.312000 but the latest data is at time
 #     27.300000, when looking up transform from frame [laser] to frame [map]
 #
-# One more transform, 50 ms later, and each scan has its answer.
+# The next transform comes 50 ms later at most, and with it each scan has its answer.
 #
 # | you ask for | tf2 answers | right for |
 # |---|---|---|
@@ -480,19 +535,19 @@ for wait in (0.0, 0.02, 0.05):
 # | the stamp, with a `timeout` of 0.1 s | the place, after a few hundredths of a second | scans, images: whatever was measured |
 # | time 0 | the latest time for which *every* step on the way is known | "where am I, roughly": displays |
 # | the clock's now | nearly always: extrapolation into the future | nothing |
-# | a stamp of a minute ago | extrapolation *into the past*: the buffer has ten seconds | nothing; transform while it is fresh |
+# | a stamp from a minute ago | extrapolation *into the past*: the buffer has ten seconds | nothing; transform while it is fresh |
 #
 # In Python the timeout sleeps in the callback, and with one thread the transform that it waits for cannot come in (notebook 06: a service that waits for its own node).
 # So write `await buffer.lookup_transform_async(...)`, or spin with a `MultiThreadedExecutor`, or keep the scan and ask when the next odometry comes.
 #
 # ## Odometry drifts
 #
-# The wheels count their turns, and nothing else.
-# Let one of them be larger than the program believes, by a small `share`: in each metre the robot then turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
+# Odometry counts the turns of the wheels, and nothing else.
+# Let one wheel be larger than the program believes, by a small `share`: in each metre the robot then turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
 #
 # By hand, for 1 %: 0.01 / 0.233 m = 0.043 rad/m. After 10 m that is 0.43 rad, **25°**.
 #
-# **Predict:** how far off is the odometry after 100 s, nearly two laps, with a wheel that is larger by half a percent? The hull's radius is 17 cm.
+# **Predict:** how far off is the odometry after 100 s, nearly two laps, if one wheel is half a percent larger? (For comparison: the robot's radius is 17 cm.)
 
 # %%
 def odometry(percent):
@@ -520,22 +575,23 @@ def drifted(percent):
 slide(drifted, percent=(0.0, 2.0, 0.5))
 
 # %% [markdown]
-# Each step is almost right, but the error of their sum grows without limit.
+# Each step is almost right, but the errors add up, and their sum grows without limit.
 # No filter of the wheels' numbers helps: the odometry sees nothing of the room.
 #
-# **Localisation** does: a node compares scans with a map, and finds where `base_link` is in `map`.
+# **Localisation** does see the room: a node compares scans with a map, and finds where `base_link` is in `map`.
 #
-# **Predict:** it could publish a transform from `map` to `base_link`. Why can it not, in a tree? And which transform does it publish instead, so that the way from `map` to `base_link` gives what it has found?
+# **Predict:** it could publish a transform from `map` to `base_link`. Why is that impossible in a tree? And which transform does it publish instead, so that the way from `map` to `base_link` gives what it has found?
 #
 # <details><summary>Answer</summary>
 #
 # A frame has one parent, and `base_link` has one already: `odom`.
-# So it publishes `map` to `odom`, the place that makes the composition come out right:
-# found = compose(correction, odometry), and so correction = compose(found, inverse(odometry)).
-# So `map` to `odom` says not where the robot is, but *how wrong the odometry is by now*.
+# So it publishes `map` to `odom`, a correction that makes the composition come out right:
+# found = compose(correction, odometry), and therefore correction = compose(found, inverse(odometry)).
+# This transform does not say where the robot is, but *how wrong the odometry is by now*.
 # </details>
 #
-# The simulator knows the truth, so it can stand in for the localisation, once every 10 s, for wheels that differ by a quarter of a percent.
+# The simulator knows the truth, so it can stand in for the localisation.
+# It gives a correction every 10 s, for wheels that differ by a quarter of a percent.
 
 # %%
 by_wheels = zip(*odometry(0.25))
@@ -547,8 +603,9 @@ for number, (x, y, yaw) in list(enumerate(corrections))[::3]:
     print(f"at {10 * number:2d} s odom is in map at ({x:.2f}, {y:.2f}) m, turned by {turned:.1f}°")
 
 # %% [markdown]
-# **Predict:** all scans of the 100 s, drawn with the first correction only, and with the latest one at each moment. Which walls are double?
-# The second figure shows the price: the robot's y around the correction at 60 s, in both frames.
+# The scans of the 100 s are now drawn twice: with the first correction only, and with the latest correction at each moment.
+# **Predict:** in which of the two pictures are the walls double?
+# The figure after that shows the price: the robot's y around the correction at 60 s, in both frames.
 
 # %%
 figure, plots = plt.subplots(1, 2, figsize=(11, 4), sharey=True, layout="constrained")
@@ -579,10 +636,10 @@ axes.legend();
 #
 # | | `odom` | `map` |
 # |---|---|---|
-# | in a second | right, and without a jump | jumps by a few centimetres when the localisation has looked |
+# | within a second | right, and without a jump | jumps by a few centimetres when a correction comes |
 # | after an hour | wrong by metres | right |
 # | so use it to | steer, brake, follow a path | remember a place: a goal, a door, a charger |
-# | its own place comes from | the localisation | nowhere: it is the root |
+# | who says where the frame is | the localisation | nobody: it is the root |
 #
 # The contract's goals are in `odom` (notebook 07), because the course's robot drives for a minute and has no map.
 # A navigator that drives all day takes its goal in `map`, and in each control step asks tf2 where that is in `odom`.
@@ -592,11 +649,11 @@ axes.legend();
 # Part 3: 25 to 55 minutes.
 #
 # Your package drives a robot whose lidar faces ahead and whose `cmd_vel` takes a `Twist`.
-# A TurtleBot 4 differs in both, and where there are several of them, each has a **namespace** of its own.
+# A TurtleBot 4 differs in both, and if there are several of them, each has a **namespace** of its own.
 # You could change your package, but then it would no longer drive the course's robot.
 # An **adapter** is a small node between package and robot, so that neither has to change.
 #
-# Before you write one, you want a recording of the other robot.
+# Before you write one, you want a recording of the other robot: a **bag**, in ROS.
 # No TurtleBot 4 was available for this course, so the bag comes from the simulator with its TurtleBot profile: a lidar that is turned and behind the centre, stamped commands, slower wheels.
 # In an empty room, the robot drives straight ahead and stops before the wall at x = 6.
 
@@ -628,7 +685,7 @@ print(f"angles from {scans[0].angle_min:.2f} to {scans[0].angle_max:.2f} rad")
 # **Exercise TF4.** Write the three functions that such a node needs:
 #
 # - `stamped(command, now)` returns a `TwistStamped` with the command, the stamp `now`, and the frame `base_link`;
-# - `turned(scan, yaw)` returns a scan whose angles are counted from the robot's x axis, for a lidar that is turned by `yaw` on the robot. Its frame is `base_link`; its stamp and its readings are those of `scan`. Leave `scan` itself as it is: other parts of the program may hold it;
+# - `turned(scan, yaw)` returns a scan whose angles are counted from the robot's x axis, for a lidar that is turned by `yaw` on the robot. Its frame is `base_link`; its stamp and its readings are those of `scan`. Leave `scan` itself as it is: other parts of the program may still use it;
 # - `names(namespace)` returns a dictionary: for each topic of your package, its full name on a robot in that namespace (`""` or `"/robot1"`). `scan`, `cmd_vel` and `odom` have the same names there; `imu/data` and `battery/state` are called `imu` and `battery_state`.
 
 # %% tags=["function"]
@@ -712,7 +769,7 @@ check("TF4", stamped, turned, names)
 # > - `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints the ninety degrees, `ros2 run tf2_tools view_frames` draws the tree, and RViz shows it moving (*Add, TF*). The lidar's frame is called `rplidar_link` there.
 # > - In a node: `buffer = tf2_ros.Buffer()`, `listener = tf2_ros.TransformListener(buffer, node)`, then `buffer.lookup_transform("odom", "rplidar_link", scan.header.stamp)`. There are no Python wheels of tf2, so this kit cannot run that.
 # > - "Extrapolation into the future" by *seconds*, not hundredths: the clocks of two computers differ. `chrony` on both is the cure, not a longer timeout.
-# > - Within one scan: a lidar takes 0.1 s for a revolution, so in a corner the robot has turned by up to 6° between the first beam and the last. `laser_geometry` can correct that, with two lookups for a scan.
+# > - Within one scan: a revolution of this lidar takes 0.1 to 0.18 s, so in a corner, at 1 rad/s, the robot turns by 6° to 10° between the first beam and the last. `laser_geometry` can correct that, with two lookups for each scan.
 # > - [docs/turtlebot4.md](../docs/turtlebot4.md) says how to run your package on one, with the adapter.
 
 # %% [markdown]
@@ -721,23 +778,23 @@ check("TF4", stamped, turned, names)
 # - Let `Buffer.add` forget what is older than ten seconds, and let `at` say, in tf2's words, which of the two refusals it is.
 # - `add` trusts the order in which messages arrive. Over a radio link they may not arrive in the order of their stamps: where does `bisect.insort` belong?
 # - Time 0 in tf2 means "the latest for which all is known". Write `latest(buffer, target, source)`: the smallest of the last stamps on the way.
-# - A goal at (3, 1) in `map`, 60 s into the drive: where is it in `odom`, by the first correction and by the sixth?
+# - A goal at (3, 1) in `map`, 60 s into the drive: where is it in `odom`, by the first correction and by the one at 60 s?
 #
 # ## Recall
 #
-# <details><summary>In a map every wall appears twice, the two at an angle to each other. Which transform do you suspect? And which if the walls are smeared only where the robot turned?</summary>
+# <details><summary>In a map every wall appears twice, and the two copies are at an angle to each other. Which transform do you suspect? And what if the walls are smeared only where the robot turned?</summary>
 #
-# Two walls at an angle: the odometry has drifted, so `map` to `odom` is missing or old. Smeared where it turned: the right transform at a wrong time.
+# Two walls at an angle: the odometry has drifted, so `map` to `odom` is missing or old. Smeared where the robot turned: the transform is right, but its time is wrong.
 # </details>
 # <details><summary>tf2 says "extrapolation into the future" by 0.012 s. What do you change?</summary>
 #
-# The question: wait for the next transform (a timeout, or `lookup_transform_async`). Not the stamp: asking for "the latest" gives an answer that is a little wrong, and no warning.
+# When you ask, not what you ask for: wait for the next transform (a timeout, or `lookup_transform_async`). Asking for "the latest" instead of the stamp gives an answer that is a little wrong, and no warning.
 # </details>
 # <details><summary>Who publishes <code>odom</code> to <code>base_link</code>, and who <code>map</code> to <code>odom</code>? Which of the two may jump?</summary>
 #
-# The odometry, smoothly; the localisation, with a jump when it has looked.
+# The odometry publishes the first, which is smooth; the localisation publishes the second, which jumps with each correction.
 # </details>
 # <details><summary>Where is the lidar's frame on a TurtleBot 4, and what happens to a program that takes it for the robot's?</summary>
 #
-# 4 cm behind the centre, turned by 90° to the left. What is ahead seems to be on the right, and the robot drives into an obstacle that the program does not see ahead.
+# 4 cm behind the centre, turned by 90° to the left. To the program, what is ahead seems to be on the right, so the robot drives into an obstacle that the program does not expect ahead.
 # </details>

@@ -12,13 +12,24 @@ import pytest
 from grader.notebook.sliders import slide
 
 
-def test_a_slider_that_moves_draws_the_picture_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[dict[str, Any]] = []
-    boxes: list[ipywidgets.VBox] = []
-    make = ipywidgets.VBox
-    monkeypatch.setattr(IPython.display, "display", lambda bundle, **_: shown.append(bundle))
-    monkeypatch.setattr(ipywidgets, "VBox", lambda children: boxes.append(make(children)) or boxes[-1])
+@pytest.fixture
+def shown(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """Return a list that gets what is displayed."""
+    bundles: list[dict[str, Any]] = []
+    monkeypatch.setattr(IPython.display, "display", lambda bundle, **_: bundles.append(bundle))
+    return bundles
 
+
+@pytest.fixture
+def boxes(monkeypatch: pytest.MonkeyPatch) -> list[ipywidgets.VBox]:
+    """Return a list that gets the picture and sliders of each `slide`."""
+    made: list[ipywidgets.VBox] = []
+    make = ipywidgets.VBox
+    monkeypatch.setattr(ipywidgets, "VBox", lambda children: made.append(make(children)) or made[-1])
+    return made
+
+
+def test_a_slider_that_moves_draws_the_picture_anew(shown: list[dict[str, Any]], boxes: list[ipywidgets.VBox]) -> None:
     def draw(gain: float, delay: float) -> str:
         plt.figure(figsize=(2, 1))
         plt.plot([0, gain], [0, delay])
@@ -32,3 +43,28 @@ def test_a_slider_that_moves_draws_the_picture_anew(monkeypatch: pytest.MonkeyPa
     gain.value = 9.0
     assert image.value != before
     assert plt.get_fignums() == [], "the front end would show a figure that is left open"
+
+
+def test_a_picture_that_is_dragged_moves_its_sliders_and_is_drawn_once(
+    shown: list[dict[str, Any]], boxes: list[ipywidgets.VBox]
+) -> None:
+    drawn: list[tuple[float, float]] = []
+
+    def draw(x: float, y: float) -> str:
+        drawn.append((x, y))
+        _, axes = plt.subplots(figsize=(4, 2))
+        axes.set_position((0.0, 0.5, 1.0, 0.5))  # the upper half of the picture
+        axes.set(xlim=(0.0, 8.0), ylim=(-1.0, 1.0))
+        axes.plot(x, y, "o")
+        return "a place"
+
+    slide(draw, drag=("x", "y"), x=(0.0, 8.0, 1.0), y=(-0.5, 0.5, 0.0))
+    assert shown[0]["image/png"].startswith("iVBOR")
+    image, x, y = boxes[0].children
+    before = image.value
+    image.pointer = [0.25, 0.8]  # from the left, from below
+    assert (x.value, y.value) == pytest.approx((2.0, 0.2))
+    assert image.value != before
+    image.pointer = [0.25, 1.0]
+    assert y.value == 0.5, "beyond its end a slider stays there"
+    assert [y for _, y in drawn] == pytest.approx([0.0, 0.2, 0.5]), "one picture for each move"
