@@ -152,7 +152,7 @@ def _add_grade(verbs: Any) -> None:
         type=seconds,
         default=MUTATION_BUDGET_S,
         metavar="S",
-        help="time for trying mutants with the package's tests (default 60 s, as a quiet machine takes them)",
+        help="time for trying mutants with the package's tests (default 180 s, as a quiet machine takes them)",
     )
     parser.add_argument(
         "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"

@@ -29,7 +29,7 @@ WORKERS = 2
 # Results count by whole rounds, so that a slow machine does not change a grade by a little.
 ROUND = 10
 # What a busy machine may take, by the clock, for the work of a quiet one: a factor on the budget, and at least seconds.
-_HARD_LIMIT, _HARD_LIMIT_AT_LEAST = 6.0, 60.0
+_HARD_LIMIT, _HARD_LIMIT_AT_LEAST = 3.0, 60.0
 
 
 def mutate(

@@ -29,9 +29,9 @@
 # - warn once, and not a hundred times.
 #
 # **Time:** three parts, with a day between two of them if you like.
-# Part 1, `scans.py`: 55 to 85 minutes.
-# Part 2, the node, from "Be seen on the graph": 45 to 80 minutes.
-# Part 3, from "Whose clock?": 15 to 25 minutes.
+# Part 1, `scans.py`: 55 to 95 minutes.
+# Part 2, the node, from "Be seen on the graph": 45 to 85 minutes.
+# Part 3, from "Whose clock?": 15 to 30 minutes.
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what you add today:
@@ -1452,7 +1452,7 @@ run.close()
 # %% [markdown]
 # ## Whose clock?
 #
-# Part 3, with the same kernel: 15 to 25 minutes.
+# Part 3, with the same kernel: 15 to 30 minutes.
 #
 # The drive took twelve seconds.
 # Did you wait twelve seconds?

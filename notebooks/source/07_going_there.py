@@ -28,9 +28,9 @@
 # - send goals from Python, from the command line, and by a click on the map.
 #
 # This notebook has three parts, with a day between two of them if you like:
-# part 1, how to steer: 40 to 65 minutes;
-# part 2, the action: 45 to 75 minutes;
-# part 3, feedback, cancel and a blocked way: 25 to 40 minutes.
+# part 1, how to steer: 40 to 75 minutes;
+# part 2, the action: 45 to 85 minutes;
+# part 3, feedback, cancel and a blocked way: 25 to 45 minutes.
 #
 # So far, your robot drives at the speed that it is given, answers questions, and stops before walls.
 # Two files are new:
@@ -158,7 +158,25 @@ axes.legend();
 
 # %% [markdown]
 # With 10 the robot oscillates; with 5 it overshoots; with 1.5 it is a little slow, and calm.
-# A rule of thumb: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
+#
+# **Why?** Call the loop's period $T$; here it is 0.1 s.
+# If what is measured is one step old, each step changes the error by the one before:
+#
+# $$ e_{i+1} = e_i - k\,T\,e_{i-1} $$
+#
+# Try $e_i = z^i$. It solves the equation if $z^2 - z + k\,T = 0$, so
+#
+# $$ z = \tfrac12 \left(1 \pm \sqrt{1 - 4\,k\,T}\right) $$
+#
+# | $k\,T$ | $k$ | the two $z$ | the error |
+# |---|---|---|---|
+# | up to ¼ | up to 2.5 | real, between 0 and 1 | fades without overshooting |
+# | ¼ to 1 | 2.5 to 10 | complex, with $\lvert z\rvert^2 = k\,T$ | oscillates, and fades |
+# | 1 and more | 10 and more | $\lvert z\rvert \ge 1$ | oscillates for ever |
+#
+# (Without a delay $e_{i+1} = (1 - k\,T)\,e_i$, and $k\,T = 1$ would be perfect.)
+# An older measurement makes the polynomial longer and the limits lower.
+# A rule of thumb for all of them: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
 # `TURN_GAIN` is 1.5 rad/s per rad.
 #
 # **Move the sliders.** With a delay of 0.4 s, as over a bad radio link: up to which gain does the robot stay calm?
@@ -182,6 +200,12 @@ def swaying(gain, delay):
 slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
 
 # %% [markdown]
+# <details><summary>Up to which gain, with a delay of 0.4 s?</summary>
+#
+# Up to 0.8 without overshooting; from 3.5 on the error never fades.
+# The rule of thumb says well below 2.
+# </details>
+#
 # ### Turn first
 #
 # Why not drive and turn at the same time?
@@ -439,7 +463,7 @@ except AttributeError as missing:
 # %% [markdown]
 # ## Part 2: the action
 #
-# 45 to 75 minutes.
+# 45 to 85 minutes.
 # If you begin here, this cell is the first to run; it needs nothing from part 1 but your file.
 # After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
 
@@ -1139,7 +1163,7 @@ run.live()
 # %% [markdown]
 # ## Tell how far it still is
 #
-# Part 3: 25 to 40 minutes.
+# Part 3: 25 to 45 minutes.
 # If you begin here, this cell is the first to run; it brings back the two helpers of part 2.
 
 # %%
@@ -1352,7 +1376,7 @@ check("I3", "I4", "Q4")
 # %% [markdown]
 # > **On a real TurtleBot 4**
 # >
-# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (Remapping the name does not help: Jazzy does not remap the names of actions.)
+# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (Remapping the name does not help everywhere: before version 9.2.8 of rcl, as in this kit, ROS does not remap the names of actions.)
 # > - Odometry drifts: 1 cm in 5 m in this simulator, several centimetres on a carpet. For goals on a map you need localisation, which publishes `map` → `odom` (notebook 12).
 # > - Nav2's `NavigateToPose` is its big brother: the same four parts, with a planner, and with recovery behaviours for a robot that is stuck.
 # > - Keep a finger on the cancel.
