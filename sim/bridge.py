@@ -349,6 +349,7 @@ class Bridge:
         probe.ticks += 1
         if verdict := probe.verdict():
             self.pace, self._probe = verdict, None
+            self._repeatability.without_feedback = probe.silent
 
     def _signs(self) -> tuple[int, int]:
         return self._answers.count, self._feedback

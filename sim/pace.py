@@ -73,6 +73,11 @@ class Probe:
             return ""
         return "real time" if on_wall_time or (self.expects_feedback and not self.prompt) else "lockstep"
 
+    @property
+    def silent(self) -> bool:
+        """Whether nothing came that tells its pace: feedback was due, and there was none."""
+        return self.expects_feedback and not self.prompt and self.late < 2
+
     def _chance(self) -> float:
         """Return how likely as many messages of a node on wall time would all have come promptly."""
         whole = self.prompt_s + self.late_s
@@ -85,6 +90,8 @@ class Repeatability:
 
     real_time: bool = False
     """Whether the node was run in real time."""
+    without_feedback: bool = False
+    """Whether that was because it sent no feedback on a goal, and may keep time by the clock all the same."""
     unprompted: int = 0
     """The number of answers after the node had said that it was done, although nothing new had been sent to it."""
     without_services: int = 0
@@ -94,6 +101,11 @@ class Repeatability:
 
     def caveat(self) -> str:
         """Return why another run may differ, in one sentence; "" if there is no reason."""
+        if self.real_time and self.without_feedback:
+            return (
+                "Perhaps not repeatable: the node sent no feedback on its goal, which would show whether it keeps time "
+                "by the clock, so it was run in real time."
+            )
         if self.real_time:
             return "Not repeatable: the node runs on wall time and was run in real time, so no two runs are the same."
         if self.unanswered:

@@ -37,7 +37,7 @@
 #     ├── srv/                       SetSpeed.srv  GetRobotStatus.srv   (notebook 02)
 #     └── ros2_robot_controller/
 #         ├── driver.py              drives, and stops before walls     (notebook 05)
-#         ├── speed_server.py        <- you write it today, by your own design
+#         ├── speed_server.py        <- you write it today, to your own design
 #         └── robot_controller.py    <- given: starts the new class
 
 # %%
@@ -177,7 +177,7 @@ print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 # A callback that waited for it would keep the scans waiting too.
 # So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
 #
-# ### A node that takes orders, by your own design
+# ### A node that takes orders, of your own design
 #
 # From here on there is no skeleton.
 # You know the file's name, and what must hold:

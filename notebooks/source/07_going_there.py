@@ -285,7 +285,7 @@ axes.legend();
 # The zone is 4 cm wide, so the robot jumped over it, had to turn right round, and came back.
 # If the speed falls with the distance, that never happens.
 #
-# ### A file by your own design
+# ### A file of your own design
 #
 # Write plain functions again, in `utils/steering.py`: no node, no topic, and this time no skeleton.
 # Only the file's name and what its functions return are fixed, because `navigator.py` calls them in part 2:
@@ -1137,7 +1137,8 @@ print(went)
 run_view(run.recording)
 
 # %% [markdown]
-# It turns left, the shorter way (135°, not 225°), and arrives after about 7 s. Feedback comes in part 3.
+# It turns left, the shorter way (135°, not 225°), and arrives after about 7 s.
+# Feedback comes in part 3. Until then the picture says that the drive is perhaps not repeatable: by feedback the simulator sees that your node keeps time by the clock.
 #
 # F8 sends the robot to targets ahead, beside and behind.
 # By ground truth it must end up within the tolerance, its `final_pose` must agree with odometry, and it must stand still afterwards.
@@ -1193,7 +1194,7 @@ def odometry(x, y):
 # F9: feedback at 2 Hz or faster, accurate to 0.15 m.
 # The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
-# **By your own design.** When is there something to tell, and when would a number be a lie?
+# **Your own design.** When is there something to tell, and when would a number be a lie?
 # There is no third hint. `check("F9")` accepts any design that is right; the rows below expect feedback with each call of the timer. Two designs come after the check.
 
 # %% tags=["piece", "design"]

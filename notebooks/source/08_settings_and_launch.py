@@ -740,7 +740,7 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(RobotController, args)
 
 # %% [markdown]
-# **By your own design.** The table says what must be true after a change; how you get there is yours to decide.
+# **Your own design.** The table says what must be true after a change; how you get there is yours to decide.
 # What does the first try do to a robot that drives *backwards*, at -0.4 m/s?
 # And what must not happen to the timer whose rate has *not* changed?
 # There is no third hint. The two drives below and `check("I6")` accept any design; two designs come after the drives.
@@ -1195,7 +1195,7 @@ with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
 # %% [markdown]
 # Look for `Double value is: 20.0`, and for one node.
 #
-# **By your own design**, and without a skeleton: the file that starts the whole robot.
+# **Your own design**, and without a skeleton: the file that starts the whole robot.
 # This is what must hold:
 #
 # - `launch/robot_controller_launch.py` starts `robot_controller` and `sensor_processor`, each under its own name;

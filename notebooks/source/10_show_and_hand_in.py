@@ -38,7 +38,7 @@
 #     ├── ros2_robot_controller/                   all modules
 #     ├── scripts/
 #     │   ├── robot_controller  sensor_processor
-#     │   └── demo.py                              ← today, by your own design
+#     │   └── demo.py                              ← today, to your own design
 #     ├── README.md  LICENSE                       ← today
 #     └── test_results.xml                         ← today
 
@@ -139,7 +139,7 @@ for code in ("print('all shown')", "raise SystemExit('No node offers set_speed.'
     print(ended.returncode, "|", (ended.stdout + ended.stderr).strip())
 
 # %% [markdown]
-# ### The demonstration, by your own design
+# ### A demonstration of your own design
 #
 # There is no skeleton this time.
 # This is what must hold:

@@ -53,3 +53,11 @@ def test_two_unprompted_messages_are_tolerated_three_are_reported() -> None:
 def test_real_time_outweighs_every_other_reason() -> None:
     caveat = Repeatability(real_time=True, unprompted=9, unanswered=1).caveat()
     assert caveat.startswith("Not repeatable: the node runs on wall time")
+
+
+@pytest.mark.parametrize(("late", "caveat"), [(0, "Perhaps not repeatable: the node sent no feedback"), (2, "Not rep")])
+def test_a_node_without_feedback_is_not_said_to_run_on_wall_time(late: int, caveat: str) -> None:
+    """Notebook 07's node drives to its first goal before it sends feedback."""
+    probe = Probe(expects_feedback=True, ticks=24, late=late)
+    assert probe.verdict() == "real time"
+    assert Repeatability(real_time=True, without_feedback=probe.silent).caveat().startswith(caveat)
