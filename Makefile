@@ -69,9 +69,12 @@ format: setup  ## Format the code and fix what ruff can fix
 # Keeps the versions that requirements.txt has; UPGRADE=--upgrade takes newer ones. The result names no index and no path.
 # lark-parser, which rosidl_parser asks for, is an old lark under another name, with the same files: which of the two
 # was there afterwards was decided by chance. rosidl_parser runs with the new one, as on Ubuntu 24.04.
+# rfc3987-syntax is a check of URIs that jsonschema makes do without; with it, each program that reads a notebook
+# compiles a grammar when it starts, which takes 3 s of CPU time.
 lock: setup  ## Pin the versions of pyproject.toml's dependencies in requirements.txt
 	@$(BIN)/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 $(UPGRADE) \
-	    --no-emit-package lark-parser --no-emit-index-url --no-emit-find-links --no-header --quiet --output-file requirements.txt
+	    --no-emit-package lark-parser --no-emit-package rfc3987-syntax --no-emit-index-url --no-emit-find-links \
+	    --no-header --quiet --output-file requirements.txt
 	@sed -i -e '1i # What `make setup` installs: every package with its version, for CPython 3.11 to 3.14 on Linux.' \
 	    -e '1i # Written by `make lock` from pyproject.toml; do not edit. "via" names the packages that ask for one.' \
 	    -e '/^$$/,$$d' requirements.txt

@@ -1,7 +1,5 @@
 """What holds for all tests: who runs them, in which order, and what is said of the time they take."""
 
-import sys
-
 from helpers.sharing import (
     pytest_collection,
     pytest_collection_finish,
@@ -27,6 +25,3 @@ __all__ = [
     "pytest_xdist_auto_num_workers",
     "pytest_xdist_make_scheduler",
 ]
-
-# Where jsonschema finds this package it compiles a grammar of URIs at its import, which takes each process a second.
-sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]

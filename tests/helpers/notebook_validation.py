@@ -39,10 +39,6 @@ get_ipython().events.register("pre_run_cell", note)
 """
 
 
-# Where jsonschema finds this package it compiles a grammar of URIs at its import, which takes a second.
-PYTEST = "import sys; sys.modules['rfc3987_syntax'] = None; import pytest; sys.exit(pytest.main())"
-
-
 @dataclass(frozen=True)
 class Validation:
     """nbval's result: the number of cells it ran, and one text for each cell that differs from the stored notebook."""
@@ -72,7 +68,7 @@ def validate(path: Path, workspace: Path, cell_seconds: float = notebook_run.CEL
         shutil.copy(path, folder / "notebooks")
         ran = subprocess.run(
             [
-                sys.executable, "-c", PYTEST, "-q", "-p", "no:cacheprovider", "--color=no",
+                sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no",
                 "-c", str(folder / "pytest.ini"), "--rootdir", str(folder), "--junit-xml", str(report),
                 "--nbval", "--nbval-current-env", "--nbval-sanitize-with", str(sanitize),
                 "--nbval-cell-timeout", str(cell_seconds), f"notebooks/{path.name}",
