@@ -16,12 +16,13 @@ OUT := out/reference
 ARGS :=
 # Tests run make themselves; with these variables inherited it would print "Entering directory".
 PARALLEL := -n auto --maxprocesses 4 --dist loadfile
+QUICK := not slow and not notebooks
 PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
 # JupyterLab refuses to run as root, which is the user in most containers, unless told to.
 AS_ROOT := $(if $(filter 0,$(shell id -u)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup jupyter notebooks grade test test-all known-bad evidence words lint format lock doctor clean clean-all
+.PHONY: help setup jupyter notebooks grade test test-notebooks test-all faults known-bad evidence words lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
@@ -41,11 +42,17 @@ grade: setup  ## Grade the reference package; the report goes to out/reference o
 doctor: setup  ## Report what this machine has and lacks
 	@$(BIN)/grader doctor
 
-test: setup  ## Run all tests but the slow ones; ARGS="-k lidar" narrows them down
-	@$(PYTEST) -m "not slow" $(PARALLEL) $(ARGS)
+test: setup  ## Run the tests of every commit, five minutes; ARGS="-k lidar" narrows them down
+	@$(PYTEST) -m "$(QUICK)" $(PARALLEL) $(ARGS)
+
+test-notebooks: setup  ## Run all notebooks of both editions under nbval
+	@$(PYTEST) -m notebooks tests/notebooks $(ARGS)
 
 test-all: setup  ## Run all tests
 	@$(PYTEST) $(ARGS)
+
+faults: setup  ## Put forty faults into a copy of the kit, and print which tests notice each (takes an hour)
+	@PYTHONPATH=.:tests $(BIN)/python -m faults.table
 
 known-bad: setup  ## Grade every known-bad submission and print what each loses (takes an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table

@@ -15,6 +15,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PARALLEL = "-n auto --maxprocesses 4 --dist loadfile"
+QUICK = "-m not slow and not notebooks"
 
 
 def run(*command: str | Path, cwd: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -260,14 +261,15 @@ def clone(tmp_path: Path) -> Path:
 
 def test_ci_runs_the_command_of_the_readme():
     """Word for word: a new user meets whatever CI hides."""
-    last = (ROOT / ".ci" / "run").read_text().splitlines()[-1]
-    assert last == "make test </dev/null"
+    last = (ROOT / ".ci" / "run").read_text().splitlines()[-2:]
+    assert last == ["make test </dev/null", "make test-notebooks </dev/null"]
     assert "    make test " in (ROOT / "README.md").read_text()
 
 
 def test_ci_ends_with_the_output_of_pytest(clone: Path):
     ended = run(clone / ".ci" / "run", cwd=Path("/"), CI="true")
-    assert (ended.returncode, ended.stdout, ended.stderr) == (0, f"args: -m pytest -m not slow {PARALLEL}\n", "")
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout == f"args: -m pytest {QUICK} {PARALLEL}\nargs: -m pytest -m notebooks tests/notebooks\n"
 
 
 @pytest.mark.parametrize("status", [1, 2, 5])
@@ -287,7 +289,7 @@ def test_make_test_fails_when_a_test_fails(clone: Path):
 def test_narrowing_the_tests_down_leaves_the_slow_ones_out(clone: Path):
     """`make test ARGS="-k lidar"` once ran the slow ones too."""
     assert run("make", "test", "ARGS=-k lidar", cwd=clone).stdout == (
-        f"args: -m pytest -m not slow {PARALLEL} -k lidar\n"
+        f"args: -m pytest {QUICK} {PARALLEL} -k lidar\n"
     )
 
 

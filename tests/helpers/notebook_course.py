@@ -2,12 +2,11 @@
 
 Each notebook runs once in each way if a test asks for it. Four run at a time, because a notebook often waits: for
 discovery, a process, a build. So the published ones run in two sequences, unless the package at the end of the whole
-course is wanted; the second begins with the package that `start_at` lays out, which it has to build: 10 s of CPU time.
+course is wanted; one that does not begin with the first notebook begins with the package that `start_at` lays out.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
@@ -34,14 +33,10 @@ class Course:
         }
         self._published: dict[str, Future[Validation]] = {}
         names = notebook_source.names()
-        starts = [] if whole else [names.index(name) for name in STARTS]
-        for first, end in itertools.pairwise([0, *starts, len(names)]):
-            sequence = names[first:end]
-            # A sequence has no gaps: each notebook builds on the package that the ones before it leave.
-            last = max((sequence.index(name) for name in published if name in sequence), default=-1)
+        for sequence in sequences(published, names, () if whole else STARTS):
             self.workspace = Path(self._stack.enter_context(_folder(folder))).resolve() / "ws"
             pool = self._pool()
-            for name in sequence[: last + 1]:
+            for name in sequence:
                 lay_out = name == sequence[0] != names[0]
                 self._published[name] = pool.submit(self._validate, name, self.workspace, lay_out=lay_out)
 
@@ -72,6 +67,17 @@ class Course:
     def close(self) -> None:
         """Start nothing more, wait for the current runs, and delete the folders."""
         self._stack.close()
+
+
+def sequences(asked: Sequence[str], names: Sequence[str], starts: Sequence[str]) -> list[list[str]]:
+    """Return the asked notebooks in the course's order, in runs without gaps; each of `starts` begins a new one."""
+    runs: list[list[str]] = []
+    for before, name in zip(["", *names], names, strict=False):
+        if name in asked:
+            if name in starts or before not in asked:
+                runs.append([])
+            runs[-1].append(name)
+    return runs
 
 
 def _run_untouched(name: str) -> notebook_run.NotebookRun:

@@ -7,33 +7,36 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from helpers.notebook_course import Course
+from helpers.notebook_course import Course, sequences
 from helpers.notebook_rules import OF_UNTOUCHED_RUNS, Page
 
 from grader import cli
 from grader.authoring import notebook_source
 
 NAMES = notebook_source.names()
-OFTEN = ("04", "07")
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+
+
+def all_but(short: str) -> list[object]:
+    """Return the notebooks as parameters: `short` is run by `make test`, the others by `make test-notebooks` alone."""
+    return [pytest.param(name, marks=() if name == short else pytest.mark.notebooks) for name in NAMES]
 
 
 @pytest.fixture(scope="module")
 def course(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Course]:
-    asked: dict[str, list[str]] = {"untouched": [], "published": []}
-    for item in request.session.items:
-        if item.path == request.path and (kind := next((kind for kind in asked if f"_{kind}" in item.name), None)):
-            asked[kind].append(item.callspec.params["name"] if hasattr(item, "callspec") else NAMES[-1])
-    whole = any(item.path == request.path and "_to_the_end" in item.name for item in request.session.items)
-    course = Course(tmp_path_factory.mktemp("course"), asked["untouched"], asked["published"], whole=whole)
+    here = [item for item in request.session.items if item.path == request.path]
+    asked = {
+        kind: [item.callspec.params["name"] for item in here if f"_{kind}" in item.name and hasattr(item, "callspec")]
+        for kind in ("untouched", "published")
+    }
+    whole = any("_to_the_end" in item.name for item in here)
+    published = NAMES if whole else asked["published"]
+    course = Course(tmp_path_factory.mktemp("course"), asked["untouched"], published, whole=whole)
     yield course
     course.close()
 
 
-SELDOM = pytest.mark.slow  # 02 alone builds interfaces for 110 CPU seconds, and its published run builds them, too
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name[:2] in OFTEN else SELDOM) for name in NAMES])
+@pytest.mark.parametrize("name", all_but("03_numbers_of_motion"))
 def test_untouched_and_alone_it_runs_and_each_check_says_not_yet(name: str, course: Course):
     """In an empty workspace: a student may open any notebook first."""
     run = course.untouched(name)
@@ -42,12 +45,17 @@ def test_untouched_and_alone_it_runs_and_each_check_says_not_yet(name: str, cour
     assert [problem for rule in OF_UNTOUCHED_RUNS for problem in rule(page)] == []
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", all_but("00_first_drive"))
 def test_published_it_shows_what_a_solved_run_shows(name: str, course: Course):
     """No exception, and each output as published; another rule asserts that the published checks say "passed"."""
     found = course.published(name)
     assert not found.problems, "\n".join(found.problems)
     assert found.cells > 0
+
+
+def test_notebooks_that_follow_each_other_share_a_workspace():
+    assert sequences("bcd", "abcdef", "d") == [["b", "c"], ["d"]]
+    assert sequences("af", "abcdef", "d") == [["a"], ["f"]]
 
 
 @pytest.mark.slow  # a whole grading
