@@ -50,6 +50,7 @@ def installed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     return request.param, target
 
 
+@pytest.mark.slow  # pip installs each
 def test_each_runs_without_the_kit(installed: tuple[str, Path]):
     """Worlds and templates are in the package, nothing of the grader is asked for, and the README is right."""
     package, target = installed

@@ -288,9 +288,7 @@ def test_make_test_fails_when_a_test_fails(clone: Path):
 
 def test_narrowing_the_tests_down_leaves_the_slow_ones_out(clone: Path):
     """`make test ARGS="-k lidar"` once ran the slow ones too."""
-    assert run("make", "test", "ARGS=-k lidar", cwd=clone).stdout == (
-        f"args: -m pytest {QUICK} {PARALLEL} -k lidar\n"
-    )
+    assert run("make", "test", "ARGS=-k lidar", cwd=clone).stdout == (f"args: -m pytest {QUICK} {PARALLEL} -k lidar\n")
 
 
 def test_the_tests_do_not_inherit_that_they_run_inside_make(clone: Path):

@@ -21,6 +21,8 @@ from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject
 from grader.trials.source import wanted as wanted_trials
 
+pytestmark = pytest.mark.slow  # judges four packages twice
+
 REFERENCE, UNREADABLE = "reference", "runs_what_cannot_be_read"
 BAD = (
     "calls_itself_ament_python", "copies_a_block", "does_not_compile", "forgets_an_executable", "leaves_the_types_out",

@@ -32,6 +32,8 @@ from grader.student_tests import worker_report
 from grader.trials import parameter_files
 from sim.world import WorldError, load_world
 
+pytestmark = pytest.mark.slow  # the same with other seeds; intake/test_any_input.py is quick
+
 QUICK, MANY = 40, 1100  # nine readers: with the archives' 2000, more than 10,000 inputs
 ROOT = KIT
 

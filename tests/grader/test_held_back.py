@@ -311,6 +311,7 @@ def test_a_node_that_prints_what_it_sees_and_dies_tells_nothing_by_it(course: Co
     assert "KeyError" not in page
 
 
+@pytest.mark.slow  # a build and a trial
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_package_that_hits_it_in_the_real_trial_is_told_so_and_no_more(course: Course, tmp_path: Path):

@@ -35,6 +35,7 @@ def package(tmp_path: Path) -> Path:
     return Path(shutil.copytree(REFERENCE, tmp_path / "ros2_robot_controller"))
 
 
+@pytest.mark.slow  # three gradings
 @pytest.mark.sandbox
 def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path: Path):
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
@@ -77,6 +78,7 @@ def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_p
     assert pipeline.unchanged(package, settings) is None
 
 
+@pytest.mark.slow  # three gradings of one requirement
 @pytest.mark.sandbox
 def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_path: Path, monkeypatch: Any):
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
@@ -90,6 +92,7 @@ def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_pa
     assert pipeline.unchanged(package, settings) is not None
 
 
+@pytest.mark.slow  # two gradings
 @pytest.mark.sandbox
 def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypatch: Any):
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
@@ -100,6 +103,7 @@ def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypa
     assert pipeline.unchanged(package, settings) is None
 
 
+@pytest.mark.slow  # two gradings
 @pytest.mark.sandbox
 def test_a_grading_keeps_no_verdict(package: Path, tmp_path: Path):
     """None of a grading is taken from an earlier one."""

@@ -1,6 +1,6 @@
 """Name the tests that have become dearer since an earlier run, from the lists that `pytest --durations=60` prints.
 
-    python tests/helpers/durations.py EARLIER NOW
+python tests/helpers/durations.py EARLIER NOW
 """
 
 from __future__ import annotations

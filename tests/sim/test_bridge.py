@@ -145,6 +145,7 @@ def test_a_node_that_publishes_best_effort_is_heard_as_well(tmp_path: Path):
     assert later == pytest.approx([0.2 + 0.1 * i for i in range(19)])
 
 
+@pytest.mark.slow  # a node more
 def test_what_a_late_answer_brings_with_it_counts_for_the_same_tick(tmp_path: Path):
     """One fused message of eighty was recorded a tick late, where the answer came after the barrier."""
     found = run(tmp_path, "own thread")
@@ -159,6 +160,7 @@ def test_a_command_is_based_on_the_scan_of_its_own_tick(tmp_path: Path):
     assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
 
 
+@pytest.mark.slow  # a node more
 def test_a_message_is_served_in_its_tick_down_to_the_last_callback(tmp_path: Path):
     """Without it, an action's result counted for the next tick if it and the end of its tick arrived together."""
     told = run(tmp_path, "timer", event="late")["told"]
@@ -166,6 +168,7 @@ def test_a_message_is_served_in_its_tick_down_to_the_last_callback(tmp_path: Pat
     assert [served for _, served in told] == [came for came, _ in told]
 
 
+@pytest.mark.slow  # a node more
 def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
     """Two rounds per tick, a third if a clock message got lost; the five IMU readings in each are not published."""
     assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] < 120
@@ -194,6 +197,7 @@ def test_a_single_threaded_node_is_repeatable(tmp_path: Path):
     assert run(tmp_path, "timer", ticks=100)["said"] == ["", ""]
 
 
+@pytest.mark.slow  # a node for each reason
 @pytest.mark.parametrize(
     ("kind", "reason"),
     [
@@ -211,6 +215,7 @@ def test_a_recording_says_why_another_run_may_differ(tmp_path: Path, kind: str, 
     assert recording_says == simulator_says
 
 
+@pytest.mark.slow  # waits for what does not come
 def test_a_dead_node_holds_up_nothing(tmp_path: Path):
     found = run(tmp_path, "timer", ticks=200, event="kill")
     assert found["said"] == ["", ""]
@@ -269,6 +274,7 @@ bridge.close()
 """
 
 
+@pytest.mark.slow  # a node more
 def test_all_that_a_node_publishes_is_heard_from_the_match_to_the_end(tmp_path: Path):
     """The node is stopped while the subscription is made, and the last message comes just before the end."""
     (tmp_path / "node.py").write_text(GREETER)
@@ -325,6 +331,7 @@ bridge.close()
 """
 
 
+@pytest.mark.slow  # a node more
 def test_a_tick_in_real_time_serves_what_has_arrived_even_if_it_is_late(tmp_path: Path):
     """On a busy machine feedback lay in the queue for a second, and its distance was called wrong."""
     (tmp_path / "node.py").write_text(SPEAKER)

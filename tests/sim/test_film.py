@@ -3,6 +3,7 @@
 import io
 
 import numpy as np
+import pytest
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
@@ -38,6 +39,7 @@ def test_a_box_appears_and_vanishes_in_it() -> None:
     assert at == [False, True, False]
 
 
+@pytest.mark.slow  # draws a minute of film
 def test_a_drive_of_a_minute_is_played_faster_and_stays_small() -> None:
     office = Simulator(load_world("office"))
     film = Film(drive(office, Tourist(office), 60.0))

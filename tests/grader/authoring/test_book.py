@@ -119,6 +119,7 @@ display(live)
 """
 
 
+@pytest.mark.slow  # a kernel
 def test_a_live_view_that_nobody_watches_runs_for_a_while_and_is_stored_as_its_last_picture(tmp_path: Path):
     """Not one that its author lets run, the page says for how long; and not again after a reset."""
     author_runs = f"{LIVE}live.run(2.0)"
@@ -263,6 +264,7 @@ def test_an_exception_keeps_the_old_notebook_and_is_reported(
     assert editions.published_file(NAME, example).read_bytes() == before
 
 
+@pytest.mark.slow  # a kernel
 def test_an_untouched_run_is_reported_and_stores_nothing(example: Path, capsys: pytest.CaptureFixture[str]):
     before = {path: path.read_bytes() for path in example.rglob("*.ipynb")}
     assert book.main(["untouched", "--folder", str(example)]) == 0

@@ -130,6 +130,7 @@ def test_an_edit_that_loses_something_else_and_a_check_that_none_fails_are_named
     assert found.notes == (f"no known-bad edit fails {lacking}, so nothing shows that it can fail",)
 
 
+@pytest.mark.slow  # trials for several seeds
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_trial_whose_outcome_depends_on_the_seed_is_named(folder: Path):

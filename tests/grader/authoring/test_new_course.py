@@ -35,6 +35,7 @@ def test_another_name_of_the_package_is_everywhere(tmp_path: Path):
     assert check_course.mistakes(course.folder) == []
 
 
+@pytest.mark.slow  # a build
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_under_another_name_the_solution_keeps_its_points_for_its_text_and_its_build(tmp_path: Path):

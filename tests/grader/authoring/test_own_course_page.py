@@ -72,6 +72,7 @@ def test_every_command_but_the_gradings_works_as_typed(tmp_path: Path):
     assert not [path for path in course.folder.rglob("*b4.*") if b"TODO" in path.read_bytes()]
 
 
+@pytest.mark.slow  # gradings of a second course
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_the_corridor_of_the_page_is_judged_as_it_says(tmp_path: Path):

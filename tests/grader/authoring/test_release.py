@@ -106,6 +106,7 @@ def longest_quotation(solution: str, text: str) -> list[str]:
     return longest
 
 
+@pytest.mark.slow  # reads all of the kit against all of the solution
 def test_the_code_of_the_kit_quotes_no_solution(kit: Path):
     """Seven lines at most: the kit builds the contract's interfaces itself, and that takes the same CMake command."""
     programs = {name: (kit / name).read_text() for name in names(kit) if name.endswith((".py", ".txt", ".yaml"))}

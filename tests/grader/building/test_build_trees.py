@@ -40,6 +40,7 @@ def built(folder: Path, cmake: str, **files: str) -> colcon.Built:
     return building.build([package], folder.parent / "cache", COURSE, main="p")
 
 
+@pytest.mark.slow  # two builds
 @pytest.mark.sandbox
 def test_a_package_leaves_no_mark_in_the_tree_from_which_another_is_built(tmp_path: Path):
     """The command that runs its file is put together from variables, and the other package has it, too."""
@@ -58,6 +59,7 @@ def test_a_package_leaves_no_mark_in_the_tree_from_which_another_is_built(tmp_pa
     assert "mark.txt" not in second.facts.shared_files
 
 
+@pytest.mark.slow  # six builds
 @pytest.mark.sandbox
 @pytest.mark.parametrize(
     "cmake",
@@ -74,6 +76,7 @@ def test_what_a_build_looks_for_it_finds_whatever_was_built_before(tmp_path: Pat
     assert "launch/demo.py" in built(tmp_path / "second", cmake, **{"launch/demo.py": ""}).facts.shared_files
 
 
+@pytest.mark.slow  # three builds
 @pytest.mark.sandbox
 def test_interfaces_are_compiled_once_for_packages_that_differ_in_other_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -36,6 +36,7 @@ def test_the_reference_builds_with_the_contracts_hashes(package: Path, settings:
     assert "launch/robot_controller_launch.py" in built.facts.shared_files
 
 
+@pytest.mark.slow  # a build more
 @pytest.mark.sandbox
 def test_a_grader_whose_files_are_private_builds_too(package: Path, settings: pipeline.Settings):
     """As root's with the mask 077: submissions run as another user, who must read what root has written."""
@@ -60,6 +61,7 @@ def test_the_same_content_is_built_once_wherever_it_lies(package: Path, tmp_path
     assert second.install == first.install
 
 
+@pytest.mark.slow  # a build more
 @pytest.mark.sandbox
 def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.Settings):
     (package / "ros2_robot_controller" / "extra.py").write_text("DAMAGED = 'on purpose'\n")
@@ -121,6 +123,7 @@ def test_a_log_names_no_place_of_this_machine():
     assert colcon._without_host_paths(log) == "CMake Error at <ros>/share/x.cmake:1"
 
 
+@pytest.mark.slow  # two builds
 @pytest.mark.sandbox
 def test_interfaces_of_the_kit_that_do_not_build_are_tried_again(tmp_path: Path):
     """They fail for the machine's sake, such as a broken colcon, and that may be repaired."""

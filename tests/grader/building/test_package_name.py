@@ -123,6 +123,7 @@ def renamed_as_told(package: Path, name: str, new: str) -> Path:
     return package.rename(package.with_name(new))
 
 
+@pytest.mark.slow  # a build
 @pytest.mark.sandbox
 def test_a_package_that_is_renamed_as_told_builds_under_its_new_name(tmp_path: Path, settings: pipeline.Settings):
     """`resource/<name>` was not listed, and without it colcon cannot build an ament_python package."""

@@ -57,6 +57,7 @@ def test_what_belongs_to_a_user_is_not_read(shared: Path, where: str):
     assert cache.shared("builds", "abc") is None
 
 
+@pytest.mark.slow  # a build
 @pytest.mark.sandbox
 def test_a_first_build_takes_the_interfaces_from_the_shared_cache_and_leaves_it_alone(
     shared: Path, settings: pipeline.Settings, tmp_path: Path

@@ -23,6 +23,7 @@ def test_hashes_are_computed_from_the_text(tmp_path: Path):
     assert [name for name, digest in found.hashes.items() if digest != other.hashes[name]] == ["srv/SetSpeed"]
 
 
+@pytest.mark.slow  # a run of rosidl more
 @pytest.mark.sandbox
 def test_a_definition_that_cannot_be_read_takes_no_other_along(tmp_path: Path):
     texts = type_hashes.definitions(spec.CONTRACT)

@@ -22,6 +22,8 @@ from grader.evidence import Flag
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
 
+pytestmark = pytest.mark.slow  # each writes a class of ten twice, with their reports
+
 SEAN = Person("s1230", "Seán O'Brien", "sean.obrien@uni.example", "sobrien", "team-alpha", "44120", "moodle")
 LI = Person("s1231", "李 小龍", "li.xiaolong@uni.example", "xlong", "team-alpha")
 ADA = Person("s1234", "Ada Müller-Vogt", "ada.mv@uni.example", "adamv")

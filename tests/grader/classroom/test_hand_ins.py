@@ -128,6 +128,7 @@ def test_the_figure_on_the_page_is_the_gradebooks(graded: ClassFolder):
     assert "2 started days late" in page
 
 
+@pytest.mark.slow  # each verb on a class
 @pytest.mark.parametrize("again", [after_grading.write_pages, lambda folder: rescore(folder, jobs=1)])
 def test_every_verb_that_changes_the_gradebook_writes_the_pages_with_it(graded: ClassFolder, again):
     graded.overrides.write_text("submissions: {team07: {adjust: {total: 12.5, why: x, by: Ada}}}")

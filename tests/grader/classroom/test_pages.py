@@ -71,6 +71,7 @@ Student,ID,SIS User ID,SIS Login ID,Section,Quiz (70),Robots (77)
 """
 
 
+@pytest.mark.slow  # ten commands
 def test_a_term_in_ten_commands_is_graded_as_it_is_typed(term: Path, capsys):
     typed = commands("term.md")
     assert len(typed) == 10

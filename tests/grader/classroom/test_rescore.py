@@ -42,6 +42,7 @@ def again(graded: Path, tmp_path: Path) -> ClassFolder:
     return ClassFolder(tmp_path / "class")
 
 
+@pytest.mark.slow  # a class is judged twice
 def test_the_same_rubric_and_checks_give_the_same_points(again: ClassFolder, graded: Path):
     done = rescore(again, jobs=1)
     assert (done.judged, done.changes) == (1, ())
@@ -49,6 +50,7 @@ def test_the_same_rubric_and_checks_give_the_same_points(again: ClassFolder, gra
     assert (again.submission("team07") / pipeline.EVIDENCE / "build.json").exists()
 
 
+@pytest.mark.slow  # a class is judged twice
 def test_a_single_requirement_is_judged_again_and_the_others_keep_their_results(again: ClassFolder, graded: Path):
     place = again.submission("team07")
     answers = json.loads((place / pipeline.EVIDENCE / "functions.json").read_text())
@@ -91,6 +93,7 @@ def test_evidence_that_was_not_collected_is_named_with_the_command_that_collects
         rescore(again, jobs=1)
 
 
+@pytest.mark.slow  # a class is judged
 def test_evidence_from_every_source_is_enough_and_from_fewer_is_not(again: ClassFolder):
     origin = again.submission("team07") / pipeline.EVIDENCE / "origin.json"
     names = [source.name for source in collect.SOURCES]
@@ -123,6 +126,7 @@ def test_ctrl_c_while_judging_leaves_the_class_as_it_was(again: ClassFolder, tmp
     assert (again.path / RUBRIC).read_text() == rubric.RUBRIC.read_text()
 
 
+@pytest.mark.slow  # a class is judged twice
 @pytest.mark.parametrize("status", [Status.REFUSED, Status.ERROR])
 def test_a_rescore_turned_cannot_be_graded_into_not_graded_yet(again: ClassFolder, tmp_path: Path, status: Status):
     """Only the graded ones got the new rubric's hash; whoever had 0 and a reason lost both."""

@@ -122,6 +122,7 @@ def contents(folder: Path) -> dict[str, str]:
     return {str(p.relative_to(folder)): p.read_text() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+@pytest.mark.slow  # a grading
 @pytest.mark.sandbox
 def test_a_report_that_cannot_be_written_leaves_the_previous_results(
     ungraded, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -142,6 +143,7 @@ def test_a_report_that_cannot_be_written_leaves_the_previous_results(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["evidence", "report.json"]
 
 
+@pytest.mark.slow  # two gradings
 @pytest.mark.sandbox
 def test_a_second_grading_replaces_the_first(ungraded, tmp_path: Path):
     for words in ("first", "second"):
@@ -222,6 +224,7 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
 # -- memory -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow  # starts the grader for each limit
 @pytest.mark.sandbox
 @pytest.mark.parametrize(
     ("limit", "words"),
@@ -251,6 +254,7 @@ def test_a_missing_tool_is_named(tmp_path: Path):
     assert ros_env.missing_tools(str(tmp_path)) == ["C++ compiler", "cmake"]
 
 
+@pytest.mark.slow  # a grading
 @pytest.mark.sandbox
 def test_without_a_compiler_nothing_is_built_or_cached(reference: Path, tmp_path: Path):
     hidden = [path for name in ("c++", "g++", "clang++") if (path := shutil.which(name))]

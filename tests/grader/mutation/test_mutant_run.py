@@ -168,6 +168,7 @@ def share(mutation: Mutation) -> float:
     return outcomes(mutation).count("noticed") / len(mutation.mutants)
 
 
+@pytest.mark.slow  # all mutants of the toy
 def test_thorough_tests_notice_nearly_every_mutant_that_they_reach(mutated: Mutate):
     mutation = mutated("thorough")
     assert sum(mutant.outcome != "unreached" for mutant in mutation.mutants) == 30
@@ -200,6 +201,7 @@ def test_tests_that_assert_nothing_notice_next_to_nothing(mutated: Mutate):
     assert share(mutated("silent")) <= 0.1
 
 
+@pytest.mark.slow  # four suites on the toy's mutants
 @pytest.mark.parametrize("suite", ["hash", "tree", "normal_form", "looks_again"])
 def test_tests_that_read_the_source_notice_nothing(mutated: Mutate, suite: str):
     """Whether they read it in each run or only where nothing is measured. No equivalent mutant is needed."""
@@ -217,12 +219,14 @@ def test_tests_that_fail_on_any_change_of_the_code_are_convicted(mutated: Mutate
     assert len({equivalent.words for equivalent in mutation.equivalent_mutants if equivalent.failed}) >= 2
 
 
+@pytest.mark.slow  # all mutants of the toy once more
 def test_tests_that_need_their_order_are_not_convicted(mutated: Mutate):
     mutation = mutated("in_order")
     assert mutation.convicted == []
     assert 0.1 < share(mutation) < 0.9
 
 
+@pytest.mark.slow  # all mutants of the toy twice
 def test_the_same_seed_gives_the_same_mutants_and_outcomes(mutated: Mutate):
     one, two = mutated("thorough"), mutated("thorough", again=1)
     assert one.mutants == two.mutants

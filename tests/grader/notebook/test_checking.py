@@ -56,6 +56,7 @@ def test_answers_come_in_the_order_asked_for_and_once(workspace: Workspace) -> N
     assert [answer.id for answer in notebook.check("Q2", "F4", "Q2").answers] == ["Q2", "F4"]
 
 
+@pytest.mark.slow  # a whole check more
 @pytest.mark.sandbox
 def test_requirements_about_text_are_judged_without_a_build(package: Path, no_build: None) -> None:
     (package / "CMakeLists.txt").write_text("not CMake (")
@@ -63,6 +64,7 @@ def test_requirements_about_text_are_judged_without_a_build(package: Path, no_bu
     assert checked.passed, checked
 
 
+@pytest.mark.slow  # a build
 @pytest.mark.sandbox
 def test_habits_are_judged_by_the_text_of_a_package_that_does_not_build(package: Path) -> None:
     (package / "CMakeLists.txt").write_text("not CMake (")
@@ -81,6 +83,7 @@ def test_a_finding_has_seen_and_try(package: Path) -> None:
     assert "Traceback" not in said
 
 
+@pytest.mark.slow  # a whole check more
 @pytest.mark.sandbox
 def test_the_reference_passes(package: Path) -> None:
     """The published notebooks have the answers for what must run."""
@@ -90,6 +93,7 @@ def test_the_reference_passes(package: Path) -> None:
     assert checked.points == 7.0
 
 
+@pytest.mark.slow  # a build; test_colcon.py and the reports show the error
 @pytest.mark.sandbox
 def test_a_build_that_fails_shows_its_first_error(package: Path) -> None:
     cmake = package / "CMakeLists.txt"

@@ -183,6 +183,7 @@ def in_a_kernel(cells: str, **environment: str) -> str:
     return ran.stdout + ran.stderr
 
 
+@pytest.mark.slow  # a kernel
 def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -> None:
     said = in_a_kernel(
         "s.run_cell(\"from grader.notebook import begin; begin('08')\")\n"
@@ -230,6 +231,7 @@ def test_a_skeletons_cell_that_is_run_twice_more_does_not_empty_the_pieces(works
     assert "return 1" in (package / "own.py").read_text()
 
 
+@pytest.mark.slow  # two kernels
 def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace: Workspace, package: Path) -> None:
     begin = "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
     in_a_kernel(
@@ -274,6 +276,7 @@ def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
 SELDOM = pytest.mark.slow  # builds the package of the notebooks before, as the first does
 
 
+@pytest.mark.slow  # a kernel for each of many notebooks
 @pytest.mark.parametrize(
     "name",
     ["08_settings_and_launch"]

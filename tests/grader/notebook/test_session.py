@@ -416,6 +416,7 @@ report(contacts=len(run.recording.contacts), stands=run.simulator.twist.v)
     assert facts["stands"] == pytest.approx(0.0, abs=0.01)
 
 
+@pytest.mark.slow  # a kernel with a node more
 def test_a_file_of_ones_own_can_stand_in_for_a_node(laid_out: Callable[[str], Path]) -> None:
     """Notebook 01 lets the empty node of its package drive, by a class derived from it."""
     facts = play(

@@ -23,6 +23,7 @@ def open_after(workspace: Workspace, number: str, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setenv(NOTEBOOK, number)
 
 
+@pytest.mark.slow  # a whole check more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_what_a_later_notebook_brings_does_not_keep_a_requirement_from_passing(
@@ -33,6 +34,7 @@ def test_what_a_later_notebook_brings_does_not_keep_a_requirement_from_passing(
     assert said == "I1 passed so far (2 of 3)\n    later     notebook 08 brings launch and config files"
 
 
+@pytest.mark.slow  # a whole check more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_what_the_notebook_teaches_is_still_asked_for(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,6 +81,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     return recorded
 
 
+@pytest.mark.slow  # a whole check more
 def test_bad_readings_are_judged_by_the_node_that_is_there(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch, seen: Callable[[str], None]
 ) -> None:
@@ -96,6 +99,7 @@ def test_bad_readings_are_judged_by_the_node_that_is_there(
     assert "closest_obstacle_distance" in said
 
 
+@pytest.mark.slow  # a whole check more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_parameter_of_a_later_notebook_is_no_bad_habit(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from helpers.node_runs import run_with_node
 
-pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # two kernels, each with nodes
 
 # A user's kernel: it opens its workspace as a notebook's first cell does, and tells robots apart by their places.
 # SUBNET is the wider range; with LOCALHOST, which a machine with a network gets, nothing is heard in a namespace.

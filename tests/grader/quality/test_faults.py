@@ -138,6 +138,7 @@ def test_an_honest_package_of_another_shape_has_no_fault(tmp_path: Path, variant
     assert faults(submission / REFERENCE.name, interfaces if interfaces.is_dir() else None) == []
 
 
+@pytest.mark.slow  # a build
 def test_a_package_that_builds_has_no_fault_that_would_stop_the_build(tmp_path: Path):
     """Of all edits, these keep colcon from building."""
     wrong = set()
@@ -312,6 +313,7 @@ def test_cmake_is_read_with_comments_strings_and_blocks():
     assert install.in_block
 
 
+@pytest.mark.slow  # waits for a limit
 @pytest.mark.parametrize(
     ("file", "text"),
     [

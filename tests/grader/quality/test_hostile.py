@@ -126,6 +126,7 @@ def test_memory_is_limited(tmp_path: Path):
     assert done is None or done.returncode != 0
 
 
+@pytest.mark.slow  # waits for a limit
 def test_time_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(bisect_failures, "CPU_SECONDS", 1)
     assert bisect_failures.run_python(["-c", "while True: pass"], tmp_path) is None

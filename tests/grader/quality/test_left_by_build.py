@@ -13,6 +13,8 @@ from grader.host import ros_env
 from grader.quality import analyse, source_files
 from grader.quality.left_by_build import left_by_build, may_leave_code, with_installed
 
+pytestmark = pytest.mark.slow  # each builds and lints
+
 SITE = str(ros_env.SITE_IN_PREFIX)
 LAUNCHER = "#!/usr/bin/env python3\nfrom ros2_robot_controller.{node} import main\n\nraise SystemExit(main())\n"
 SLOPPY = "def mess( a ):\n  return a\n"

@@ -203,6 +203,7 @@ def padded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return Padded(request.param, with_padding, with_tests, with_flake8(package))
 
 
+@pytest.mark.slow  # the linters, for each of many places
 @pytest.mark.parametrize("check", [STYLE, DOCSTRINGS, RULES, ANNOTATIONS], ids=lambda check: check.__name__)
 def test_clean_code_that_nothing_uses_does_not_make_up_for_a_sloppy_node(padded: Padded, check: Check):
     with_padding, without = as_it_is(check, padded.quality), as_it_is(check, padded.without)

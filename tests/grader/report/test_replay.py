@@ -109,6 +109,7 @@ def test_held_out_trials_are_neither_replayed_nor_written(rubric, tmp_path):
     assert not list(tmp_path.rglob("*.mcap"))
 
 
+@pytest.mark.slow  # a report with all replays
 def test_a_report_of_a_package_that_fails_in_every_trial_is_below_3_mb():
     """All trials of the reference, each with a check that failed in it."""
     rubric, found = load(RUBRIC), recordings.load("reference")

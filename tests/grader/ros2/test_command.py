@@ -117,6 +117,7 @@ def test_a_prepared_terminal_is_not_told_to_prepare_itself(ros2, tmp_path):
     assert said.splitlines()[1].endswith(f"this terminal: source {tmp_path}/install/setup.zsh")
 
 
+@pytest.mark.slow  # a start of pytest
 def test_a_new_package_passes_its_own_tests(ros2, tmp_path):
     made = ros2(
         *("pkg", "create", "--build-type", "ament_python", "--license", "Apache-2.0", "--node-name", "talker"),

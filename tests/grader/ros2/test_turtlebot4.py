@@ -108,6 +108,7 @@ def drive(tmp_path: Path, reference: Path, world: str, robot: str, *arguments: s
     return found
 
 
+@pytest.mark.slow  # a build and a launch
 def test_the_reference_stops_before_a_wall_on_a_turtlebot_4(tmp_path: Path, reference: Path):
     """Its lidar is turned by 90 degrees, its topics are in a namespace, and it takes only TwistStamped."""
     found = drive(tmp_path, reference, "wall_ahead", "/robot1", "namespace:=/robot1")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
+import uuid
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -161,18 +163,28 @@ def test_a_command_sees_only_its_own_processes():
     assert int(count) <= 3
 
 
+def running(mark: str) -> list[str]:
+    """Return the processes of this machine with `mark` in their command line."""
+    found = []
+    for process_id in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended
+            if mark.encode() in (process_id / "cmdline").read_bytes():
+                found.append(process_id.name)
+    return found
+
+
 def test_a_command_that_hangs_is_stopped_with_its_whole_tree(tmp_path: Path):
     box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    daemon = "while true; do date > /ws/out/alive; sleep 0.05; done"
+    mark = uuid.uuid4().hex
+    daemon = f"while true; do date > /ws/out/alive; sleep 0.05; done # {mark}"
     code = (
         f"import subprocess, time; subprocess.Popen(['sh', '-c', {daemon!r}], start_new_session=True)\ntime.sleep(1000)"
     )
     result = python(code, box, wall_seconds=2.0)
     assert result.timed_out
     assert result.exit_code is None
-    (tmp_path / "alive").unlink(missing_ok=True)
-    time.sleep(0.3)  # three times as long as the daemon takes between two signs of life
-    assert not (tmp_path / "alive").exists()
+    assert (tmp_path / "alive").exists()
+    assert running(mark) == []
 
 
 def test_time_spent_waiting_for_a_core_does_not_count(monkeypatch: pytest.MonkeyPatch):
@@ -247,10 +259,11 @@ def test_thread_times_cover_the_whole_process_tree():
 
 def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
     box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    child = "['sh', '-c', 'sleep 0.5; echo late > /ws/out/late']"
-    assert python(f"import subprocess; subprocess.Popen({child}, start_new_session=True)", box).ok
-    time.sleep(1.0)
-    assert not (tmp_path / "late").exists()
+    mark = uuid.uuid4().hex
+    child = f"['sh', '-c', 'echo up > /ws/out/up; sleep 1000 # {mark}']"
+    start = f"import os, subprocess; subprocess.Popen({child}, start_new_session=True)"
+    assert python(f"{start}\nwhile not os.path.exists('/ws/out/up'): pass", box).ok
+    assert running(mark) == []
 
 
 @pytest.mark.parametrize("forked", [False, True])

@@ -17,7 +17,7 @@ from helpers.programs import ABOUT_ITSELF, ENDS_WITH_MANY_STACKS, INSTALL, LIMIT
 from grader import KIT, sandbox
 from grader.sandbox.warm_start import WarmPython
 
-pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # some thirty launches
 
 Launch = Callable[..., sandbox.Process]
 

@@ -19,6 +19,8 @@ from grader.student_tests.source import keep_runs
 from grader.student_tests.suite_run import SuiteRun, run_suite
 from grader.student_tests.warm_worker import WarmWorker, start_workers
 
+pytestmark = pytest.mark.slow  # each runs the toy's tests several times
+
 SLOWLY = """
 from ros2_robot_controller.robot_controller import RobotController
 

@@ -15,6 +15,8 @@ from grader.sandbox import untrusted
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import run_suite
 
+pytestmark = pytest.mark.slow  # each runs the toy's tests
+
 
 def test_form_feeds_hide_nothing_from_mutation(tmp_path: Path):
     plain, fed = tmp_path / "plain.py", tmp_path / "fed.py"

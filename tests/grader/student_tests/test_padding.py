@@ -15,7 +15,7 @@ from grader.mutation.mutant_run import mutate
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import SuiteRun, run_suite
 
-pytestmark = [pytest.mark.sandbox]
+pytestmark = [pytest.mark.sandbox, pytest.mark.slow]  # each runs the toy's tests
 
 PAD = "".join(f"def pad{n}(x):\n    y = x + {n}\n    return y * 2\n\n\n" for n in range(60))
 TESTS = {

@@ -14,7 +14,7 @@ from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import SuiteRun, run_suite
 from grader.student_tests.warm_worker import ModuleRequest
 
-pytestmark = [pytest.mark.sandbox]
+pytestmark = [pytest.mark.sandbox, pytest.mark.slow]  # each runs the toy's tests and probes several times
 
 STOPS = """
     from ros2_robot_controller import robot_controller

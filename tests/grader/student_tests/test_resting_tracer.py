@@ -13,7 +13,7 @@ import pytest
 
 from grader import KIT
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.slow]  # a measurement
 
 # Every branch is taken in every run, however long a callback waits for its turn.
 NODE = """

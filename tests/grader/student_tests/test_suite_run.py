@@ -273,6 +273,7 @@ def counts(module: evidence.TestModule) -> tuple[int, int, int, int]:
     return module.passed, module.failed, module.errors, module.skipped
 
 
+@pytest.mark.slow  # the reference's own tests, as in the whole grading
 def test_honest_tests_are_counted_and_believed(module, doubts):
     assert counts(module("honest")) == (11, 0, 0, 0)
     assert doubts("honest") == []
@@ -396,6 +397,7 @@ def test_nothing_of_the_install_tree_is_loaded_before_pytest(module, doubts):
     assert doubts("evil") == []
 
 
+@pytest.mark.slow  # two runs of the toy's tests
 def test_the_same_seed_gives_the_same_results(tmp_path):
     made = toy.make(tmp_path, {"test/test_it.py": toy.THOROUGH})
     one, two = (

@@ -126,6 +126,7 @@ def modules(tmp_path_factory: pytest.TempPathFactory) -> dict[str, evidence.Test
     return {module.path.split("/")[1]: module for module in found}
 
 
+@pytest.mark.slow  # a suite for each kind
 @pytest.mark.parametrize("name", NOTHING)
 def test_a_test_of_nothing_counts_for_no_node(modules: dict[str, evidence.TestModule], name: str):
     """Three of four points for imports and mocks, and all four for tests that cannot fail."""

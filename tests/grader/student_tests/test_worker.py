@@ -203,6 +203,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     return run(tmp_path_factory.mktemp("toy"), files)
 
 
+@pytest.mark.slow  # six suites
 @pytest.mark.parametrize("name", READERS)
 def test_a_test_that_reads_the_source_is_flagged_by_name(ran: SuiteRun, name: str):
     path = f"test/{name}/test_it.py"
@@ -221,6 +222,7 @@ def test_importing_running_and_failing_does_not_count_as_reading(ran: SuiteRun, 
     assert [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path] == []
 
 
+@pytest.mark.slow  # a suite more
 def test_tests_beside_one_that_reads_the_source_are_not_named(tmp_path: Path):
     """The text is read on import, for one test of three; the others notice mutants as before."""
     text = """
@@ -264,6 +266,7 @@ def test_no_test_can_stop_or_kill_its_worker(tmp_path: Path):
     assert found.tests.doubts == []
 
 
+@pytest.mark.slow  # a suite more
 def test_tests_that_end_the_process_instead_of_failing_are_not_believed(tmp_path: Path):
     """They report their failures as passed, and exit when the grader has changed their text."""
     forge = """
@@ -308,6 +311,7 @@ def test_lines_that_a_started_program_reaches_count(ran: SuiteRun):
     assert line + 1 in processor.missing
 
 
+@pytest.mark.slow  # waits for a process that comes late
 @pytest.mark.usefixtures("one_worker")
 def test_coverage_data_of_other_origin_does_not_count(tmp_path: Path):
     """The forged data are there from the first module on; only what each run itself measured is taken."""
@@ -330,6 +334,7 @@ def test_coverage_data_of_other_origin_does_not_count(tmp_path: Path):
     assert controller.lines_hit < controller.lines
 
 
+@pytest.mark.slow  # one of several ways to claim
 def test_claiming_every_line_of_the_source_is_found_out(tmp_path: Path):
     forge = """
         import coverage
@@ -383,6 +388,7 @@ HOOK_OF_FALSE_ORIGIN = """
 """
 
 
+@pytest.mark.slow  # a suite more
 def test_a_hook_whose_class_claims_to_be_pytests_is_not_called(tmp_path: Path):
     fails = USE + "\n\ndef test_it():\n    assert robot_controller.stop_distance(0.5) == 7.0\n"
     found = run(tmp_path, {"test/test_it.py": fails, "test/conftest.py": dedent(HOOK_OF_FALSE_ORIGIN)})

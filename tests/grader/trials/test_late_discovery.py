@@ -20,12 +20,14 @@ def test_a_service_that_is_discovered_late_is_called(run: Run):
     assert [(call.service, call.problem) for call in found.calls] == [("set_speed", None)] * 2
 
 
+@pytest.mark.slow  # a node more
 def test_an_action_that_is_discovered_late_gets_its_goal(run: Run):
     late = 'late(lambda: ActionServer(node, NavigateToPosition, "navigate_to_position", go))'
     (goal,) = run("cancel_early", COMMANDS + ODOMETRY + late).goals
     assert (goal.problem, goal.status, goal.success) == (None, "succeeded", True)
 
 
+@pytest.mark.slow  # a node more
 @pytest.mark.parametrize("quality", ["10", "qos_profile_sensor_data"])
 def test_a_topic_that_is_discovered_late_is_heard_from_its_first_message(run: Run, quality: str):
     """One that is published best effort, too: F12 and F13 once lost 3.5 points, for no message at all."""
@@ -41,6 +43,7 @@ node.create_timer(0.1, lambda: fused and fused[0].publish(SensorFusionData(batte
     assert [round(message.t, 2) for message in found.messages][:3] == [0.1, 0.2, 0.3]
 
 
+@pytest.mark.slow  # a node more
 @pytest.mark.parametrize(
     ("trial", "body", "topic"),
     [
@@ -54,6 +57,7 @@ def test_a_topic_that_is_discovered_late_is_on_the_recorded_graph(run: Run, tria
     assert topic in {endpoint.topic for endpoint in graph.endpoints}
 
 
+@pytest.mark.slow  # a node more
 def test_parameter_services_that_are_discovered_late_are_asked(run: Run):
     body = COMMANDS + ODOMETRY + 'node.declare_parameter("max_linear_speed", 0.5)\nlate(lambda: ParameterService(node))'
     (answer,) = run("senseless_start_robot_controller", body, services=False).parameters
@@ -94,6 +98,7 @@ def go(handle):
     assert (found.ended is not None and found.ended.kind is Kind.HANGS and found.ended.place != "") is deaf
 
 
+@pytest.mark.slow  # waits for five seconds
 def test_a_node_that_hangs_for_five_seconds_is_waited_for(run: Run):
     body = (
         f"{COMMANDS}{ODOMETRY}def slow(request, response):\n    time.sleep(5.0)\n    return answer(request, response)\n"

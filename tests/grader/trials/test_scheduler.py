@@ -138,6 +138,7 @@ def test_a_core_is_shared_by_what_takes_turns_and_by_nothing_else(run_with, monk
     assert asked[1:] == [None] * 3
 
 
+@pytest.mark.slow  # a node more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_observer_and_node_stay_on_the_core_that_they_share(
@@ -154,6 +155,7 @@ def test_observer_and_node_stay_on_the_core_that_they_share(
         assert (trial.choices["cores"], trial.choices["forked"]) == (1.0, float(fork_from == 0))
 
 
+@pytest.mark.slow  # six nodes
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.parametrize("fork_from", [0, 1000], ids=["forked", "started"])

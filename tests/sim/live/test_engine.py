@@ -304,6 +304,7 @@ def test_a_change_that_comes_as_the_thread_is_about_to_wait_is_not_missed(live: 
     wait_for(lambda: live.simulator.time > 1.1, 20.0)
 
 
+@pytest.mark.slow  # ten simulated minutes
 def test_after_a_fast_run_the_next_step_is_due_at_once(live: Live) -> None:
     live.set_rate(1.0)
     live.run(1000.0)
