@@ -42,7 +42,11 @@ DEAR = (
 )
 """The files that take longest. They begin first: the last to begin runs while other cores have nothing to do."""
 
-TAKES = {"not slow": "5 minutes on two idle cores, 2 more the first time", "": "several hours"}
+TAKES = {
+    "not slow and not notebooks": "5 minutes on two cores, the first time, too",
+    "notebooks": "15 minutes on two cores",
+    "": "several hours",
+}
 """How long the whole selection takes, by pytest's option -m."""
 
 _GIVES_WAY = 4
