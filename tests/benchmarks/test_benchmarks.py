@@ -25,11 +25,9 @@ RUNS = [
         ["start and end", "start Python", "import rclpy", "compute", "A grading of the reference on F14"],
         marks=SLOW, id="sandbox_cost",
     ),
-    pytest.param("check", ["Q1"], id="check"),
-    pytest.param("grading", ["I2"], marks=[pytest.mark.sandbox], id="grading"),
-    pytest.param(
-        "node_start", ["Python anew", "forked"], marks=[pytest.mark.ros, pytest.mark.sandbox], id="node_start"
-    ),
+    pytest.param("check", ["Q1"], marks=SLOW, id="check"),
+    pytest.param("grading", ["I2"], marks=SLOW, id="grading"),
+    pytest.param("node_start", ["Python anew", "forked"], marks=SLOW, id="node_start"),
     pytest.param(
         "package_tests",
         ["results and coverage (T1, T2)", "mutants (T3)", "40 of 40 mutants were tried"],

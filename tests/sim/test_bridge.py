@@ -153,6 +153,7 @@ def test_what_a_late_answer_brings_with_it_counts_for_the_same_tick(tmp_path: Pa
     assert found["seconds"] == [t for t, _, _ in found["commands"]]
 
 
+@pytest.mark.slow  # a node more
 def test_a_command_is_based_on_the_scan_of_its_own_tick(tmp_path: Path):
     """Each command carries the number of scans received so far: ten scans a second, ten commands a second."""
     found = run(tmp_path, "timer")
@@ -193,6 +194,7 @@ def test_a_node_on_wall_time_is_detected_and_run_in_real_time(tmp_path: Path):
     assert found["t"] == pytest.approx(2.0)
 
 
+@pytest.mark.slow  # a node more; two runs give the same commands
 def test_a_single_threaded_node_is_repeatable(tmp_path: Path):
     assert run(tmp_path, "timer", ticks=100)["said"] == ["", ""]
 

@@ -48,6 +48,7 @@ def run(folder: Path, *names: str) -> dict[str, CheckResult]:
     return {result.id.partition("_it::test_")[2]: result for result in results}
 
 
+@pytest.mark.slow  # waits for a limit; so does the one that never ends
 @pytest.mark.parametrize("name", ["slow_words", "slow_code"])
 def test_a_check_that_computes_for_ever_is_an_error_and_the_others_are_judged(folder: Path, name: str):
     found = run(folder, "first", name, "last")

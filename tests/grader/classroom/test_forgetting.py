@@ -11,6 +11,8 @@ from grader import cli
 from grader.classroom import forgetting
 from grader.classroom.doubt import Doubt, DoubtKind
 
+pytestmark = pytest.mark.slow  # each writes a class
+
 OVERRIDES = """\
 # Decisions of the autumn term
 submissions:

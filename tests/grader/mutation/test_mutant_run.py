@@ -177,12 +177,14 @@ def test_thorough_tests_notice_nearly_every_mutant_that_they_reach(mutated: Muta
     assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
 
 
+@pytest.mark.slow  # all mutants of the toy
 def test_mutants_that_no_test_reaches_are_unreached(mutated: Mutate):
     unreached = [mutant for mutant in mutated("thorough").mutants if mutant.outcome == "unreached"]
     assert {mutant.function for mutant in unreached} == {"never_called"}
     assert len(unreached) >= 3
 
 
+@pytest.mark.slow  # all mutants of the toy
 def test_equivalent_mutants_are_among_the_mutants_and_pass(mutated: Mutate):
     mutation = mutated("thorough")
     assert len(mutation.equivalent_mutants) >= 6
@@ -211,6 +213,7 @@ def test_tests_that_read_the_source_notice_nothing(mutated: Mutate, suite: str):
     assert mutation.note.endswith("read the package's source as text, so what they noticed did not count")
 
 
+@pytest.mark.slow  # all mutants of the toy
 def test_tests_that_fail_on_any_change_of_the_code_are_convicted(mutated: Mutate):
     """Compiling a known source opens no file, so it is not seen as reading."""
     mutation = mutated("bytecode")
@@ -233,6 +236,7 @@ def test_the_same_seed_gives_the_same_mutants_and_outcomes(mutated: Mutate):
     assert one.equivalent_mutants == two.equivalent_mutants
 
 
+@pytest.mark.slow  # all mutants of the toy
 def test_a_budget_that_is_used_up_is_reported(mutated: Mutate):
     mutation = mutated("thorough", seconds=0.01)
     tried = [outcome for outcome in outcomes(mutation) if outcome != "not tried"]

@@ -213,6 +213,7 @@ def test_a_test_that_reads_the_source_is_flagged_by_name(ran: SuiteRun, name: st
     assert flag.what == "test_it read the package's source as text; mutants they notice do not count"
 
 
+@pytest.mark.slow  # a suite of fifteen modules
 @pytest.mark.parametrize("name", HONEST)
 def test_importing_running_and_failing_does_not_count_as_reading(ran: SuiteRun, name: str):
     """A linter reads the source, but reaches no line and so can notice no mutant."""
@@ -298,12 +299,14 @@ def test_tests_that_end_the_process_instead_of_failing_are_not_believed(tmp_path
     assert found.tests.doubts == [f"{name}: the process ended when the grader made test_it fail, and never else"]
 
 
+@pytest.mark.slow  # the same suite
 def test_the_other_modules_lose_nothing(ran: SuiteRun):
     assert ran.tests.doubts == []
     failures = {module.path: module.failures for module in ran.tests.modules if module.failures}
     assert list(failures) == ["test/failing/test_it.py"]
 
 
+@pytest.mark.slow  # the same suite
 def test_lines_that_a_started_program_reaches_count(ran: SuiteRun):
     [processor] = [file for file in ran.tests.coverage if file.path.endswith("sensor_processor.py")]
     line = toy.PROCESSOR.splitlines().index("        return first + 1") + 1
@@ -351,6 +354,7 @@ def test_claiming_every_line_of_the_source_is_found_out(tmp_path: Path):
     assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
 
 
+@pytest.mark.slow  # a suite more
 def test_claiming_lines_only_where_nothing_raises_is_found_out(tmp_path: Path):
     forge = """
         import coverage
@@ -396,6 +400,7 @@ def test_a_hook_whose_class_claims_to_be_pytests_is_not_called(tmp_path: Path):
     assert any(flag.kind == "pytest hook" for flag in found.flags)
 
 
+@pytest.mark.slow  # a suite more
 def test_forging_failures_by_their_words_is_found_out(tmp_path: Path):
     forge = """
         import _pytest.reports
@@ -434,6 +439,7 @@ def test_the_worker_is_closed_to_the_tests_that_it_runs(tmp_path: Path):
     assert (found.tests.modules[0].passed, found.tests.modules[0].failures) == (4, [])
 
 
+@pytest.mark.slow  # a suite more
 def test_comments_and_strings_exclude_nothing_from_coverage(tmp_path: Path):
     """Comments and strings that look like guards, and both pragmas."""
     text = toy.PROCESSOR.replace("never_called(first, second):", "never_called(first, second):  # if TYPE_CHECKING:")
@@ -498,6 +504,7 @@ def test_forged_byte_code_is_gone_before_the_next_run(tmp_path: Path):
     assert [made.failures for made in found.tests.modules] == [[], []]
 
 
+@pytest.mark.slow  # a suite more
 def test_a_warning_of_the_compiler_is_still_the_tests_own(tmp_path: Path):
     """Compiled once and for all, a module would warn nobody any more."""
     text = """

@@ -108,6 +108,7 @@ def test_a_node_that_hangs_for_five_seconds_is_waited_for(run: Run):
     assert found.ended is None
 
 
+@pytest.mark.slow  # a node more
 def test_a_node_sees_the_robot_of_a_course_session_and_nobody_who_grades_it(run: Run):
     """A name such as observer_1f2e told a node that it was being graded."""
     look = 'late(lambda: print("SEES", sorted(node.get_node_names()), flush=True))'
