@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import re
 import sys
@@ -170,11 +171,10 @@ def _ccache(machine: Machine) -> list[Diagnosis]:
 def _wheels(machine: Machine) -> list[Diagnosis]:
     name = "ROS 2 wheels"
     pins = machine.read(str(KIT / "requirements.txt"))
-    installed = _installed()
-    count = sum(1 for package in installed if package.startswith("ros-jazzy-"))
+    count = sum(1 for package in _installed() if package.startswith("ros-jazzy-"))
     if not count:
         return [_bad(name, "not installed", REINSTALL)]
-    problems = mismatches(installed, pins or "")
+    problems = _mismatches_here(pins or "")
     if problems:
         more = f" and {len(problems) - 3} more" if len(problems) > 3 else ""
         return [_bad(name, "; ".join(problems[:3]) + more, _pip("install -r requirements.txt"))]
@@ -217,6 +217,12 @@ def mismatches(installed: Mapping[str, Installed], pins: str) -> list[str]:
     return [found[name] for name in sorted(found)]
 
 
+@functools.cache
+def _mismatches_here(pins: str) -> list[str]:
+    return mismatches(_installed(), pins)
+
+
+@functools.cache
 def _installed() -> dict[str, Installed]:
     found: dict[str, Installed] = {}
     for distribution in importlib.metadata.distributions():

@@ -172,6 +172,7 @@ def test_a_check_of_nothing_is_wrong_usage(reference: Path, capsys: pytest.Captu
     assert "no requirement is called F99; the rubric has F1 to F14" in capsys.readouterr().err
 
 
+@pytest.mark.slow  # a trial more; intake/ shows what is unpacked
 def test_a_zip_with_one_folder_too_many_is_graded(reference: Path, tmp_path: Path, settings):
     archive = tmp_path / "team07.zip"
     with zipfile.ZipFile(archive, "w") as stream:

@@ -170,6 +170,7 @@ def test_the_only_member_reads_their_own_extension(graded: ClassFolder):
     assert "had the flu" in known["finals"][0]["because"][0]
 
 
+@pytest.mark.slow  # a class is judged
 def test_a_rescore_keeps_what_is_known_and_says_when_it_judged_again(graded: ClassFolder):
     graded.overrides.write_text(DECIDED)
     before = said(graded)

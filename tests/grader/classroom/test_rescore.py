@@ -114,6 +114,7 @@ def test_what_is_neither_a_class_nor_a_grading_is_a_sentence(graded: Path, tmp_p
         comparison.compare(graded, tmp_path)
 
 
+@pytest.mark.slow  # a class is judged
 def test_ctrl_c_while_judging_leaves_the_class_as_it_was(again: ClassFolder, tmp_path: Path):
     def interrupt(_done: int, _total: int) -> None:
         raise KeyboardInterrupt

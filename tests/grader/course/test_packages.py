@@ -119,6 +119,7 @@ def importing(module: str, found: Course, folder: Path) -> Path:
     return package
 
 
+@pytest.mark.slow  # a build and a trial
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_an_import_that_is_not_offered_is_the_first_cause_and_says_whom_to_ask(tmp_path: Path):
@@ -135,6 +136,7 @@ def test_an_import_that_is_not_offered_is_the_first_cause_and_says_whom_to_ask(t
     assert "ask your instructor to add it to extra-requirements.txt" in first.sentence
 
 
+@pytest.mark.slow  # a build and a trial
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_node_can_import_what_the_course_adds(tmp_path: Path):

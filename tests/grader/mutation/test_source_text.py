@@ -31,6 +31,7 @@ def test_only_a_guard_protects_its_body_from_mutation(text: str):
     assert "`+` became `-` in `a + 1`" in [change.words for change in mutants(source(text), COURSE)]
 
 
+@pytest.mark.slow  # builds huge expressions
 @pytest.mark.parametrize(
     "text",
     [

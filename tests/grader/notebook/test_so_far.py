@@ -47,6 +47,7 @@ def test_what_the_notebook_teaches_is_still_asked_for(workspace: Workspace, monk
     assert "launch" not in said
 
 
+@pytest.mark.slow  # a whole check more
 @pytest.mark.sandbox
 def test_the_layout_is_asked_for_as_far_as_it_should_be_there(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch

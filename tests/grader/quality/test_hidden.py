@@ -27,6 +27,8 @@ from grader.evidence import Quality, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.parsed_module import parse
 
+pytestmark = pytest.mark.slow  # the linters, for each of many packages
+
 STYLE = check_style.test_ament_flake8_finds_nothing
 DOCSTRINGS = check_docstrings.test_public_things_have_docstrings
 RULES = check_docstrings.test_docstrings_follow_ament_pep257

@@ -29,6 +29,7 @@ def without(text: str) -> str:
 # -- format, maintainer -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow  # the linters
 @pytest.mark.parametrize(
     "check", [checks.test_package_xml_is_valid_format_3, checks.test_every_package_used_is_declared]
 )
@@ -298,6 +299,7 @@ def test_rosdep_keys_declare_modules(module: str, key: str):
     assert not is_declared(module, ["rclpy", "python3-something"])
 
 
+@pytest.mark.slow  # a start of Python that imports all of the grader
 def test_package_xml_is_read_without_linters(tmp_path: Path):
     """`grader check I2` does not wait for linters; only their findings are left out."""
     package = reference(

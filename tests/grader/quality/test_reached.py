@@ -28,6 +28,8 @@ from grader.quality.source import PackageText, text_flags
 from grader.scoring import rubric
 from grader.settings import Settings
 
+pytestmark = pytest.mark.slow  # the linters, for each of many packages
+
 STYLE = check_style.test_ament_flake8_finds_nothing
 DOCSTRINGS = check_docstrings.test_public_things_have_docstrings
 RULES = check_docstrings.test_docstrings_follow_ament_pep257

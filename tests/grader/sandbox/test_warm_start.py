@@ -75,6 +75,7 @@ def test_a_node_has_the_modules_and_threads_of_one_that_was_started(start: Start
     assert json.loads(forked)[1:] == json.loads(cold)[1:]
 
 
+@pytest.mark.slow  # many threads
 def test_it_exits_as_well_when_many_threads_have_ended(start: Start):
     """Demonstrations that had done all they should ended with -11, and lost a point of Q6."""
     assert ended(start("warm", ENDS_WITH_MANY_STACKS)) == (0, "done\n")
@@ -144,6 +145,7 @@ def namespaces(pid: int) -> dict[str, int]:
     return {path.name: path.stat().st_ino for path in Path(f"/proc/{pid}/ns").iterdir()}
 
 
+@pytest.mark.slow  # two starts for each of many ends
 @pytest.mark.parametrize(
     "text",
     [
@@ -339,6 +341,7 @@ def no_change(_install: Path) -> None:
     pass
 
 
+@pytest.mark.slow  # a start for each of many trees
 @pytest.mark.parametrize(
     ("first", "change", "suits"),
     [
@@ -381,6 +384,7 @@ def libraries(install: Path, *packages: str) -> None:
         (install / "lib" / f"lib{package}__rosidl_typesupport_fastrtps_cpp.so").touch()
 
 
+@pytest.mark.slow  # three starts
 @pytest.mark.parametrize("name", ["libown.so", "libp__rosidl_more_c.so", "libp__rosidl_typesupport_cpp.so"])
 def test_no_library_runs_that_the_program_does_not_load(install: Path, warm: WarmPython, name: str):
     """A fork loaded all that were installed, and what is in a library nobody reads."""
@@ -413,6 +417,7 @@ def test_other_environments_networks_and_writable_folders_are_started_as_before(
     assert not warm.suits(["python3", "-c", "pass"], own)
 
 
+@pytest.mark.slow  # one more process to fork from
 def test_where_the_kernel_does_not_allow_it_programs_are_started_as_before(
     install: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -447,6 +452,7 @@ def test_nothing_is_printed_when_nobody_asks_for_its_end_any_more(install: Path,
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow  # one more process to fork from
 def test_its_end_is_known_when_the_process_that_started_it_has_ended(install: Path):
     command = write(install, "import time; print('up', flush=True); time.sleep(1); print('done')")
     with WarmPython(ENVIRONMENT) as own:

@@ -124,6 +124,7 @@ def test_the_usual_ways_to_assert_are_known(tmp_path: Path, body: str):
     assert (module.tests, module.asserting, module.silent) == (1, 1, [])
 
 
+@pytest.mark.slow  # a chain of thousands
 def test_a_chain_of_helpers_is_walked_once(tmp_path: Path):
     """Repeated passes over all helpers, each finding one more, took hours."""
     chain = "".join(f"def check{n}(x):\n    check{n + 1}(x)\n\n" for n in range(5000))
