@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -39,15 +39,42 @@ class Match:
 
     @property
     def _numbered(self) -> Claim:
-        claims = (claim for person in self.hand_in.claims for claim in person)
+        sure = self.people or not self.hand_in.others
+        claims = (claim for person in self.hand_in.claims for claim in person if sure)
         return next((claim for claim in claims if claim.kind == "lms_id"), Claim("lms_id", ""))
 
 
 def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
     """Return whose each submission is: people of the roster with all their team, or whom the export itself names."""
+    taken = {claim for hand_in in hand_ins if not hand_in.others for claim in _numbers(hand_in.claims)}
     if not roster:
-        return [Match(hand_in, _claimed(hand_in)) for hand_in in hand_ins]
-    return [_with_team(found, roster) for found in _without_namesakes([_match(each, roster) for each in hand_ins])]
+        return [Match(h, {}, (_several(h),)) if h.others else Match(h, _claimed(h)) for h in hand_ins]
+    found = [_match_one_way(each, roster, taken) if each.others else _match(each, roster) for each in hand_ins]
+    return [_with_team(each, roster) for each in _without_namesakes(found)]
+
+
+def _match_one_way(hand_in: HandIn, roster: Sequence[Person], taken: Container[Claim]) -> Match:
+    """Return the match of an entry whose name can be read in several ways: the only one that fits somebody.
+
+    The number of a person who handed in under a name that can be read in one way is `taken`.
+    """
+    ways = [replace(hand_in, claims=(claims,)) for claims in (*hand_in.claims, *hand_in.others)]
+    fits = [found for way in ways if (found := _match(way, roster)).people]
+    if len(fits) == 1 and not any(claim in taken for claim in _numbers(fits[0].hand_in.claims)):
+        return fits[0]
+    if not fits:
+        return _match(replace(hand_in, others=()), roster)
+    return Match(hand_in, {}, (_several(hand_in, [person for found in fits for person in found.people]),))
+
+
+def _several(hand_in: HandIn, rivals: Sequence[Person] = ()) -> Identified:
+    numbers = " or ".join(claim.text for claim in _numbers((*hand_in.claims, *hand_in.others)))
+    why = f"{hand_in.path.name} can be read in {1 + len(hand_in.others)} ways, as that of {numbers}"
+    return Identified(rivals=tuple(dict.fromkeys(rivals)), why=why)
+
+
+def _numbers(claims: Iterable[Iterable[Claim]]) -> list[Claim]:
+    return [claim for person in claims for claim in person if claim.kind == "lms_id"]
 
 
 def doubts(found: Match, entry: str, missing: Sequence[Person]) -> list[Doubt]:
@@ -57,7 +84,8 @@ def doubts(found: Match, entry: str, missing: Sequence[Person]) -> list[Doubt]:
     """
     anyone = any(not person.lms_id or not found.number or person.lms != found.lms for person in missing)
     whole = [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
-    return [replace(doubt, anyone=anyone and not doubt.people) for doubt in whole]
+    stops = bool(found.hand_in.others)
+    return [replace(doubt, anyone=anyone and not doubt.people, stops=stops) for doubt in whole]
 
 
 def class_doubts(
@@ -194,7 +222,7 @@ def _doubt(label: str, unknown: Identified, entry: str, others: bool) -> Doubt:
     assign = f"write into overrides.yaml: submissions: {{{entry}: {{people: [ID]}}}}."
     if unknown.why:
         kind, what = DoubtKind.AMBIGUOUS, f"{label} is not certain: {unknown.why}."
-        todo = f"If it is that of {names}, {assign}"
+        todo = f"If it is that of {names or 'one of them'}, {assign}"
     elif rivals:
         kind, what = DoubtKind.UNMATCHED, f"{label} fits nobody of the roster; the name resembles {names}."
         todo = f"If it is theirs, {assign}"

@@ -34,6 +34,7 @@ class HandIn:
         submitted: when, None if the export does not say.
         late: whether the export marks it as late.
         repository: the time is that of the last commit of the git repository `path`.
+        others: what the export says if the name of the entry is read in other ways, for one person each.
     """
 
     path: Path
@@ -42,6 +43,7 @@ class HandIn:
     submitted: dt.datetime | None = None
     late: bool = False
     repository: bool = False
+    others: tuple[tuple[Claim, ...], ...] = ()
 
 
 @dataclass(frozen=True)

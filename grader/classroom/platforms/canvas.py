@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -32,11 +32,11 @@ from grader.errors import GraderError, UsageError
 _NUMBERED = re.compile(r"(?P<title>.*)\s\((?P<id>\d+)\)", re.DOTALL)
 # lib/content_zipper.rb: the sortable name in lower case, LATE, the user's number or that of an anonymous submission,
 # the attachment's number and its name; only what is no word character is taken out of the first three.
-_ENTRY = re.compile(
-    r"(?:(?P<name>.*?)_(?P<late>LATE_|late_)?(?P<id>\d+)|(?P<late_unknown>LATE_)?(?P<unknown>anon_[0-9A-Za-z]+))_"
-    r"(?:(?P<file_id>\d+)_(?P<file>.+)|(?:text|link)\.html)",
-    re.DOTALL,
-)
+_FILE = r"_(?:(?P<file_id>\d+)_(?P<file>.+)|(?:text|link)\.html)"
+_NUMBERS = re.compile(r"_(?P<late>LATE_|late_)?(?P<id>\d+)" + _FILE, re.DOTALL)
+_ANONYMOUS = re.compile(r"(?P<late>LATE_)?(?P<id>anon_[0-9A-Za-z]+)" + _FILE, re.DOTALL)
+_Reading = tuple[str, str]
+"""A person's name and number."""
 _HEADER = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 
 
@@ -124,35 +124,58 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     A text or a link that was handed in is `doejane_12345_text.html` or `..._link.html`. Without names, as in anonymous
     grading, it is `anon_X3dF9_6789_team.zip` and `LATE_anon_X3dF9_6789_team.zip`.
     """
-    people: dict[str, list[tuple[re.Match[str], Path]]] = {}
-    odd = []
-    for entry in entries:
-        if found := _ENTRY.fullmatch(entry.name):
-            people.setdefault(found["id"] or found["unknown"], []).append((found, entry))
-        else:
-            odd.append(entry)
-    hand_ins, notes = others(odd)
-    for number, parts in people.items():
+    read = {entry: found for entry in entries if (found := _readings(entry.name))}
+    hand_ins, notes = others([entry for entry in entries if entry not in read])
+    people: dict[tuple[_Reading, ...], list[tuple[re.Match[str], Path]]] = {}
+    for entry, found in read.items():
+        lengths = {len(other[0]["file_id"] or "") for path, other in read.items() if path != entry}
+        likely = [each for each in found[1:] if not lengths or _is_near(len(each["file_id"] or ""), lengths)]
+        people.setdefault(tuple(map(_who, [found[0], *likely])), []).append((found[0], entry))
+    for ((name, number), *more), parts in people.items():
         parts.sort(key=lambda part: int(part[0]["file_id"] or 0))
         path, remarks = one_of([entry for _, entry in parts])
-        late = any(found["late"] or found["late_unknown"] for found, entry in parts if entry == path)
-        name = parts[-1][0]["name"] or ""
+        late = any(found["late"] for found, entry in parts if entry == path)
         label = name or number
         notes += [f"{label}: {remark}" for remark in remarks]
-        claims = [Claim("lms_id", number, "canvas")] if number.isdecimal() else []
-        claims += [Claim(SHORT, name), Claim("team", name)] if name else []
-        hand_ins.append(HandIn(path, label, (tuple(claims),), late=late))
+        hand_ins.append(
+            HandIn(path, label, (_said(name, number),), late=late, others=tuple(_said(*who) for who in more))
+        )
     return Export("canvas", tuple(hand_ins), tuple(notes))
+
+
+def _readings(name: str) -> list[re.Match[str]]:
+    """Return how the name of an entry can be read, one for each number of a person; the name itself is before it.
+
+    People choose their names and those of their files, and both may look like numbers of Canvas.
+    """
+    if found := _ANONYMOUS.fullmatch(name):
+        return [found]
+    every = [found for at, char in enumerate(name) if char == "_" and (found := _NUMBERS.fullmatch(name, at))]
+    return list({found["id"]: found for found in reversed(every)}.values())[::-1]
+
+
+def _who(found: re.Match[str]) -> _Reading:
+    return found.string[: found.start()], found["id"]
+
+
+def _is_near(length: int, lengths: Iterable[int]) -> bool:
+    """Return whether a number has about as many digits as Canvas's others, which come from one count."""
+    return any(abs(length - other) <= 1 for other in lengths if other)
+
+
+def _said(name: str, number: str) -> tuple[Claim, ...]:
+    claims = [Claim("lms_id", number, "canvas")] if number.isdecimal() else []
+    return (*claims, *([Claim(SHORT, name), Claim("team", name)] if name else []))
 
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     """Return whether most of what may be a submission is named as Canvas names it."""
-    named = [bool(_ENTRY.fullmatch(entry.name)) for entry in entries if _may_be_submission(entry)]
+    named = [bool(_readings(entry.name)) for entry in entries if _may_be_submission(entry)]
     return 2 * sum(named) > len(named)
 
 
 def _may_be_submission(entry: Path) -> bool:
-    return entry.is_dir() or is_archive(entry) or bool(_ENTRY.fullmatch(entry.name))
+    return entry.is_dir() or is_archive(entry) or bool(_readings(entry.name))
 
 
 def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
@@ -162,15 +185,20 @@ def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
     of the attachment in a file's name, and shows it to the whole group.
     """
     files, without = {}, []
+    numbers: dict[str, set[str]] = {}
+    for row in delivery.book.rows:
+        numbers.setdefault(row.submission, set()).update(filter(None, [_number(row)]))
     for submission, page in delivery.pages.items():
-        found = _ENTRY.fullmatch(delivery.sources.get(submission, ""))
+        found, *more = _readings(delivery.sources.get(submission, "")) or [None]
+        if found and more:  # people choose their names: only the number of one whose submission it is counts
+            found = next((each for each in (found, *more) if each["id"] in numbers.get(submission, ())), None)
         if found is None or not found["file_id"] or not found["file"].lower().endswith(".zip"):
             without.append(submission)
             continue
         inner = io.BytesIO()
         with zipfile.ZipFile(inner, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.write(page, "report.html")
-        who = f"student_{found['id']}" if found["id"] else found["unknown"]
+        who = f"student_{found['id']}" if found["id"].isdecimal() else found["id"]
         files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
     return files, [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 

@@ -33,7 +33,8 @@ from grader.errors import GraderError
 
 # Moodle matches a person by the column that the teacher chooses; a locked or empty one is no error.
 _IDENTITY = (("idnumber", "id"), ("email", "email"), ("username", "login"))
-_ENTRY = re.compile(r"(?P<name>.+?)(?:_(?P<id>\d+))?_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
+_PLUGIN = re.compile(r"_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
+_WHO = re.compile(r"(?P<name>.+?)(?:_(?P<id>\d+))?", re.DOTALL)
 _BEGIN = "[Automatic grading: "
 _OURS = re.compile(re.escape(_BEGIN) + r"[^\]]*\]")
 _ROUND = str.maketrans("[]", "()")  # inside our brackets
@@ -140,29 +141,44 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     In place of the name and the participant's number there may be a group's name and number, `Default group` alone,
     or (before Moodle 4.1) a group's name, a hyphen and a participant; and `Participant` where names are hidden.
     """
-    people: dict[str, list[tuple[re.Match[str], Path]]] = {}
-    odd = []
-    for entry in entries:
-        if found := _ENTRY.fullmatch(entry.name):
-            people.setdefault(found["id"] or found["name"], []).append((found, entry))
-        else:
-            odd.append(entry)
-    hand_ins, notes = others(odd)
-    for parts in people.values():
-        files = [entry for found, entry in parts if found["kind"] == "file"] or [entry for _, entry in parts]
+    read = {entry: found for entry in entries if (found := _readings(entry))}
+    hand_ins, notes = others([entry for entry in entries if entry not in read])
+    people: dict[tuple[tuple[str, str], ...], list[tuple[str, Path]]] = {}
+    for entry, found in read.items():
+        people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
+    for ((name, number), *more), parts in people.items():
+        files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
         path, remarks = one_of(unfolded(files))
-        name, number = parts[0][0]["name"], parts[0][0]["id"] or ""
-        hidden = key(name) in map(key, worksheet.PARTICIPANTS)
-        label = f"{name} {number}" if hidden else name
+        label = f"{name} {number}" if _is_hidden(name) else name
         notes += [f"{label}: {remark}" for remark in remarks]
-        claims = [Claim("lms_id", number, "moodle")] if number else []
-        claims += [] if hidden else [Claim("name", name), Claim("team", name)]
-        hand_ins.append(HandIn(path, label, (tuple(claims),)))
+        hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
     return Export("moodle", tuple(hand_ins), tuple(notes))
 
 
+def _readings(entry: Path) -> list[tuple[tuple[str, str], str]]:
+    """Return how the name of an entry can be read: name and number of a person, and the kind of the hand-in.
+
+    People choose their names and those of their files. A folder's name has no file in it, so its end is Moodle's.
+    """
+    found = []
+    for place in re.finditer("_assignsubmission_", entry.name):
+        after, who = _PLUGIN.fullmatch(entry.name, place.start()), _WHO.fullmatch(entry.name[: place.start()])
+        if after and who and not (entry.is_dir() and "_assignsubmission_" in after["file"]):
+            found.append(((who["name"], who["id"] or ""), after["kind"]))
+    return found
+
+
+def _is_hidden(name: str) -> bool:
+    return key(name) in map(key, worksheet.PARTICIPANTS)
+
+
+def _said(name: str, number: str) -> tuple[Claim, ...]:
+    claims = [Claim("lms_id", number, "moodle")] if number else []
+    return (*claims, *([] if _is_hidden(name) else [Claim("name", name), Claim("team", name)]))
+
+
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
-    return any(_ENTRY.fullmatch(entry.name) for entry in entries)
+    return any(_readings(entry) for entry in entries)
 
 
 def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:

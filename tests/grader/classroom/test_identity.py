@@ -247,6 +247,63 @@ def test_a_student_called_test_student_stays_in_the_class(tmp_path):
     assert [person.id for person in roster.load(path)] == ["s8"]
 
 
+# Names of people and of files, which students choose, and which may look like numbers of the platform.
+
+MINE, THEIRS = Person("s1", "Ann Ek", lms_id="11111"), Person("s2", "Bo Li", lms_id="22222")
+CANVAS = [replace(who, lms="canvas") for who in (MINE, THEIRS)]
+POSING = replace(CANVAS[0], name="Bo Li_22222_7654321", sortable="Li, Bo_22222_7654321")
+STEALS = {
+    "canvas, by her name": (["boli_22222_7654321_11111_1234567_a.zip", "libo_22222_1234568_b.zip"], CANVAS),
+    "canvas, by his name": (
+        ["libo_22222_7654321_11111_1234567_a.zip", "libo_22222_1234568_b.zip"],
+        [POSING, CANVAS[1]],
+    ),
+    "canvas, by her file's name": (["ekann_11111_1234567_22222_7654321_a.zip", "libo_22222_1234568_b.zip"], CANVAS),
+    "moodle, a folder": (
+        ["Bo Li_22222_assignsubmission_file__11111_assignsubmission_file_/", "Bo Li_22222_assignsubmission_file_/"],
+        [replace(who, lms="moodle") for who in (MINE, THEIRS)],
+    ),
+    "moodle, a file": (
+        [
+            "Bo Li_22222_assignsubmission_file__11111_assignsubmission_file_a.zip",
+            "Bo Li_22222_assignsubmission_file_b.zip",
+        ],
+        [replace(who, lms="moodle") for who in (MINE, THEIRS)],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", STEALS)
+@pytest.mark.parametrize("known", ["with the platform's numbers", "by names", "no roster"])
+def test_a_name_that_looks_like_somebody_elses_number_takes_nothing_from_them(tmp_path, case, known):
+    """It replaced what the person with that number had handed in, with a note."""
+    names, people = STEALS[case]
+    people = {"by names": [replace(who, lms_id="", lms="") for who in people], "no roster": []}.get(known, people)
+    result = found(tmp_path, names, people)
+    theirs = [entry for entry in result.entries if entry.path.read_text() == "1"]
+    assert [(who.id or "s2", who.lms_id or "22222") for entry in theirs for who in entry.people] == [("s2", "22222")]
+    mine = [who for entry in result.entries if entry.path.read_text() == "0" for who in entry.people]
+    assert all("11111" in (who.lms_id or "11111") and who.id in ("", "s1") for who in mine)
+    if not mine:
+        assert result.doubts
+    if not mine and known != "by names" and "folder" not in case:  # of a folder the platform's number is certain
+        assert DoubtKind.AMBIGUOUS in [doubt.kind for doubt in result.doubts if doubt.stops]
+
+
+@pytest.mark.parametrize("people", [CANVAS, []])
+def test_a_files_name_that_begins_with_a_number_is_no_doubt(tmp_path, people):
+    names = ["ekann_11111_1234567_2_a.zip", "libo_22222_1234568_2024_robot.zip"]
+    result = found(tmp_path, names, people)
+    assert [len(who) for who in owners(result).values()] == [1, 1]
+    assert result.doubts == ()
+
+
+def test_a_file_named_after_a_long_number_is_whose_number_the_roster_has(tmp_path):
+    """A student's number may have as many digits as Canvas's numbers of files."""
+    names = ["ekann_11111_1234567_7654321_hw1.zip", "libo_22222_1234568_7654322_hw1.zip"]
+    assert owners(found(tmp_path, names, CANVAS)) == {"0": ["Ann Ek"], "1": ["Bo Li"]}
+
+
 # GitHub Classroom.
 
 
