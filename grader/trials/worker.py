@@ -183,7 +183,8 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
     if plan.launch or plan.params_file:
         copies, in_files = parameter_files.write_changed(
             _share(install, request.ros_name),
-            Path(f"{request.out}.config"),
+            # Where a sandbox's mounts come from can be read in it: this path must not name the trial.
+            Path(request.out).parent / f"config-{request.domain_id}-{os.getpid()}",
             course.telltales,
             plan.params_file or "*.yaml",
         )

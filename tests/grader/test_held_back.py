@@ -28,14 +28,29 @@ from grader.classroom.roster import Person
 from grader.course import Course, load
 from grader.course.reader import VARIABLE
 from grader.errors import GraderError
-from grader.evidence import Build, Call, Command, Evidence, Flag, Intake, Kind, ProcessEnd, Reason, Sample, Touch, Trial
+from grader.evidence import (
+    Build,
+    Call,
+    Command,
+    Evidence,
+    Flag,
+    Intake,
+    Kind,
+    Message,
+    ProcessEnd,
+    Reason,
+    Sample,
+    Touch,
+    Trial,
+)
 from grader.notebook import checking, packing
 from grader.notebook.workspace import Workspace
 from grader.report import console, html
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome
-from grader.trials import catalog
+from grader.trials import catalog, worker
+from grader.trials.request import TrialRequest
 
 HALL = KIT / "grader" / "authoring" / "template_course"
 BYTE_CODE = shutil.ignore_patterns("__pycache__")  # it would pass for that of an edit of the same size and second
@@ -74,6 +89,11 @@ def test_keeps_off_the_alcove(judge):
     if trial.touches:
         touch = trial.touches[0]
         judge.expect(False, f"touched {touch.obstacle} at 3.1347 m, inf ahead", "past_the_alcove, 0.3173 m")
+    for call in trial.calls:
+        answer = call.response["message"] if "message" in call.response else ""
+        judge.expect(not answer, f"patrol answered {answer!r} and drove on", f"say {answer} to nobody")
+    for command in trial.messages:
+        judge.expect(False, ", ".join(["the log has a line", command.data["msg"]]), "log less")
 '''
 WORLD = """title: A hall with an alcove
 seed: 918273
@@ -309,6 +329,45 @@ def test_a_node_that_prints_what_it_sees_and_dies_tells_nothing_by_it(course: Co
     page = (own / "report.html").read_text()
     assert "the node ended at … s with exit status …" in page
     assert "KeyError" not in page
+
+
+IN_WORDS = "wall ahead at three point two metres"
+SAYS = replace(TOUCHED, touches=[], calls=[Call(0.1, "patrol", {}, {"message": IN_WORDS})])
+LOGS = replace(TOUCHED, touches=[], calls=[], messages=[Message(1.0, "rosout", {"msg": IN_WORDS})])
+ENDS = replace(DIED, ended=Reason(Kind.HANGS, seconds=10.0, place=f"{IN_WORDS}.py:7, in `three`", nodes=(IN_WORDS,)))
+
+
+@pytest.mark.parametrize(
+    ("secret", "shown"),
+    [
+        (SAYS, "patrol answered … and drove on"),
+        (LOGS, "…"),
+        (ENDS, "the node did not answer for … s: a callback hangs"),
+    ],
+    ids=["a service", "the log", "the names of its files"],
+)
+def test_what_a_node_says_in_words_is_not_quoted(course: Course, tmp_path: Path, secret: Trial, shown: str):
+    """Only digits and names were hidden."""
+    own = graded(course, tmp_path, secret) / "for_student"
+    assert IN_WORDS in (tmp_path / "report.json").read_text()
+    for path in own.iterdir():
+        assert not re.search("wall ahead|at three|three point|two metres", path.read_text()), path.name
+    (found,) = [r for r in json.loads((own / "report.json").read_text())["requirements"] if r["id"] == "X1"]
+    assert f': "{shown}' in json.dumps(found, ensure_ascii=False)
+
+
+def test_where_a_sandboxes_files_come_from_does_not_name_the_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A node can read it in /proc/self/mountinfo."""
+    monkeypatch.setattr(
+        worker.parameter_files, "write_changed", lambda _share, out, *_: ({out / "a.yaml": "a.yaml"}, {})
+    )
+    plan = replace(catalog.trials(load(HALL))["file_guard"], name="past_the_alcove")
+    request = TrialRequest(
+        plan.name, str(tmp_path / "install"), 0, 7, str(tmp_path / f"{plan.name}.json"), ros_name="x"
+    )
+    box, _ = worker._sandbox(load(HALL), plan, request)
+    assert any(path.name == "a.yaml" for path in box.read_only)
+    assert not any("alcove" in str(path) for path in box.read_only)
 
 
 @pytest.mark.slow  # a build and a trial
