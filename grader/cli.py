@@ -71,6 +71,8 @@ def _carry_out(options: argparse.Namespace) -> int:
     try:
         if "ros" in options and (prefix := options.ros or ros_env.sourced()):
             ros_env.choose(prefix)
+        if "course" in options and not (options.course or getattr(options, "folder", None)):
+            _name_course_passed_over(options)
         return int(options.run(options))
     except SubmissionError as error:
         return _fail(error, EXIT_NOT_GRADED, options.debug)
@@ -93,6 +95,23 @@ def _carry_out(options: argparse.Namespace) -> int:
         )
         print("grader: " + say(words, name=type(error).__name__, error=error), file=sys.stderr)
         return EXIT_OUR_FAULT
+
+
+def _name_course_passed_over(options: argparse.Namespace) -> None:
+    """Print a line about a course that is in the current folder or above it, and is not used.
+
+    Raises:
+        UsageError: the verb is one for authors of courses, who would change or release another course.
+    """
+    with contextlib.suppress(ImportError):  # of `doctor`, on a host on which nothing is installed yet
+        from grader.course import passed_over
+
+        if (getattr(options, "out", None) or Path()).joinpath("class.yaml").is_file():
+            return  # a class remembers its course
+        if note := passed_over():
+            if "for_authors" in options:
+                raise UsageError(note)
+            print("grader: " + note, file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -186,7 +205,7 @@ def _add_check(verbs: Any) -> None:
 
 def add_course(parser: argparse.ArgumentParser) -> None:
     """Add the option that chooses the course; `grader.course.find` reads it."""
-    words = "the folder of the course (default: the one with a course.yaml here or above, else the kit's own)"
+    words = "the folder of the course (default: $ROS2_COURSE, else the kit's own; never the current folder by itself)"
     parser.add_argument("--course", type=Path, metavar="DIR", help=words)
 
 
@@ -218,7 +237,7 @@ def _add_submit(verbs: Any) -> None:
     parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
     parser.add_argument("--no-check", action="store_true", help="only pack and describe; checking takes some minutes")
     words = mark("the checks did not end. --no-check only packs.")
-    parser.set_defaults(run=_submit, interrupted=words)
+    parser.set_defaults(run=_submit, interrupted=words, course=None)
 
 
 def _add_release(verbs: Any) -> None:
@@ -234,7 +253,7 @@ def _add_release(verbs: Any) -> None:
         "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
     )
     add_course(parser)
-    parser.set_defaults(run=_release)
+    parser.set_defaults(run=_release, for_authors=True)
 
 
 def _add_handout(verbs: Any) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import runpy
 import sys
 import tempfile
@@ -20,6 +21,7 @@ from nbformat import NotebookNode
 
 from grader import KIT
 from grader.authoring import checkpoint_texts, editions, nbgrader, notebook_run, notebook_source, stored_outputs
+from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
 from grader.notebook.workspace import course
 from grader.scoring.rubric import Rubric, load
@@ -43,6 +45,8 @@ _VERBS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status: 0 done, 1 a notebook is not as it should be, 2 wrong usage."""
     options = _parser().parse_args(arguments)
+    if options.course:
+        os.environ[VARIABLE] = str(options.course.resolve())  # for the notebooks' kernels, too
     rubric = load(course().rubric)
     folder: Path = options.folder or course().notebooks
     try:
@@ -70,6 +74,9 @@ def _parser() -> argparse.ArgumentParser:
     for verb, words in _VERBS.items():
         subparser = verbs.add_parser(verb, help=words, description=words[0].upper() + words[1:] + ".")
         subparser.add_argument("notebooks", nargs="*", metavar="NN", help="such as 05 (default: all)")
+        subparser.add_argument(
+            "--course", type=Path, metavar="DIR", help="the folder of the course, unless the kit's own"
+        )
         subparser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
         if verb == "nbgrader":
             subparser.add_argument("--out", type=Path, required=True, help="the nbgrader course folder")

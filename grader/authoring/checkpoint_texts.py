@@ -90,10 +90,18 @@ def course_texts() -> dict[str, str]:
     return found
 
 
+def packed() -> list[str]:
+    """Return the notebooks ("05") whose texts students get: those before another one, which `start_at` lays out."""
+    return sorted(map(checkpoints.number, checkpoints.table()))[:-1]
+
+
 def pack() -> bytes:
-    """Return the texts of all notebooks as checkpoints.PACKED holds them."""
-    found = {checkpoints.number(notebook): texts(notebook) for notebook in checkpoints.table()}
-    return zlib.compress(json.dumps(found | {case: patient(case) for case in cases()}).encode(), level=9)
+    """Return the texts that students get as checkpoints.PACKED holds them; of the last notebook there is none."""
+    found = {notebook: texts(notebook) for notebook in packed()}
+    numbers = sorted(map(checkpoints.number, checkpoints.table()))
+    last = {path for each in numbers[-1:] for path in texts(each)}
+    ill = {case: each for case in cases() if last.isdisjoint((each := patient(case))["files"])}
+    return zlib.compress(json.dumps(found | ill).encode(), level=9)
 
 
 # -- the clinic --------------------------------------------------------------------------------------------------------

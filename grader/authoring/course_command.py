@@ -22,10 +22,16 @@ def add(verbs: Any) -> None:
         epilog="Example:  grader check-course mycourse\nExit status: 0 nothing is wrong, 1 something is.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("folder", nargs="?", type=Path, help="the course (default: as for grade)")
+    of_course: dict[str, Any] = {
+        "type": Path,
+        "metavar": "DIR",
+        "help": "the folder of the course (default: as for grade)",
+    }
+    parser.add_argument("folder", nargs="?", **of_course)
+    parser.add_argument("--course", **of_course)
     parser.add_argument("--static", action="store_true", help="only read the files; takes a second")
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
-    parser.set_defaults(run=_check_course, interrupted="the course was not tried to the end.")
+    parser.set_defaults(run=_check_course, interrupted="the course was not tried to the end.", for_authors=True)
     parser = verbs.add_parser(
         "new-course",
         help="lay out a course of your own",
@@ -49,13 +55,13 @@ def add(verbs: Any) -> None:
     parser.add_argument("what", choices=["requirement"])
     parser.add_argument("id", help="its id, which no other requirement has")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
-    parser.set_defaults(run=_new)
+    parser.set_defaults(run=_new, for_authors=True)
 
 
 def _check_course(options: argparse.Namespace) -> int:
     from grader.authoring import check_course
 
-    folder: Path = options.folder or find().folder
+    folder: Path = options.folder or options.course or find().folder
     found = check_course.mistakes(folder)
     notes: tuple[str, ...] = ()
     if not found and not options.static:
@@ -89,6 +95,7 @@ def _new_course(options: argparse.Namespace) -> int:
         f"    grader check-course {folder}             # grades its solution, and edits of it\n"
         f"    grader new requirement X1 --course {folder}\n"
         f"    grader handout --course {folder}\n"
+        "No course is used because you stand in its folder: there, type --course . instead.\n"
         "docs/own-course.md of the kit leads from here to a graded class."
     )
     return EXIT_GRADED

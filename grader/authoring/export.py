@@ -41,7 +41,7 @@ def add(verbs: Any) -> None:
         "--minutes", type=int, choices=range(5, 121), metavar="N", default=_PLATFORM_MINUTES,
         help=f"the container's time limit in Gradescope's settings (default {_PLATFORM_MINUTES}); it must be that long",
     )  # fmt: skip
-    parser.set_defaults(run=_export)
+    parser.set_defaults(run=_export, for_authors=True)
 
 
 def _export(options: argparse.Namespace) -> int:

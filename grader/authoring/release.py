@@ -51,14 +51,15 @@ class Released:
 
     files: tuple[str, ...]
     bytes: int
-    with_solutions: bool
+    solved: tuple[str, ...]
 
     @property
     def words(self) -> str:
-        """Return whether `start_at` works in this kit."""
-        if self.with_solutions:
-            return "with the packed solutions, so `start_at` works; --without-solutions leaves them out"
-        return "without the solutions, so `start_at` lays out nothing"
+        """Return what of the solution is in this kit, and whether `start_at` works."""
+        if self.solved:
+            which = f"{self.solved[0]} to {self.solved[-1]}" if self.solved[1:] else self.solved[0]
+            return f"with the solved files of {which}, so `start_at` works; --without-solutions leaves them out"
+        return "without any solved file, so `start_at` lays out nothing"
 
 
 def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
@@ -73,7 +74,8 @@ def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
     entries = {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())}
     # JupyterLab's file browser shows how old a file is.
     write_zip(out, entries, time.gmtime(provenance.commit_time() or time.time())[:6])
-    return Released(tuple(sorted(files)), out.stat().st_size, solutions)
+    solved = tuple(checkpoint_texts.packed()) if solutions else ()
+    return Released(tuple(sorted(files)), out.stat().st_size, solved)
 
 
 def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
@@ -96,8 +98,11 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     found.pop(_SOLUTIONS, None)
-    if solutions:
+    if solutions and checkpoint_texts.packed():
         found[_SOLUTIONS] = checkpoint_texts.pack()
+    home = course.extends or course
+    if home.rubric != rubric.RUBRIC:
+        found[reader.INSTALLED] = f"{home.folder.name}\n".encode()
     names = {*own, _SOLUTIONS, "docs/handout.md"}
     held_back.require_apart(course, {name: content for name, content in found.items() if name in names})
     return found

@@ -16,12 +16,16 @@ import yaml
 from grader import KIT, words, yaml_reader
 from grader.course.model import Course, Functions, Node, Parameter
 from grader.errors import GraderError
+from grader.sanitize import printable
 from grader.scoring.rubric import RUBRIC
+from grader.words import mark, say
 from grader.yaml_reader import YamlReader
 
 COURSE, CONTRACT = "course.yaml", "contract/contract.yaml"
 VARIABLE = "ROS2_COURSE"
-"""The environment variable with the folder of the course, if it is neither the kit's own nor around here."""
+"""The environment variable with the folder of the course, where no `--course` names it."""
+INSTALLED = "grader/course/installed.txt"
+"""In a students' kit of a course of one's own: the folder of the course, seen from the kit's."""
 _ROLES = ("subscribes", "publishes", "services", "actions")
 _OTHERS = ("config", "answers_on", "answers_every", "parameters")
 
@@ -33,10 +37,10 @@ def kits_own() -> Course:
     Raises:
         GraderError: this is the students' kit of another course.
     """
-    found = (load(path.parent) for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"))
-    if (own := next((course for course in found if course.rubric == RUBRIC), None)) is not None:
-        return own
-    raise GraderError("Work in the folder of the course, which has a course.yaml, or name it with --course.")
+    own = next((course for course in map(load, _installed()) if course.rubric == RUBRIC), None)
+    if own is None:
+        raise GraderError(f"This kit has no {RUBRIC.name}: it is for another course. Name a course with --course.")
+    return own
 
 
 def named(name: str) -> Course:
@@ -50,18 +54,45 @@ def name_of(course: Course) -> str:
 
 
 def find(chosen: Path | None = None) -> Course:
-    """Return the course in the folder `chosen`, or in $ROS2_COURSE, in the current folder or above it, or the kit's.
+    """Return the course in the folder `chosen`, or in $ROS2_COURSE, or that of the installed kit.
 
-    Its language is spoken from here on.
+    A course is code that is trusted, so none is taken because of the current folder; but among those that are part of
+    the kit, that of the current folder is meant. Its language is spoken from here on.
 
     Raises:
         GraderError: as by `load`.
     """
-    named = chosen or (Path(os.environ[VARIABLE]) if VARIABLE in os.environ else None)
+    named = chosen or (Path(os.environ[VARIABLE]) if os.environ.get(VARIABLE) else None)
+    if named:
+        return _chosen(load(named.resolve()))
     here = Path.cwd()
-    above = next((folder for folder in (here, *here.parents) if (folder / COURSE).is_file()), None)
-    folder = named or above
-    return _chosen(load(folder.resolve()) if folder else kits_own())
+    installed = _installed()
+    default = installed[0] if (KIT / INSTALLED).is_file() else None
+    folder = next((folder for folder in installed if here.is_relative_to(folder)), default)
+    return _chosen(load(folder) if folder else kits_own())
+
+
+def passed_over() -> str:
+    """Return a note on a course in the current folder or above it, which is not used; "" if there is none."""
+    if os.environ.get(VARIABLE):
+        return ""
+    here = Path.cwd()
+    installed = _installed()
+    folders = (here, *here.parents)
+    found = next((folder for folder in folders if (folder / COURSE).is_file() and folder not in installed), None)
+    if found is None:
+        return ""
+    words = mark(
+        "{whole}/{name} is not used. If that course is yours, add: --course {folder}, or set {variable}={whole}"
+    )
+    return say(words, whole=printable(str(found)), name=COURSE, folder=os.path.relpath(found), variable=VARIABLE)
+
+
+def _installed() -> list[Path]:
+    """Return the folders of the courses that are part of the kit."""
+    if (named := KIT / INSTALLED).is_file():
+        return [KIT / named.read_text(encoding="utf-8").strip()]
+    return sorted(path.parent for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"))
 
 
 def _chosen(course: Course) -> Course:

@@ -23,6 +23,8 @@ class Kind(Enum):
     DIED = "died"
     HANGS = "hangs"
     SLOW = "slow"
+    WAITS = "waits"
+    WAITED = "waited"
     OBSERVER_CRASHED = "observer crashed"
     # Why a call or a goal has no answer.
     NO_SERVICE = "no service"
@@ -46,6 +48,13 @@ WORDS = {
     Kind.DIED: mark("the node ended at {seconds:.2f} s with exit status {exit_code}"),
     Kind.HANGS: mark("the node did not answer for {seconds:g} s: a callback hangs{at}"),
     Kind.SLOW: mark("the trial took more than {seconds:g} s of wall time"),
+    Kind.WAITS: mark(
+        "the node waited {seconds:g} s longer than a robot would have taken: a callback sleeps, or waits{at}"
+    ),
+    Kind.WAITED: mark(
+        "the trial was not run: in those before it the node had waited {seconds:g} s longer than a robot would have "
+        "taken, because a callback sleeps, or waits"
+    ),
     Kind.OBSERVER_CRASHED: mark("the process that observes the node crashed on what it was sent, twice in a row"),
     Kind.NO_SERVICE: mark("there is no service {name} of the contract's type"),
     Kind.NO_ACTION: mark("there is no action {name} of the contract's type"),

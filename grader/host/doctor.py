@@ -239,7 +239,7 @@ def _canonical(name: str) -> str:
 def _rclpy(machine: Machine) -> list[Diagnosis]:
     with tempfile.TemporaryDirectory() as home:
         environment = ros_env.environment(home=Path(home))
-        ran = machine.run([sys.executable, "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
+        ran = machine.run([sys.executable, "-P", "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
     if ran.output.endswith("fine"):
         return [_ok("import rclpy", "works in a clean process")]
     return [_bad("import rclpy", _last_line(ran.output), REINSTALL)]
@@ -384,7 +384,7 @@ def _dds(machine: Machine) -> Diagnosis:
     ]
     with tempfile.TemporaryDirectory() as home:
         ran = machine.run(
-            namespaces.private_network([sys.executable, "-c", _TALKER, *listener]),
+            namespaces.private_network([sys.executable, "-P", "-c", _TALKER, *listener]),
             DDS_SECONDS,
             ros_env.environment(home=Path(home)),
         )

@@ -72,6 +72,8 @@ def commit() -> str:
 
 def commit_time() -> int:
     """Return when the kit's git commit was made, in seconds since 1970; 0 for a kit without a repository."""
+    if not (KIT / ".git").exists():  # git would look for a repository above, and obey its settings
+        return 0
     try:
         return int(_git("log", "-1", "--format=%ct"))
     except (OSError, subprocess.SubprocessError, ValueError):

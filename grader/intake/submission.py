@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from grader.course import Course
+from grader.course.reader import COURSE
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
@@ -181,6 +182,8 @@ def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterat
         yield say(words, path=package.path, package=package.inside)
     if note := course_marker.note(tree.root / package.path):
         yield note
+    for path in [path for path in tree.searched if PurePosixPath(path).name == COURSE][:MAX_OTHERS]:
+        yield say("{path} is not used: no course comes from a submission.", path=printable(path))
     twins = [other.path for other in others if other.name == package.name]
     if twins:
         words = mark("The name {name} occurs more than once; {path} is graded, not {others}.")

@@ -189,7 +189,13 @@ def _texts() -> Callable[[str], dict[str, Any]]:
         except (OSError, ValueError, zlib.error) as error:
             words = say("{file} cannot be read: {error}. Unpack the kit anew.", file=PACKED.name, error=error)
             raise GraderError(words) from error
-        return packed.__getitem__
+
+        def texts(name: str) -> dict[str, Any]:
+            if name not in packed and name not in _by_number():
+                raise GraderError(say("this kit holds no solutions to lay out; your instructor has left them out."))
+            return packed.get(name, {})  # the last notebook's are never there: `start_at` needs those before it
+
+        return texts
     for entry in entry_points(group=TEXTS):
         try:
             made: Callable[[str], dict[str, Any]] = entry.load()

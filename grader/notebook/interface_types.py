@@ -32,7 +32,7 @@ def load(workspace: Workspace) -> None:
         return
     install = building.build_contract(building.cache_folder(), course()).install
     folder = str(install / "lib")
-    present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
+    present = [part for part in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if part]
     if folder not in present:
         os.environ["LD_LIBRARY_PATH"] = os.pathsep.join([folder, *present])
     _load_libraries(sorted(Path(folder).glob("lib*.so")))

@@ -91,7 +91,7 @@ class NodeProcess:
 
 def _start(command: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        [sys.executable, "-c", _GUARD, str(os.getpid()), *command],
+        [sys.executable, "-P", "-c", _GUARD, str(os.getpid()), *command],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment,
         start_new_session=True,
     )  # fmt: skip

@@ -64,10 +64,12 @@ class SpareProcess:
         _end(waiting)
 
     def _start(self) -> subprocess.Popen[str]:
+        # Without empty parts, each of which would mean the current folder.
+        path = [str(self._path), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
         return subprocess.Popen(
             self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             start_new_session=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(self._path), os.environ.get("PYTHONPATH", "")])},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         )  # fmt: skip
 
 

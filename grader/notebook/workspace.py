@@ -12,6 +12,7 @@ from pathlib import Path
 from grader import building
 from grader.course import Course
 from grader.course import find as find_course
+from grader.course.reader import VARIABLE as COURSE
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import domain
@@ -91,6 +92,8 @@ def open_workspace(notebook: str) -> Workspace:
     """Create the workspace if it is missing, change into the package's folder, and prepare the environment."""
     found = find()
     os.environ[NOTEBOOK] = notebook
+    if os.environ.get(COURSE):
+        os.environ[COURSE] = str(course().folder)  # it may have been named as seen from the folder that is left here
     found.package.mkdir(parents=True, exist_ok=True)
     os.chdir(found.package)
     _write_colcon_defaults(found)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from grader import KIT
 from grader.evidence import Trial
 from grader.sanitize import one_line
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -38,7 +41,8 @@ class Album:
         """Return the picture of the longest drive, None if there is none or it was returned before."""
         if not self.most or not self.trials:
             return None
-        from grader.report import pictures  # matplotlib takes half a second: only where there is something to draw
+        _load_matplotlib()
+        from grader.report import pictures
 
         trial = pictures.worth_drawing(self.trials.values())
         return None if trial is None or trial.name in self.drawn else self.draw(trial)
@@ -51,9 +55,17 @@ class Album:
         if sum(picture is not None for picture in self.drawn.values()) < self.most:
             # A picture is an extra: if drawing fails, the grade must still be shown.
             with contextlib.suppress(Exception):
+                _load_matplotlib()
                 from grader.report import pictures
 
                 if pictures.drawable(trial):
                     words = one_line(pictures.describe(trial), 1_000)
                     self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial), words)
         return self.drawn[trial.name]
+
+
+def _load_matplotlib() -> None:
+    """Import matplotlib, which takes half a second, and would obey a matplotlibrc in the current folder."""
+    if "matplotlib" not in sys.modules:
+        with contextlib.chdir(KIT):
+            importlib.import_module("matplotlib")

@@ -147,7 +147,7 @@ def load_on_every_core() -> Iterator[None]:
 def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[str], course: Course) -> GradingRun:
     kit = provenance.kit_hash(course.layers)
     with tempfile.TemporaryDirectory(prefix="flakiness-") as folder:
-        command = [sys.executable, "-m", "grader.selftest.flakiness", str(submission), folder]
+        command = [sys.executable, "-P", "-m", "grader.selftest.flakiness", str(submission), folder]
         command += [",".join(requirements), str(course.folder)]
         late = {LATE_VARIABLE: str(_LATE_S)} if stress else {}
         ended = subprocess.run(

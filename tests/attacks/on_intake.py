@@ -10,6 +10,7 @@ import tarfile
 import zipfile
 from pathlib import Path
 
+from grader.authoring.package_edits import put
 from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, Pack, attack
 
@@ -110,7 +111,33 @@ def _oddly_named(package: Path, folder: Path) -> Path:
     return target
 
 
+_TAKES_OVER = "open('@NEIGHBOUR@', 'w').close()\n"
+_GENEROUS = """
+
+def test_readme_says_what_and_how(judge):
+    \"\"\"Whatever it is.\"\"\"
+    judge.expect(True, "fine")
+
+
+def test_interface_table_agrees(judge):
+    \"\"\"Whatever it is.\"\"\"
+    judge.expect(True, "fine")
+"""
+
 ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "brings_a_course",
+        "The package is a course, with checks and trials that write on the host; who grades it stands in its folder.",
+        put("course.yaml", "extends: kit\nrubric: rubric.yaml\n"),
+        put("rubric.yaml", "extends: kit\n"),
+        put("checks/check_readme.py", _TAKES_OVER + _GENEROUS),
+        put("trials/idle.py", _TAKES_OVER),
+        *(put(f"{module}.py", _TAKES_OVER) for module in ("conftest", "rclpy", "yaml", "sitecustomize")),
+        put("pytest.ini", "[pytest]\naddopts = -p conftest\n"),
+        put("matplotlibrc", "figure.figsize: nothing\nbackend: module://conftest\n"),
+        needs="Q5", weak=(put("README.md", "# Nothing\n"),), from_inside=True,
+        stopped="a course comes from --course, ROS2_COURSE or the kit, never from the current folder; neither does a module",
+    ),
     attack(
         "links_to_the_host", "The folder has links to the host's files, its home and its parent folders.",
         number=19, needs="F14", flag="link", pack=_linked,

@@ -10,14 +10,16 @@ import json
 import subprocess
 import sys
 import zipfile
+import zlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from grader import KIT, building, cli, pipeline
-from grader.authoring import checkpoint_texts, notebook_run, notebook_source, package_edits
+from grader.authoring import checkpoint_texts, new_course, notebook_run, notebook_source, package_edits
 from grader.checks import checks_run
 from grader.course import find, handout, kits_own, load
 from grader.course.reader import VARIABLE
@@ -60,12 +62,13 @@ def test_what_it_lacks_is_absent_from_its_handout():
     assert not any(word in page for word in ("launch", "action", "interface", kits_own().package))
 
 
-def test_its_course_is_found_from_a_folder_in_it(monkeypatch: pytest.MonkeyPatch):
+def test_its_course_is_the_one_that_is_named(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delenv(VARIABLE, raising=False)
-    assert find().package == kits_own().package
     monkeypatch.chdir(HALL / "notebooks")
+    assert find() is kits_own()
+    assert find(Path("..")) is COURSE
+    monkeypatch.setenv(VARIABLE, "..")
     assert find() is COURSE
-    assert find(kits_own().folder).package == kits_own().package
 
 
 # -- graded ------------------------------------------------------------------------------------------------------------
@@ -132,11 +135,44 @@ def test_its_kit_has_its_notebook_and_nothing_of_the_other_course(monkeypatch: p
     assert (top / HALL.name / "notebooks" / "01_guard.ipynb").is_file()
     assert not any((top / HALL.name / name).exists() for name in ("solution", "known_bad", "notebooks/source"))
     assert not (top / "grader" / "courses").exists()
+    script = (
+        "from grader.course import find, passed_over; print(find().package, find().notebooks.is_dir(), passed_over())"
+    )
     said = subprocess.run(
-        [sys.executable, "-c", "from grader.course import find; print(find().package, find().notebooks.is_dir())"],
-        cwd=top / HALL.name / "notebooks", env={"PYTHONPATH": str(top)}, capture_output=True, text=True, check=True,
+        [sys.executable, "-c", script], cwd=top / HALL.name / "notebooks", env={"PYTHONPATH": str(top)},
+        capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert said.stdout.split() == ["hall_guard", "True"]
+
+
+def test_a_kit_has_the_solved_files_of_the_notebooks_before_the_last_one_and_no_others(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    """The page said that the solution stays with the lecturer, and all of it was packed."""
+    monkeypatch.setenv(VARIABLE, "")
+    folder = new_course.lay_out(tmp_path / "mine").folder
+    guard, settings = (
+        folder / "solution" / "hall_guard" / name for name in ("hall_guard/guard.py", "config/guard.yaml")
+    )
+    assert released(folder, tmp_path / "one.zip") == {}
+    table = folder / "notebooks.yaml"
+    table.write_text(
+        "notebooks:\n  01_guard: {exercises: [config/guard.yaml]}\n  02_more: {exercises: [hall_guard/guard.py]}\n"
+    )
+    load.cache_clear()
+    packed = released(folder, tmp_path / "two.zip")
+    assert packed == {"01": {"config/guard.yaml": settings.read_text()}}
+    assert guard.read_text() not in str(packed)
+
+
+def released(folder: Path, archive: Path) -> dict[str, Any]:
+    """Return the texts that are packed in a kit; no other file of it has a text that a student is to write."""
+    assert cli.main(["release", "--course", str(folder), "--out", str(archive)]) == 0
+    answer = (folder / "solution" / "hall_guard" / "hall_guard" / "guard.py").read_text()
+    with zipfile.ZipFile(archive) as kit:
+        assert not [name for name in kit.namelist() if answer.encode() in kit.read(name)]
+        found = [name for name in kit.namelist() if name.endswith("checkpoints.bin")]
+        return json.loads(zlib.decompress(kit.read(found[0]))) if found else {}
 
 
 @pytest.mark.ros

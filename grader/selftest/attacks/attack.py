@@ -45,6 +45,7 @@ class Attack:
         not_applicable: why it cannot be tried on this grader; then it is not run.
         not_without_namespaces: why no sandbox without namespaces (docs/containers.md) stops it, "" if they do.
         build_seconds: time limit for its build, if not the usual one.
+        from_inside: whether it is graded by somebody who stands in it and names no course.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Attack:
     not_applicable: str = ""
     not_without_namespaces: str = ""
     build_seconds: float = 0.0
+    from_inside: bool = False
 
     def on(self, course: Course, rubric: Rubric) -> Attack:
         """Return the attack with the requirements of a course."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 import time
 from collections.abc import Callable, Iterable
@@ -11,11 +12,13 @@ from pathlib import Path
 from grader import pipeline, report
 from grader.authoring.package_edits import Change, copy
 from grader.collect import needs_build
+from grader.course import find, name_of
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
 from grader.host import cgroup
 from grader.host.namespaces import Confinement, confinement
 from grader.report import console
+from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import Outcome
 from grader.selftest.attacks.attack import Attack, fill_in
@@ -120,7 +123,10 @@ def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, baselin
         submission = _prepare(each, reference, Path(folder), tokens.placeholders)
         chosen = replace(settings, requirements=each.needs, build_seconds=each.build_seconds or _BUILD_SECONDS)
         try:
-            grading = pipeline.grade(submission, tokens.results, chosen)
+            with contextlib.chdir(submission if each.from_inside else Path()):
+                if each.from_inside and not name_of(settings.course):
+                    chosen = replace(chosen, course=(course := find()), rubric=rubric.load(course.rubric))
+                grading = pipeline.grade(submission, tokens.results, chosen)
         except SubmissionError as error:
             problems = [] if each.refused and each.refused in str(error) else [f"it was refused: {error}"]
             return AttackResult(each, before, problems=(*problems, *tokens.damage()), refused=str(error))

@@ -63,6 +63,7 @@ def test_given_modules_have_ninety_nine_columns_at_most_and_end_in_one_line_brea
 def test_the_packed_texts_are_those_of_the_checkout():
     packed = json.loads(zlib.decompress(checkpoint_texts.pack()))
     made = {key: checkpoint_texts.texts(key) for key in [*checkpoints.table(), *checkpoint_texts.cases()]}
+    del made[max(checkpoints.table())]
     assert packed == json.loads(json.dumps({key[:2] if key in checkpoints.table() else key: made[key] for key in made}))
 
 

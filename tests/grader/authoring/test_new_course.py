@@ -22,7 +22,9 @@ def files(folder: Path) -> set[str]:
 
 def test_a_new_course_is_a_copy_of_the_small_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert cli.main(["new-course", str(tmp_path / "mine")]) == 0
-    assert f"grader check-course {tmp_path / 'mine'}" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"grader check-course {tmp_path / 'mine'}" in said
+    assert "there, type --course . instead." in said
     assert files(tmp_path / "mine") == files(TEMPLATE)
     assert check_course.mistakes(tmp_path / "mine") == []
 
