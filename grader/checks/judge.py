@@ -30,7 +30,7 @@ from grader.words import mark, say, some
 _ABOUT = {"launch": "launch", "file": "parameters"}
 # What says more comes first: a loop that never ends, a wait for what cannot come, a pause.
 _HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
-_SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW)
+_SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW, Kind.WAITS, Kind.WAITED)
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 _SCRIPT = re.compile(r'File "[^"]*(?<!/grader)/(trials/\w+\.py)", line (\d+)')  # a frame of a course's trial

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 import os
 import socket
 import time
@@ -27,7 +28,7 @@ from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.course import find, load, name_of, named
 from grader.errors import UsageError
-from grader.host import provenance, shortage
+from grader.host import dds_domain, namespaces, provenance, shortage
 from grader.host.atomic import write_atomically
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
@@ -53,6 +54,7 @@ class Options:
         regrade: grade again what another kit has graded.
         fresh: grade everything again, from nothing that is kept.
         despite_doubts: grade even where a doubt about whose the submissions are would stop the class.
+        minutes: after which the grading of one submission is ended.
         scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
     """
 
@@ -71,6 +73,7 @@ class Options:
     cache: Path | None = None
     mutation_budget_s: float = MUTATION_BUDGET_S
     jobs: int = 0
+    minutes: int = 60
     scheduler: str = ""
 
 
@@ -111,8 +114,15 @@ class ProgressListener(Protocol):
 
 
 def jobs_here() -> int:
-    """Return how many gradings this machine can run at once: by its cores and its free memory, at least one."""
-    return max(1, min((os.cpu_count() or 1) // CORES_EACH, shortage.free_memory() // MEMORY_EACH))
+    """Return how many gradings this machine can run at once: by cores, free memory and what keeps them apart."""
+    here = min((os.cpu_count() or 1) // CORES_EACH, shortage.free_memory() // MEMORY_EACH)
+    return max(1, int(min(here, kept_apart())))
+
+
+def kept_apart() -> float:
+    """Return how many gradings can be kept apart: without namespaces each needs DDS domains that no other has."""
+    apart = namespaces.confinement() is namespaces.Confinement.NAMESPACES
+    return math.inf if apart else len([*dds_domain.LOW, *dds_domain.HIGH]) // dds_domain.EACH
 
 
 def look(source: Path | None, out: Path, people: Sequence[Person] | None, options: Options) -> Plan:
@@ -142,6 +152,11 @@ def run(
     """
     if not options.scheduler:
         sandbox.require()
+        if options.jobs > (most := kept_apart()):
+            raise UsageError(
+                f"Without namespaces this machine can keep {most} gradings apart, not {options.jobs}: each needs DDS "
+                f"domains of its own. Choose --jobs {most} or less."
+            )
     folder = ClassFolder(out)
     if source is None:
         folder.facts()  # before anything is written
@@ -249,7 +264,7 @@ def _prepared(
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
         maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
-        planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several)
+        planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several, options.minutes)
         new = [each for each in now.doubts if before is None or each not in before.doubts]
         yield _Prepared(facts, new, settings.rubric, todo, planned)
 
@@ -419,6 +434,7 @@ def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts
         hand_in=asdict(known),
         fresh=options.fresh,
         course=facts.course,
+        limit_s=60.0 * options.minutes,
     )
     record = Record(
         id=entry.id,

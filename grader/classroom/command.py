@@ -57,6 +57,13 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     parser.add_argument(
         "--jobs", type=int, default=0, metavar="N", help="submissions at a time (default: what this machine can run)"
     )
+    parser.add_argument(
+        "--minutes",
+        type=int,
+        default=60,
+        metavar="N",
+        help="end the grading of a submission after N minutes (default 60)",
+    )
     parser.add_argument("--scheduler", default="", metavar="tcp://HOST:PORT", help="grade on a Dask cluster instead")
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     parser.add_argument(
@@ -82,8 +89,8 @@ def _time(text: str) -> dt.datetime:
 
 
 def _batch(options: argparse.Namespace) -> int:
-    if options.jobs < 0:
-        raise UsageError("--jobs must be 1 or more.")
+    if options.jobs < 0 or options.minutes < 1:
+        raise UsageError("--jobs and --minutes must be 1 or more.")
     if options.source is not None and (options.source / class_folder.CLASS).exists():
         raise UsageError(f"{options.source} is a class.", f"Go on with it: grader batch --out {options.source}")
     if options.out is None and (options.source is None or not options.plan):
@@ -105,6 +112,7 @@ def _batch(options: argparse.Namespace) -> int:
         despite_doubts=options.despite_doubts,
         cache=options.cache,
         jobs=options.jobs,
+        minutes=options.minutes,
         scheduler=options.scheduler,
     )
     if options.plan:

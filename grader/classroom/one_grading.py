@@ -49,6 +49,7 @@ class Order:
     """What to grade and how, all of it plain: it travels as JSON.
 
     `fresh` collects all evidence anew.
+    After `limit_s` seconds of wall time it is ended.
     `source` is an archive or a folder, `rubric` the text of a rubric, `hand_in` the fields of a HandIn, `course` a name
     as `grader.course.named` reads it.
     """
@@ -63,6 +64,7 @@ class Order:
     hand_in: dict[str, Any] = field(default_factory=dict)
     fresh: bool = False
     course: str = ""
+    limit_s: float = 3600.0
 
 
 @dataclass(frozen=True)
@@ -107,12 +109,26 @@ class Runner:
                 start_new_session=True, cwd=KIT, env=os.environ | {"TMPDIR": str(temporary)},
             )  # fmt: skip
             self._running.add(child)
+        out_of_time = threading.Event()
+
+        def stop() -> None:
+            out_of_time.set()
+            _end(child)
+
+        limit = threading.Timer(order.limit_s, stop)
+        limit.daemon = True
+        limit.start()
         try:
-            return self._follow(child, order)
+            ending = self._follow(child, order)
         finally:
+            limit.cancel()
             _end(child)
             with self._lock:
                 self._running.discard(child)
+        if out_of_time.is_set() and ending.status is Status.ERROR:
+            why = f"It was not done after {order.limit_s / 60:g} minutes (--minutes): look at it, or give it more."
+            return Ending(Status.ERROR, why)
+        return ending
 
     def stop(self) -> None:
         """End all gradings that are going on; no other will begin."""

@@ -94,6 +94,7 @@ class Plan:
         late_rule: the late rule and three examples of what it does.
         seconds: an estimate of the run's wall time.
         at_a_time: how many submissions are graded side by side.
+        minutes: after which the grading of one submission is ended.
     """
 
     rows: tuple[PlanRow, ...]
@@ -102,6 +103,7 @@ class Plan:
     late_rule: tuple[str, ...]
     seconds: float
     at_a_time: int
+    minutes: int
 
     def of(self, action: Action) -> list[PlanRow]:
         """Return the rows with this action."""
@@ -148,6 +150,7 @@ def make(
     records: Iterable[Record],
     maximum: Decimal,
     at_a_time: int,
+    minutes: int,
 ) -> Plan:
     """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
 
@@ -176,6 +179,7 @@ def make(
         late_rule=(facts.late_rule, *examples) if rule else (),
         seconds=each * todo / min(at_a_time, max(todo, 1)),
         at_a_time=at_a_time,
+        minutes=minutes,
     )
 
 
@@ -234,6 +238,7 @@ def summary(plan: Plan) -> Iterator[str]:
     todo, kept, left = plan.of(Action.GRADE), plan.of(Action.KEEP), plan.of(Action.LEAVE)
     missing = plan.of(Action.NOTHING)
     how_long = f", about {clock(plan.seconds)} with {plan.at_a_time} at a time" if todo else ""
+    how_long += f", {plan.minutes} minutes for each at most" if todo else ""
     others = f", {len(left)} left as they are" if left else ""
     yield f"{len(plan.rows) - len(missing)} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
     causes = Counter(row.decision.why for row in todo)

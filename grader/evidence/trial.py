@@ -210,3 +210,5 @@ class Trial:
     """The sensors' topics of which the node receives nothing: they are best effort, and it asks for reliable ones."""
     stopped: str = ""
     """The sandbox's limit that the node exceeded: "memory", "processes" or ""."""
+    behind_s: float = 0.0
+    """How many wall seconds longer than a robot would have taken the node's own callbacks have waited."""

@@ -1,8 +1,4 @@
-"""Choose the DDS domain of a workspace, so that no two workspaces of one machine hear each other.
-
-DDS keeps domains apart within one network. So do abstract Unix sockets: a process claims a domain by a socket whose
-name has the domain's number, everyone in the network namespace can read these names, and a claim ends with its process.
-"""
+"""Choose the DDS domain of a workspace, so that no two workspaces of one machine hear each other."""
 
 from __future__ import annotations
 
@@ -12,14 +8,12 @@ import socket
 from pathlib import Path
 
 from grader.errors import GraderError
+from grader.host import dds_domain
 from grader.host.atomic import write_atomically
 from grader.words import say
 
-DOMAINS = range(1, 101)
-"""Those whose ports are below the ones that Linux gives to programs that ask for any (101 would be the last)."""
+DOMAINS = dds_domain.LOW
 _FILE = ".ros_domain"
-_SOCKETS = Path("/proc/net/unix")
-_PREFIX = "ros2-course-kit/domain"
 _claims: dict[Path, socket.socket] = {}
 
 
@@ -46,14 +40,10 @@ def claim(root: Path) -> int:
     first = of(root)
     others = [number for number in DOMAINS if number != first]
     for number in [first, *others]:
-        held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        held.bind(f"\0{_PREFIX}/{number}/{_identity(root)}/{os.getpid()}")
-        # Looked at after it was bound: of two who claim it at the same moment at least one sees the other.
-        if _users(number) <= {_identity(root)}:
+        if held := dds_domain.claim(number, _identity(root)):
             _claims[root] = held
             write_atomically(root / _FILE, f"{number}\n")
             return number
-        held.close()
     raise GraderError(
         say(
             "All {n} ROS domains of this machine are in use, so two robots would share one. "
@@ -61,13 +51,6 @@ def claim(root: Path) -> int:
             n=len(DOMAINS),
         )
     )
-
-
-def _users(number: int) -> set[str]:
-    """Return the workspaces that have claimed a domain."""
-    start = f"@{_PREFIX}/{number}/"
-    names = (line.rpartition(" ")[2] for line in _SOCKETS.read_text(errors="replace").splitlines())
-    return {name.removeprefix(start).partition("/")[0] for name in names if name.startswith(start)}
 
 
 def _identity(root: Path) -> str:

@@ -33,11 +33,13 @@ _ADVICE = {
     Kind.NO_ANSWER: _LET_A_TIMER,
     Kind.NO_VERDICT: _LET_A_TIMER,
     Kind.SLOW: _LET_A_TIMER,
+    Kind.WAITS: _LET_A_TIMER,
+    Kind.WAITED: _LET_A_TIMER,
     Kind.DIED: _LAST_OUTPUT,
     Kind.DIED_EARLY: _LAST_OUTPUT,
 }
 # Without a place these say too little to act on: the node's output says more.
-_NEEDS_PLACE = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.DIED, Kind.DIED_EARLY)
+_NEEDS_PLACE = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.WAITED, Kind.DIED, Kind.DIED_EARLY)
 
 
 @dataclass(frozen=True)

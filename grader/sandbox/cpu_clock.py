@@ -37,6 +37,8 @@ class CpuClock:
         self._used = self._cpu_seconds()
         self.ran = 0.0
         """The seconds that the command and the others ran so far, all threads together, at the last reading."""
+        self.idle = 0.0
+        """Those in which nothing of them ran or waited for a CPU: they waited for something else."""
 
     def read(self) -> float:
         """Return the seconds counted so far. Takes some milliseconds: it looks at all processes of the host."""
@@ -50,6 +52,7 @@ class CpuClock:
         # live for a second or two, and what they ran after the last reading is seen in their parents' times only.
         ran = max(ran, used - self._used)
         self.ran += ran
+        self.idle += max(now - self._since - waited - ran, 0.0)
         self._counted += max(now - self._since - waited, ran / (os.cpu_count() or 1))
         self._before, self._since, self._used = times, now, max(self._used, used)
         return self._counted

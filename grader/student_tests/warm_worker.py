@@ -19,7 +19,7 @@ from typing import TypeVar
 
 from grader import building, sandbox
 from grader.errors import GraderError
-from grader.host import ros_env, tempdir
+from grader.host import dds_domain, ros_env, tempdir
 from grader.sandbox import untrusted
 from grader.sandbox.warm_start import IMPORTS
 from grader.student_tests.kept_runs import KeptRuns
@@ -39,7 +39,6 @@ _BUSY_FACTOR = 10.0
 _WORKERS_AT_MOST = 20  # each takes a second to start; a suite that ends more has lost its points anyway
 _HERE = Path(__file__).parent
 _ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1"}
-_DOMAINS = 100  # those whose ports are below the kernel's ephemeral ones
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.pyc")
 
 
@@ -54,6 +53,7 @@ class WarmWorker:
     out: Path
     count: list[int]
     kept_runs: KeptRuns | None = None
+    domain_id: int = 0
 
     def run(self, request: ModuleRequest) -> ModuleRun:
         """Run one request and return what was reported.
@@ -128,12 +128,12 @@ class WorkerPool:
     Safe to use from several threads.
     """
 
-    def __init__(self, start: Callable[[int], WarmWorker], size: int) -> None:
+    def __init__(self, start: Callable[[int, int], WarmWorker], size: int) -> None:
         self.size = size
         self._start, self._numbers = start, itertools.count()
         self._idle: SimpleQueue[WarmWorker] = SimpleQueue()
         for _ in range(size):
-            self._idle.put(start(next(self._numbers)))
+            self._idle.put(start(next(self._numbers), 0))
 
     @property
     def folder(self) -> Path:
@@ -151,7 +151,7 @@ class WorkerPool:
         worker = self._idle.get()
         try:
             if not worker.alive and (number := next(self._numbers)) < _WORKERS_AT_MOST * self.size:
-                worker = self._start(number)
+                worker = self._start(number, worker.domain_id)
             return worker.run(request)
         finally:
             self._idle.put(worker)
@@ -169,15 +169,17 @@ def start_workers(
     """Start `size` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
     with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
 
-        def start(number: int) -> WarmWorker:
-            return stack.enter_context(_start(package, install, folder / str(number), seconds, kept_runs))
+        def start(number: int, domain_id: int) -> WarmWorker:
+            # Workers that are not in network namespaces of their own must not hear each other.
+            domain_id = domain_id or stack.enter_context(dds_domain.free())
+            return stack.enter_context(_start(package, install, folder / str(number), seconds, kept_runs, domain_id))
 
         yield WorkerPool(start, size)
 
 
 @contextlib.contextmanager
 def _start(
-    package: Path, install: Path, folder: Path, seconds: float, kept_runs: KeptRuns | None
+    package: Path, install: Path, folder: Path, seconds: float, kept_runs: KeptRuns | None, domain_id: int
 ) -> Iterator[WarmWorker]:
     folder.mkdir()
     for name in ("requests", "out", "data"):
@@ -196,9 +198,8 @@ def _start(
     # Importing ROS takes the worker a second; a package that does not use it need not wait for that.
     warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (folder / "package").rglob("*.py"))
     (folder / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
-    # Workers that are not in network namespaces of their own must not hear each other.
-    domain = str(1 + int(folder.name) % _DOMAINS)
-    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | _ENVIRONMENT | {"ROS_DOMAIN_ID": domain}
+    domain = {"ROS_DOMAIN_ID": str(domain_id)}
+    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | _ENVIRONMENT | domain
     # The worker starts without the install tree on its path: a sitecustomize in it must not be imported first.
     environment["PYTHONPATH"] = ros_env.environment(home=sandbox.HOME)["PYTHONPATH"]
     box = sandbox.Sandbox(
@@ -216,4 +217,6 @@ def _start(
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
-        yield WarmWorker(package, process, tree, folder / "requests", folder / "out", [0], kept_runs=kept_runs)
+        yield WarmWorker(
+            package, process, tree, folder / "requests", folder / "out", [0], kept_runs=kept_runs, domain_id=domain_id
+        )

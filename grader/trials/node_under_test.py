@@ -21,7 +21,7 @@ from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.interfaces import interface
 from grader.trials.plan import TrialPlan
-from grader.trials.request import DEAF_S, PATIENCE_S
+from grader.trials.request import BEHIND_S, DEAF_S, PATIENCE_S
 from sim.bridge import Bridge, Topics
 from sim.simulator import Simulator
 
@@ -137,7 +137,7 @@ class NodeUnderTest:
         self._foreign: list[str] = []
         self._clock = CpuClock(process, [os.getpid()])
         self._affinity = AffinityTuner(process.pin_to, self._clock.seconds)
-        self._deaf_s = 0.0
+        self._deaf_s = self._waited_s = 0.0
         self._sought: set[str] = set()
         node, space = self.bridge.node, f"{plan.namespace}/" if plan.namespace else ""
         self._parameter_clients = {name: AsyncParameterClient(node, name) for name in {plan.node, *plan.awaits}}
@@ -175,22 +175,31 @@ class NodeUnderTest:
         """Let one tick of `dt` simulated seconds pass; `busy` is whether the node is working on a goal.
 
         Raises:
-            TrialOver: the node has ended, answers nothing any more, or its trial has worked for too long.
+            TrialOver: the node has ended, answers nothing any more, waits for too long by itself, or its trial has
+                worked for too long.
         """
         code = self.process.exit_code()
         if code is not None:
             raise TrialOver(Reason(Kind.DIED, exit_code=code, seconds=round(self.bridge.time, 2)))
         if self._clock.seconds() > self._work_limit_s:
             raise TrialOver(Reason(Kind.SLOW, seconds=self._work_limit_s))
-        before, heard = self._clock.seconds(), self._signs_of_life()
+        before, idle, heard = self._clock.seconds(), self._clock.idle, self._signs_of_life()
         self.bridge.tick(dt, further_rounds=_GOAL_ROUNDS if busy else 0)
         # Only within ticks: in a notebook, minutes may pass between two of them.
         silent = self.bridge.can_ask and self._signs_of_life() == heard
         self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0
         if self._deaf_s > DEAF_S:
-            raise TrialOver(self._where_it_hangs())
+            raise TrialOver(self._stopped(Kind.HANGS, DEAF_S))
         if self.bridge.pace == "lockstep":
             self._affinity.tick()
+            self._waited_s += self._clock.idle - idle
+        if self.behind_s > BEHIND_S:
+            raise TrialOver(self._stopped(Kind.WAITS, BEHIND_S))
+
+    @property
+    def behind_s(self) -> float:
+        """Return how much longer the node has waited in lockstep than a robot would have taken; at least 0."""
+        return max(self._waited_s - self.bridge.time, 0.0)
 
     def wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Wait with the clock standing still until `condition` holds. Return whether it does.
@@ -248,14 +257,14 @@ class NodeUnderTest:
     def _signs_of_life(self) -> int:
         return self.bridge.served if self._one_thread else self.bridge.heard
 
-    def _where_it_hangs(self) -> Reason:
-        """End a deaf node, and return that it is deaf, and where it was if Python says so."""
+    def _stopped(self, kind: Kind, seconds: float) -> Reason:
+        """End a node that does not go on, and return where it was if Python says so."""
         self.aborted = True
         self.process.abort()
         end = self._clock.read() + _DUMP_S
         while self.process.exit_code() is None and self._clock.seconds() < end:
             time.sleep(0.01)
-        return Reason(Kind.HANGS, seconds=DEAF_S, place=tracebacks.hanging_place(self.process.output))
+        return Reason(kind, seconds=seconds, place=tracebacks.hanging_place(self.process.output))
 
     def _sensor_topics(self) -> list[str]:
         topics = self.bridge.topics

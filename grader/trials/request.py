@@ -23,6 +23,8 @@ LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 
 PATIENCE_S = 20.0
 DEAF_S = 10.0
+BEHIND_S, ALL_BEHIND_S = 30.0, 300.0
+"""How much longer than a robot would take a node's callbacks may wait in one trial, and in all of a submission."""
 """How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
 
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
 import json
 import os
 import queue
-import random
 import signal
 import subprocess
 import threading
@@ -20,11 +18,12 @@ from grader import evidence, sandbox
 from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
-from grader.host import namespaces, ros_env, shortage, turns
+from grader.host import dds_domain, namespaces, ros_env, shortage, turns
 from grader.settings import FORK_FROM
 from grader.trials.cpu_affinity import Cores
 from grader.trials.plan import TrialPlan
 from grader.trials.request import (
+    ALL_BEHIND_S,
     CANNOT,
     LATE_VARIABLE,
     PATIENCE_S,
@@ -44,9 +43,6 @@ _CRASHED = {
 _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # without time spent waiting for a CPU; start and end of a trial together take 0.7 to 1.0 s
 _TRIAL_CAP_S = 900.0  # wall time; the limits inside a trial do not count time spent waiting for a CPU
-# From 101 to 214, DDS would need ports that are the kernel's ephemeral ones. Each worker has domains of its own: they
-# alone keep trials apart without network namespaces, and from a package's own tests, which use low ones.
-_DOMAINS, _DOMAINS_WITHOUT_NAMESPACES = range(1, 101), range(215, 233)
 _WAITERS = 2  # workers for trials that mostly wait
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -102,12 +98,8 @@ def run(
         trials = _Trials(
             observers.start, install, folder, seed, package, progress, ros_name or course.package, best_effort
         )
-        apart = namespaces.confinement() is namespaces.Confinement.NAMESPACES
-        usable = _DOMAINS if apart else _DOMAINS_WITHOUT_NAMESPACES
-        domains = random.SystemRandom().sample(usable, len(usable))
-        own = [domains[number :: count + waiters] for number in range(count + waiters)]
-        threads = [_Worker((computing, waiting), trials, turns.free_slot, each) for each in own[:count]]
-        threads += [_Worker((waiting,), trials, contextlib.nullcontext, each) for each in own[count:]]
+        threads = [_Worker((computing, waiting), trials, turns.free_slot) for _ in range(count)]
+        threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -205,14 +197,12 @@ class _Worker(threading.Thread):
         todo: Sequence[Queue],
         trials: _Trials,
         slot: Callable[[], contextlib.AbstractContextManager[None]],
-        domains: Sequence[int],
     ) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
         self._todo, self._trials, self._slot = todo, trials, slot
         self._process: Worker | None = None
-        # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
-        self._domain_ids = itertools.cycle(domains)
+        self._domain = 0
 
     def run(self) -> None:
         try:
@@ -228,7 +218,11 @@ class _Worker(threading.Thread):
         with self._slot():
             if (plan := self._next()) is None:
                 return False
-            self._trials.found[plan.name] = self._run_trial(plan)
+            if sum(trial.behind_s for trial in list(self._trials.found.values())) > ALL_BEHIND_S:
+                waited = Reason(Kind.WAITED, seconds=ALL_BEHIND_S)
+                self._trials.found[plan.name] = not_started(plan, self._trials.seed, ended=waited)
+            else:
+                self._trials.found[plan.name] = self._run_trial(plan)
         self._trials.progress(plan.name)
         return True
 
@@ -245,9 +239,10 @@ class _Worker(threading.Thread):
         out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
         one_core = trials.cores.one() if plan.takes_turns else contextlib.nullcontext()
-        with one_core as core:
+        # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
+        with dds_domain.free(after=self._domain) as self._domain, one_core as core:
             request = TrialRequest(
-                plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
+                plan.name, str(trials.install), trials.seed, self._domain, str(out),
                 package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
                 best_effort=trials.best_effort, core=core,
             )  # fmt: skip

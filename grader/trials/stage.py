@@ -45,6 +45,8 @@ _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unj
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
 LOG_TOPIC = "rosout"
+SEND_GOAL = "/_action/send_goal"
+"""Behind an action's name the service that takes goals."""
 
 ChangeRanges = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
 
@@ -153,6 +155,7 @@ class Stage:
             foreign=node.foreign_publishers(),
             deaf_to=node.deaf_to(),
             stopped=process.stopped(),
+            behind_s=round(node.behind_s, 1),
         )
 
     def close(self) -> None:
@@ -254,12 +257,17 @@ class Stage:
         """Offer services in the node's place and forward the calls to it, so that calls made by others are recorded.
 
         `stage.proxy_services(["patrol"])` in a trial with `remappings={"patrol": "patrol_itself"}`.
+        Of an action it is the service that takes goals, such as "drive/_action/send_goal".
         Lets time pass until the node's own services have been found, or as long as an answer may take.
         """
-        targets = {service: (self.node.service_types[service], self.plan.remappings[service]) for service in services}
+        types = dict(self.node.service_types)
+        if self.node.action is not None:
+            types[f"{self.node.action_name}{SEND_GOAL}"] = self.node.action_type.Impl.SendGoalService
+        targets = {service: (types[service], self.plan.remappings[service]) for service in services}
 
         def note(service: str, request: Any, answer: Any) -> None:
-            self.recorder.note_call(self.t, service, plain(request), plain(answer), self.t)
+            asked = {"goal": _id(request)} if service.endswith(SEND_GOAL) else plain(request)
+            self.recorder.note_call(self.t, service, asked, plain(answer), self.t)
 
         self._service_proxy = ServiceProxy(self.node.domain_id, targets, note)
         self.run_until(self._service_proxy.is_ready, _ANSWER_WITHIN_S)
@@ -330,8 +338,7 @@ class Stage:
 
         def take(message: Any) -> None:
             for status in message.status_list[:20]:
-                goal = bytes(status.goal_info.goal_id.uuid).hex()
-                self.recorder.take_message(self.t, topic, {"goal": goal, "status": status.status})
+                self.recorder.take_message(self.t, topic, {"goal": _id(status.goal_info), "status": status.status})
 
         subscription = self.bridge.node.create_subscription(
             GoalStatusArray, topic, take, qos_profile_action_status_default
@@ -484,6 +491,10 @@ class Stage:
                 reason = reason or f"an answer that is not a parameter's value: {error}"[:300]
         self.recorded.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.recorded.parameters[-1]
+
+
+def _id(goal: Any) -> str:
+    return bytes(goal.goal_id.uuid).hex()
 
 
 def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:

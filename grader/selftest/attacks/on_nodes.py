@@ -221,6 +221,23 @@ print('ATTACK talked', flush=True)
         stopped="domains do not isolate, but each trial has its own network, with nothing else in it",
     ),
     attack(
+        "claims_every_domain",
+        "The node claims all DDS domains of the network by the names that gradings use for it.",
+        node("""
+import socket
+held, taken = [], 0
+for number in range(233):
+    one = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    one.bind(chr(0) + 'ros2-course-kit/domain/%d/@TOKEN@/1' % number)
+    held.append(one)
+    taken += 1
+print('ATTACK claimed', taken, flush=True)
+globals()['held'] = held
+"""),
+        needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK claimed 233",
+        stopped="each trial has names of its own; without namespaces others wait until its node has ended",
+    ),
+    attack(
         "runs_the_reference",
         "The node looks for the reference package and the kit's tools, to let them do the work.",
         node("""

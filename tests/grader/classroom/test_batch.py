@@ -6,6 +6,7 @@ import json
 import os
 import threading
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,7 +18,7 @@ from grader.classroom.batch import Options
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
 from grader.classroom.roster import Person
-from grader.errors import GraderError
+from grader.errors import GraderError, UsageError
 
 
 def test_every_submission_gets_a_folder_and_a_record(tmp_path, source, workers):
@@ -182,6 +183,19 @@ def test_a_stopped_runner_ends_what_is_going_on(tmp_path, source):
     thread.join(30)
     assert [ending.status for ending in endings] == [Status.ERROR]
     assert runner.grade(order(tmp_path / "source", package)).why == "interrupted"
+
+
+def test_a_submission_that_takes_too_long_is_ended_and_costs_nobody_points(tmp_path, source):
+    ending = Runner().grade(replace(order(tmp_path, source / "team01"), limit_s=0.006))
+    assert ending.status is Status.ERROR
+    assert ending.why == "It was not done after 0.0001 minutes (--minutes): look at it, or give it more."
+
+
+def test_without_namespaces_no_more_gradings_run_at_a_time_than_can_be_kept_apart(tmp_path, source, monkeypatch):
+    monkeypatch.setattr(batch.sandbox, "require", lambda: None)
+    monkeypatch.setattr(batch.namespaces, "confinement", lambda: batch.namespaces.Confinement.USERS)
+    with pytest.raises(UsageError, match="can keep 11 gradings apart, not 12"):
+        batch.run(source, tmp_path / "class", [], Options(jobs=12), Silent())
 
 
 @pytest.mark.sandbox

@@ -33,7 +33,7 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
 
     @contextlib.contextmanager
     def no_workers(*_: object, **__: object) -> Iterator[WorkerPool]:
-        yield WorkerPool(lambda _number: None, 1)  # type: ignore[arg-type,return-value]
+        yield WorkerPool(lambda _number, _domain: None, 1)  # type: ignore[arg-type,return-value]
 
     def play(answer: Answer, *, seconds: float = 1.0, count: int = 30, budget: float = 1000.0) -> Mutation:
         asked: Counter[object] = Counter()

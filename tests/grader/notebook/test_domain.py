@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from grader.errors import GraderError
+from grader.host import dds_domain, namespaces
 from grader.notebook import domain
 
 
@@ -86,3 +88,56 @@ def test_no_domain_left_is_said_with_what_to_do(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(domain, "DOMAINS", range(taken, taken + 1))
     with pytest.raises(GraderError, match=r"ROS domains of this machine are in use.*Shut down"):
         domain.claim(workspace(tmp_path, "second"))
+
+
+# -- trials and test runs ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def without_namespaces(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(namespaces, "confinement", lambda: namespaces.Confinement.USERS)
+
+
+def test_two_gradings_on_one_machine_share_no_domain(without_namespaces: None):
+    """Eighteen domains were drawn without a look at who has them: a third of the trials met a stranger's robot."""
+    with ExitStack() as both:
+        held = [both.enter_context(dds_domain.free()) for _ in range(20)]
+        assert len(set(held)) == 20
+        assert set(held[:18]) == set(dds_domain.HIGH)
+
+
+def test_a_trial_is_in_no_domain_of_a_notebook(
+    tmp_path: Path, without_namespaces: None, monkeypatch: pytest.MonkeyPatch
+):
+    claimed = domain.claim(workspace(tmp_path, "student"))
+    monkeypatch.setattr(dds_domain, "HIGH", range(0))
+    monkeypatch.setattr(dds_domain, "LOW", range(claimed, claimed + 3))
+    with dds_domain.free() as one, dds_domain.free() as other:
+        assert {one, other} == {claimed + 1, claimed + 2}
+
+
+def test_a_trial_takes_another_domain_than_the_one_before_unless_there_is_no_other(
+    without_namespaces: None, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(dds_domain, "LOW", range(0))
+    with ExitStack() as others:
+        for _ in range(17):
+            others.enter_context(dds_domain.free(after=220))
+        with dds_domain.free(after=220) as last:
+            assert last == 220
+
+
+def test_a_trial_waits_for_a_domain_and_does_not_wait_for_ever(
+    without_namespaces: None, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(dds_domain, "LOW", range(0))
+    monkeypatch.setattr(dds_domain, "HIGH", range(215, 216))
+    waits = iter([None, None])
+    with ExitStack() as before:
+        before.enter_context(dds_domain.free())
+        monkeypatch.setattr(dds_domain.time, "sleep", lambda _s: next(waits, before.close()))
+        with dds_domain.free() as mine:
+            assert mine == 215
+            monkeypatch.setattr(dds_domain, "_WAIT_S", 0.0)
+            with pytest.raises(GraderError, match="All 1 ROS domains of this machine are in use"), dds_domain.free():
+                pytest.fail("shared")

@@ -41,7 +41,7 @@ class ScriptedWorker:
 def team_of(worker: ScriptedWorker) -> Callable[..., contextlib.AbstractContextManager[WorkerPool]]:
     @contextlib.contextmanager
     def start(_package: Path, _install: Path, size: int, **_: object) -> Iterator[WorkerPool]:
-        yield WorkerPool(lambda _number: worker, size)  # type: ignore[arg-type,return-value]
+        yield WorkerPool(lambda _number, _domain: worker, size)  # type: ignore[arg-type,return-value]
 
     return start
 

@@ -49,8 +49,8 @@ def test_a_worker_that_has_ended_is_replaced(tmp_path: Path):
     """The dead worker was given every later run, and each mutant in them counted as unnoticed."""
     made: list[SimpleNamespace] = []
 
-    def start(number: int) -> SimpleNamespace:
-        made.append(SimpleNamespace(alive=True, run=lambda _request: end(number)))
+    def start(number: int, domain_id: int) -> SimpleNamespace:
+        made.append(SimpleNamespace(alive=True, run=lambda _request: end(number), domain_id=domain_id or 7))
         return made[-1]
 
     def end(number: int) -> int:

@@ -8,6 +8,7 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,8 +18,9 @@ from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.trials import catalog, scheduler, worker_start
+from grader.trials.node_under_test import NodeUnderTest, TrialOver
 from grader.trials.plan import TrialPlan
-from grader.trials.request import PATIENCE_S, not_started
+from grader.trials.request import BEHIND_S, PATIENCE_S, not_started
 from grader.trials.source import integrity_flags
 
 PLAN = TrialPlan("any", "", lambda _stage: None)
@@ -260,3 +262,47 @@ def run_all(
         package=package,
     )
     return [found[plan.name] for plan in plans]
+
+
+# -- a node that waits by itself ---------------------------------------------------------------------------------------
+
+
+def waiting_node(pace: str, waits_s: float) -> NodeUnderTest:
+    """Return a node whose callbacks wait for so long in each tick of a simulated tenth of a second."""
+    node: Any = object.__new__(NodeUnderTest)
+    bridge = SimpleNamespace(time=0.0, pace=pace, can_ask=False, heard=0)
+    clock = SimpleNamespace(idle=0.0, seconds=lambda: clock.idle, read=lambda: clock.idle)
+
+    def tick(dt: float, further_rounds: int) -> None:
+        bridge.time += dt
+        clock.idle += waits_s
+
+    bridge.tick = tick
+    node.bridge, node._clock, node._affinity = bridge, clock, SimpleNamespace(tick=lambda: None)
+    node.process = SimpleNamespace(exit_code=lambda: None, abort=lambda: None, output="")
+    node.process.exit_code = lambda: -6 if node.aborted else None
+    node.aborted, node._one_thread, node._work_limit_s, node._deaf_s, node._waited_s = False, False, 120.0, 0.0, 0.0
+    return node
+
+
+def test_a_node_whose_callbacks_wait_for_a_second_each_does_not_take_a_short_trial_two_minutes():
+    node = waiting_node("lockstep", 1.0)
+    for _ in range(33):
+        node.tick(0.1, busy=False)
+    with pytest.raises(TrialOver) as over:
+        node.tick(0.1, busy=False)
+    assert over.value.reason == Reason(Kind.WAITS, seconds=BEHIND_S)
+    assert node.aborted
+
+
+@pytest.mark.parametrize(("pace", "waits_s"), [("lockstep", 0.1), ("lockstep", 0.6), ("real time", 1.0)])
+def test_a_node_that_keeps_up_with_a_robot_or_nearly_is_not_cut_off(pace: str, waits_s: float):
+    """In real time it is the grader that waits."""
+    node = waiting_node(pace, waits_s)
+    for _ in range(50):
+        node.tick(0.1, busy=False)
+
+
+def test_a_submission_that_has_waited_in_all_trials_so_far_gets_no_more(run_with, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(scheduler, "ALL_BEHIND_S", -1.0)
+    assert run_with("echo must not be asked").ended == Reason(Kind.WAITED, seconds=-1.0)
