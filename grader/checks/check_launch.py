@@ -51,7 +51,9 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
         output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
             own = [name for name in trial.in_files if name in judge.course.nodes[node].parameters]
-            seen = say("no file in config/ sets a parameter of {node}", node=node)
+            if not own:
+                judge.require_installed(judge.course.nodes[node].config)
+            seen = say("no installed file sets a parameter of {node}", node=node)
             judge.expect(bool(own), seen, say("list the node's parameters in its file"))
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)

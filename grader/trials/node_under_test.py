@@ -249,13 +249,17 @@ class NodeUnderTest:
         return self.bridge.served if self._one_thread else self.bridge.heard
 
     def _where_it_hangs(self) -> Reason:
-        """End a deaf node, and return that it is deaf, and where it was if Python says so."""
+        """End a deaf node, and return where it was if Python says so, or the exception of which its thread died."""
         self.aborted = True
         self.process.abort()
         end = self._clock.read() + _DUMP_S
         while self.process.exit_code() is None and self._clock.seconds() < end:
             time.sleep(0.01)
-        return Reason(Kind.HANGS, seconds=DEAF_S, place=tracebacks.hanging_place(self.process.output))
+        output = self.process.output
+        said, place = tracebacks.raised(output)
+        if said and tracebacks.IN_THREAD in output:
+            return Reason(Kind.RAISED, said=said, place=place)
+        return Reason(Kind.HANGS, seconds=DEAF_S, place=tracebacks.hanging_place(output))
 
     def _sensor_topics(self) -> list[str]:
         topics = self.bridge.topics

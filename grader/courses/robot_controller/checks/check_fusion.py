@@ -4,7 +4,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from grader.checks.judge import Failed, Judge, NotReached, last_output, near_topic
+from grader.checks.first_cause import last_output
+from grader.checks.graph import near_topic
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Message, Trial
 from grader.words import mark, say
 
