@@ -110,7 +110,7 @@ def test_full_marks_have_no_cause():
 
 
 def test_a_hostile_traceback_is_made_safe_to_show(rubric):
-    output = "ValueError: \x1b[2J\u202e" + "x" * 10_000
+    output = TRACEBACK.splitlines()[0] + "\nValueError: \x1b[2J\u202e" + "x" * 10_000
     evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": not_up(output)})
     sentence = cause.find(grading(rubric, waiting(rubric, DIED, "drive_at_a_wall"), evidence)).sentence
     assert sentence.isprintable()
