@@ -1,8 +1,8 @@
 """The launch files, run."""
 
+import re
 from collections.abc import Iterator
 
-from grader.checks.first_cause import sentence, shown_by
 from grader.checks.judge import Judge, Unjudged
 from grader.course import launch_stem
 from grader.evidence import ParameterAnswer, Trial
@@ -65,8 +65,13 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
                     node=node,
                 )
                 try_ = say("does the launch file pass this file, and is its key the node's name?")
-                if (cause := shown_by(judge.faults("parameters"), output)) is not None:
-                    seen, try_ = f"{sentence(cause)}\n{seen}", cause.cure
+                if not_found := re.search(r"Parameter file path is not a file: (?!/)\S+", output):
+                    seen = f"{not_found[0]}\n{seen}"
+                    try_ = say(
+                        "os.path.join(get_package_share_directory('{package}'), ...): a relative path is looked for "
+                        "where `ros2 launch` is started, not in the package",
+                        package=judge.evidence.build.package,
+                    )
                 judge.expect(value == trial.in_files[parameter], seen, try_)
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import PurePosixPath
 
 import yaml
 
-from grader.course import Node, definition
+from grader.course import Course, Node, definition
 from grader.evidence import Fault
-from grader.python_ast import argument, called, literal_string
+from grader.python_ast import literal_string
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module
 from grader.yaml_reader import (
@@ -31,26 +30,21 @@ def file_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[
     """Yield what is wrong with the launch files and the parameter files."""
     for module in modules:
         if module.role == "launch":
-            yield from _in_launch(sources, module)
+            yield from _in_launch(sources.course, module)
     for node in sources.course.nodes.values():
         if node.config in sources.paths:
             for fault in _in_parameters(sources, node.config, node):
                 yield fault if fault.shown_as else replace(fault, shown_as=[node.config])
 
 
-def _in_launch(sources: PackageSources, module: Module) -> Iterator[Fault]:
-    """Yield which parameters of a launch file do not reach a node. What it cannot start, `ros2 launch` itself says."""
-    values = {
-        target.id: literal_string(node.value)
-        for node in ast.walk(module.tree) if isinstance(node, ast.Assign)
-        for target in node.targets if isinstance(target, ast.Name)
-    }  # fmt: skip
-    for call in ast.walk(module.tree):
-        if isinstance(call, ast.Call) and called(call) in ("Node", "LifecycleNode"):
-            yield from _relative_files(sources, module, call, values)
+def _in_launch(course: Course, module: Module) -> Iterator[Fault]:
+    """Yield the parameters of a launch file that have another type than the node declares.
+
+    What a launch file cannot find, `ros2 launch` itself says.
+    """
     for table in (part for part in ast.walk(module.tree) if isinstance(part, ast.Dict)):
         for name, value, line in _pairs(table):
-            named = [node for node in sources.course.nodes.values() if name in (_SIM_TIME, *node.parameters)][:1]
+            named = [node for node in course.nodes.values() if name in (_SIM_TIME, *node.parameters)][:1]
             for fault in (fault for node in named for fault in _other_type(module.path, line, node, name, value)):
                 yield replace(fault, stops="launch")
 
@@ -60,20 +54,6 @@ def _pairs(table: ast.Dict) -> Iterator[tuple[str, object, int]]:
     for key, value in zip(table.keys, table.values, strict=True):
         if key is not None and literal_string(key) and isinstance(value, ast.Constant):
             yield literal_string(key), value.value, value.lineno
-
-
-def _relative_files(
-    sources: PackageSources, module: Module, call: ast.Call, values: Mapping[str, str]
-) -> Iterator[Fault]:
-    """Yield the parameter files that a launch file looks for in the folder where somebody happens to start it."""
-    parameters = argument(call, 99, "parameters")
-    for part in parameters.elts if isinstance(parameters, ast.List | ast.Tuple) else ():
-        path = values.get(part.id, "") if isinstance(part, ast.Name) else literal_string(part)
-        if path.endswith((".yaml", ".yml")) and not path.startswith("/"):
-            text = f"`{path}` is looked for where `ros2 launch` is started, not in the package"
-            folders = ", ".join(repr(folder) for folder in PurePosixPath(path.removeprefix("./")).parts)
-            cure = f"os.path.join(get_package_share_directory('{sources.name}'), {folders})"
-            yield Fault(module.path, part.lineno, "parameters", text, cure, shown_as=[path])
 
 
 def _in_parameters(sources: PackageSources, path: str, node: Node) -> Iterator[Fault]:

@@ -93,13 +93,6 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
          "srv/SetSpeed.srv:2", "`float64 speed` should be `float32 speed`", "compare it with the contract"),
         (NODE, "def main(", "de f main(",
          f"{NODE}:43", "it is not valid Python: invalid syntax", "look at that line"),
-        (NODE, "from ros2_robot_controller.utils", "from ros2_robot_controller.util",
-         f"{NODE}:", "it imports `ros2_robot_controller.util", "meant?"),
-        ("ros2_robot_controller/speed_server.py", "import GetRobotStatus, SetSpeed", "import GetRobotStatus, SetSped",
-         "ros2_robot_controller/speed_server.py:7", "it imports `SetSped` from ros2_robot_controller.srv",
-         "is SetSpeed meant?"),
-        ("scripts/robot_controller", "import main", "import run_it",
-         "scripts/robot_controller:5", "`run_it` from ros2_robot_controller.robot_controller", "define run_it"),
         ("scripts/robot_controller", "#!/usr/bin/env python3\n", "",
          "scripts/robot_controller:1", "does not say which program runs it", "#!/usr/bin/env python3"),
         ("scripts/robot_controller", "\n", "\r\n", "scripts/robot_controller:1", "as on Windows", "sed -i"),
@@ -148,26 +141,6 @@ def test_a_package_that_builds_has_no_fault_that_would_stop_the_build(tmp_path: 
             wrong.add(name)
         shutil.rmtree(package)
     assert wrong == {"does_not_compile"}
-
-
-def launching(folder: Path, node: str, before: str = "") -> list[Fault]:
-    """Return the faults of the reference with one more node in a launch file."""
-    text = (REFERENCE / LAUNCH).read_text()
-    text = text.replace("    return LaunchDescription([", f"    {before}\n    return LaunchDescription([\n{node},", 1)
-    assert node in text
-    return faults(reference(folder, LAUNCH, new=text))
-
-
-@pytest.mark.parametrize(
-    ("parameters", "before"),
-    [("['config/robot_params.yaml']", ""), ("[params]", "params = 'config/robot_params.yaml'")],
-)
-def test_a_relative_path_of_a_parameter_file_is_named(tmp_path: Path, parameters: str, before: str):
-    node = f"Node(package='ros2_robot_controller', executable='robot_controller', parameters={parameters})"
-    (fault,) = launching(tmp_path, node, before)
-    assert fault.text.startswith("`config/robot_params.yaml` is looked for where `ros2 launch` is started")
-    cure = "os.path.join(get_package_share_directory('ros2_robot_controller'), 'config', 'robot_params.yaml')"
-    assert fault.cure == cure
 
 
 def test_a_file_of_another_folder_is_not_said_to_be_meant(tmp_path: Path):
