@@ -42,7 +42,7 @@ def of_trials(trials: Sequence[Trial], course: Course, seen: str, graph: tuple[s
     # What a node said that ended by itself is already in what the check has seen.
     said = (what_it_said(trial) for trial in trials if trial.process is not None and trial.process.by == "us")
     shown = (reason for trial in trials for reason in _shown_by_graph(trial, course, graph, seen))
-    causes = (why for why in (*said, *shown, unheard(trials, graph)) if why is not None)
+    causes = (why for why in (*said, *shown, _unheard(trials, graph)) if why is not None)
     return next((why for why in causes if not why.said or why.said not in seen), None)
 
 
@@ -52,7 +52,7 @@ def what_it_said(trial: Trial) -> Reason | None:
     return Reason(Kind.RAISED, said=said, place=place) if said else None
 
 
-def unheard(trials: Sequence[Trial], graph: tuple[str, ...]) -> Reason | None:
+def _unheard(trials: Sequence[Trial], graph: tuple[str, ...]) -> Reason | None:
     """Return the sensors of which the node received nothing in these trials, None if there are none."""
     topics = ", ".join(dict.fromkeys(topic for trial in trials for topic in trial.deaf_to))
     return Reason(Kind.UNHEARD, said=topics, requirements=graph) if topics else None

@@ -231,11 +231,6 @@ class Judge:
         """Return the end of a sentence with lines that keep a callback from returning: `f"late{judge.holding_on}"`."""
         return holding_on(self.habits)
 
-    @property
-    def deaf_to(self) -> Reason | None:
-        """Return the sensors of which the node received nothing in the trials so far, or None: `if judge.deaf_to`."""
-        return first_cause.unheard(self._ran, self.judged_by("check_graph"))
-
     def cause(self, seen: str) -> Reason | None:
         """Return what comes before what a check has `seen` in its trials, None if nothing does: `judge.cause(seen)`.
 
