@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 
 # A frame of a traceback, and of a dump by faulthandler, which writes "line 7 in f" and no comma.
-_FRAME = re.compile(r'^[ \t]*File "([^"\n]+)", line (\d+),? in (\S+)', re.MULTILINE)
-_INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
+# That of a SyntaxError has no function.
+_FRAME = re.compile(r'^[ \t]*File "([^"\n]+)", line (\d+)(?:,? in (\S+))?', re.MULTILINE)
+_INSTALLED = re.compile(r"/install/(?:[^/]+/)?lib/(?:python[^/]+/site-packages/)?(.+)")
 _NAMED = re.compile(r"(?<!\S)\S+\.py:\d+|\bline \d+")
 # rosidl's generated C code, in which a value of a wrong type ends the process when the message is sent.
 _ASSERTION = re.compile(r"\b(\w+)__convert_from_py: (Assertion `(?:Py(\w+)_Check\(field\)|[^`\n]*)' failed\.)")
@@ -14,6 +15,10 @@ _INTERFACE = re.compile(r"__(?:msg|srv|action)__")
 _TYPES = {"Float": "float", "Long": "int", "Unicode": "str", "Bool": "bool"}
 _DUMP = "most recent call first"
 _RAISED = re.compile(r"^Traceback \(most recent call last\):\n(?:[ \t].*\n)*+(\S.*)", re.MULTILINE)
+# What `ros2 launch` writes before each line of a node's.
+_PREFIX = re.compile(r"^\[[\w.-]+-\d+\] ", re.MULTILINE)
+IN_THREAD = "Exception in thread "
+"""What Python writes before the traceback of a thread that dies, while the others go on."""
 BEGIN = "Traceback (most recent call last)"
 """How a traceback begins."""
 # The second is rclpy's, of a callback that was under way when its node was destroyed.
@@ -41,11 +46,27 @@ def last_words(output: str) -> str:
     return f"{said} ({place})" if place and not said.startswith("[") else said
 
 
-def raised(output: str) -> str:
-    """Return what the last traceback in an output raised and, if known, where in the package; "" if there is none."""
-    *_, said = ["", *_RAISED.findall(output)]
-    place = _raised_at(output)
-    return f"{said[:200]} ({place})" if said and place else said[:200]
+def raised(output: str) -> tuple[str, str]:
+    """Return what the last traceback in an output raised, and where in the package; "" for what is not known.
+
+    The output may be that of `ros2 launch`.
+    """
+    *_, last = [None, *_RAISED.finditer(without_ignored(without_prefixes(output)))]
+    return (last[1][:200], next(reversed(_places(last[0])), "")) if last is not None else ("", "")
+
+
+def without_prefixes(output: str) -> str:
+    """Return the output of `ros2 launch` without the node's name before each line."""
+    return _PREFIX.sub("", output)
+
+
+def tail(output: str, most: int) -> str:
+    """Return the end of an output, about `most` characters of it; its last traceback is there even if it is older."""
+    found = output.rfind(BEGIN)
+    if found < 0 or found >= len(output) - most:
+        return output[-most:]
+    end = _RAISED.search(output, found)
+    return f"{output[found : end.end() if end else found][:most]}\n[...]\n{output[-most:]}"
 
 
 def last_place(output: str) -> str:
@@ -100,7 +121,7 @@ def ignored(output: str) -> str:
 def _places(text: str) -> list[str]:
     """Return the frames in files that the package has installed, in the text's order."""
     return [
-        f"{own[1]}:{line}" + ("" if function == "<module>" else f", in `{function}`")
+        f"{own[1]}:{line}" + ("" if function in ("", "<module>") else f", in `{function}`")
         for path, line, function in _FRAME.findall(text)
         if (own := _INSTALLED.search(path))
     ]

@@ -1,11 +1,16 @@
-"""Read YAML that a person wrote: each mistake is named with file, line, what is allowed, and the nearest name."""
+"""Read YAML that a person wrote: each mistake is named with file, line, what is allowed, and the nearest name.
+
+Parameter files of ROS are read as rcl reads them, which is not as PyYAML does.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import difflib
 import io
-from collections.abc import Callable, Collection, Iterator
+import re
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from typing import NoReturn, TypeVar
@@ -155,3 +160,178 @@ def value(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
 def line_of(node: yaml.Node) -> int:
     """Return the line in which a node begins, counted from 1."""
     return int(node.start_mark.line) + 1
+
+
+# -- parameter files of ROS ------------------------------------------------------------------------------------------
+
+PARAMETERS = "ros__parameters"
+_TRUE = ("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON")
+_FALSE = ("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
+_INT = re.compile(r"([-+]?)(?:0[xX]([0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))")
+_DOUBLE = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf|infinity|nan))")
+_HEX_DOUBLE = re.compile(r"[-+]?0[xX][0-9a-fA-F]+(?:\.[0-9a-fA-F]*)?(?:[pP][-+]?\d+)?")
+_DOTTED = {sign + word for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")} | {".nan", ".NaN", ".NAN"}
+_RUN_TOGETHER = re.compile(r"\s*([\w.]+)(?::|\s*=\s*)([^\s:/=].*)")
+_DEEPEST = 100
+Scalar = bool | int | float | str
+
+
+class ParameterFileError(ValueError):
+    """rcl refuses the file: `problem` in `line`, and what to write instead."""
+
+    def __init__(self, line: int, problem: str, cure: str) -> None:
+        super().__init__(f"line {line}: {problem}")
+        self.line, self.problem, self.cure = line, problem, cure
+
+
+@dataclass(frozen=True)
+class ParameterBlock:
+    """What is below one `ros__parameters:`. `values` has the nodes by dotted name, the last one of each name."""
+
+    keys: tuple[str, ...]
+    line: int
+    values: dict[str, yaml.Node]
+
+
+def scalar(text: str, *, plain: bool = True) -> Scalar:
+    """Return a value with the type that rcl gives it; `plain` is whether it has no quotation marks."""
+    if not plain:
+        return text
+    if text in _TRUE or text in _FALSE:
+        return text in _TRUE
+    if (found := _INT.fullmatch(text)) and len(text) < 30:
+        sign, hexadecimal, octal, decimal = found.groups()
+        number = int(hexadecimal, 16) if hexadecimal else int(octal, 8) if octal else int(decimal)
+        number = -number if sign == "-" else number
+        if -(2**63) <= number < 2**63:
+            return number
+    if text in _DOTTED:
+        return float(text.replace(".", ""))
+    if _HEX_DOUBLE.fullmatch(text):
+        with contextlib.suppress(OverflowError):
+            return float.fromhex(text)
+    if _DOUBLE.fullmatch(text):
+        number = float(text)
+        return text if number in (float("inf"), float("-inf")) and "n" not in text.lower() else number
+    return text
+
+
+def scalar_of(node: yaml.ScalarNode) -> Scalar:
+    """Return the value of a node with the type that rcl gives it."""
+    return scalar(node.value, plain=not node.style)
+
+
+def parameter_blocks(text: str) -> list[ParameterBlock]:
+    """Return what is below each `ros__parameters:` of a parameter file.
+
+    Raises:
+        ParameterFileError: rcl refuses the file.
+    """
+    try:
+        if "*" in text:
+            for event in yaml.parse(text, FAST_LOADER):
+                if isinstance(event, yaml.AliasEvent):
+                    line = event.start_mark.line + 1
+                    raise ParameterFileError(
+                        line, f"rcl knows no alias such as `*{event.anchor}`", "write the value out"
+                    )
+        trees = list(yaml.compose_all(text, FAST_LOADER))
+    except yaml.YAMLError as error:
+        raise _not_yaml(text, error) from error
+    blocks: list[ParameterBlock] = []
+    for tree in trees:
+        if isinstance(tree, yaml.SequenceNode):
+            cure = f"name: / {PARAMETERS}: / parameter: value, each further indented"
+            raise ParameterFileError(line_of(tree), "it is a list", cure)
+        if tree is not None:
+            blocks += _blocks(tree, ())
+    return blocks
+
+
+def _not_yaml(text: str, error: yaml.YAMLError) -> ParameterFileError:
+    mark = getattr(error, "problem_mark", None)
+    line, lines = mark.line + 1 if mark else 0, [*text.splitlines(), ""]
+    for number, written in enumerate(lines[:line], 1):
+        if "\t" in written[: len(written) - len(written.lstrip())]:
+            return ParameterFileError(number, "it is not YAML: a tab", "indent with spaces only")
+        if found := _RUN_TOGETHER.fullmatch(written):
+            return _run_together(number, *found.groups())
+    problem = getattr(error, "problem", "") or "it cannot be read"
+    cure = "compare the indentation and the colons with the lines above"
+    return ParameterFileError(line, f"it is not YAML: {problem}", cure)
+
+
+def _run_together(line: int, name: str, value: str) -> ParameterFileError:
+    return ParameterFileError(line, f"there is no colon with a blank after it behind `{name}`", f"{name}: {value}")
+
+
+def _blocks(tree: yaml.Node, above: tuple[yaml.Node, ...]) -> Iterator[ParameterBlock]:
+    """Yield the blocks of a mapping below the keys `above`."""
+    if not isinstance(tree, yaml.MappingNode) or len(above) > _DEEPEST:
+        raise _no_block(tree, above)
+    keys = [*(key for key, _ in tree.value), None]
+    for (key, value), following in zip(tree.value, keys[1:], strict=True):
+        name = str(key.value)
+        if name == PARAMETERS and above:
+            if not isinstance(value, yaml.MappingNode):
+                raise _no_block(value, (*above, key), following)
+            names = (part for node in above for part in str(node.value).split("/") if part)
+            yield ParameterBlock(tuple(names), line_of(above[-1]), dict(_values(value, "")))
+        elif name == PARAMETERS:
+            cure = f"write the node's name above it, as `name:`, and indent `{PARAMETERS}:` and all below it"
+            raise ParameterFileError(line_of(key), f"no node's name is above `{PARAMETERS}:`", cure)
+        elif isinstance(value, yaml.MappingNode):
+            yield from _blocks(value, (*above, key))
+        else:
+            raise _no_block(value, (*above, key), following)
+
+
+def _no_block(value: yaml.Node, above: Sequence[yaml.Node], following: yaml.Node | None = None) -> ParameterFileError:
+    """Return why `value`, below the keys `above`, is not what rcl expects there; `following` is the next key."""
+    key = above[-1] if above else value
+    empty = isinstance(value, yaml.ScalarNode) and not value.value
+    if empty and following is not None and PARAMETERS in (key.value, following.value):
+        words = f"`{following.value}:` is not further indented than `{key.value}:`, so it is not below it"
+        return ParameterFileError(
+            line_of(following), words, "indent it, and all that belongs to it, by two more spaces"
+        )
+    if isinstance(value, yaml.ScalarNode) and (found := _RUN_TOGETHER.fullmatch(value.value)):
+        return _run_together(line_of(value), *found.groups())
+    if key.value == PARAMETERS:
+        return ParameterFileError(line_of(key), f"nothing is below `{PARAMETERS}:`", "write `name: value` below it")
+    for node in above[:-1]:
+        if difflib.SequenceMatcher(None, str(node.value).lower(), PARAMETERS).ratio() > 0.8:
+            words = f"`{node.value}:` has to be `{PARAMETERS}:`, with two underscores"
+            return ParameterFileError(line_of(node), words, f"{PARAMETERS}:")
+    words = f"`{key.value}` is not below a `{PARAMETERS}:`, so no node reads it"
+    return ParameterFileError(
+        line_of(key), words, f"the node's name, below it {PARAMETERS}:, below that the parameters"
+    )
+
+
+def _values(tree: yaml.MappingNode, above: str) -> Iterator[tuple[str, yaml.Node]]:
+    """Yield the parameters of a block with their dotted names."""
+    for key, value in tree.value:
+        name = f"{above}{key.value}"
+        if isinstance(value, yaml.MappingNode):
+            yield from _values(value, f"{name}.")
+            continue
+        if isinstance(value, yaml.ScalarNode) and not value.value and not value.style:
+            raise ParameterFileError(line_of(key), f"`{name}:` has no value", f"{name}: value, or delete the line")
+        if isinstance(value, yaml.SequenceNode):
+            _check_list(name, value)
+        yield name, value
+
+
+def _check_list(name: str, items: yaml.SequenceNode) -> None:
+    kinds = []
+    for item in items.value:
+        if isinstance(item, yaml.SequenceNode):
+            raise ParameterFileError(line_of(item), f"`{name}` is a list of lists", "write one list")
+        if isinstance(item, yaml.ScalarNode):
+            kinds.append(type(scalar_of(item)).__name__)
+    if len(set(kinds)) > 1:
+        words = f"the list `{name}` mixes types: {', '.join(dict.fromkeys(kinds))}"
+        raise ParameterFileError(
+            line_of(items), words, "write all of its values alike: 1.0, not 1, in a list of floats"
+        )

@@ -78,7 +78,9 @@ def test_executables_are_installed(judge: Judge) -> None:
             judge.share(share, *_misplaced(judge, misplaced))
             return
         seen = say(
-            "missing: {missing}; found: {found}", missing=", ".join(missing), found=", ".join(found) or say("nothing")
+            "not installed: {missing}; installed: {found}",
+            missing=", ".join(missing),
+            found=", ".join(found) or say("nothing"),
         )
         judge.share(share, *_explained(judge, missing, seen, _PROGRAMS_BY_CMAKE, _programs_by_setup(judge.course)))
 
@@ -118,7 +120,7 @@ def test_shared_files_are_installed(judge: Judge) -> None:
         names = {PurePosixPath(name).name for name in shared}
         others = [f for f in found if f.startswith(("launch/", "config/")) or PurePosixPath(f).name in names]
         seen = say(
-            "missing: {missing}; found: {others}",
+            "not installed: {missing}; installed: {others}",
             missing=", ".join(missing),
             others=some(others) or say("no launch or config file"),
         )

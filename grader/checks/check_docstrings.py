@@ -11,6 +11,7 @@ from grader.checks.package_text import (
     label,
     lowest_share,
     public_definitions,
+    readable_first,
     unread_files,
     unread_lines,
     unread_share,
@@ -39,7 +40,8 @@ def test_public_things_have_docstrings(judge: Judge) -> None:
         said = [head, *names, *([used] if used else [])] if bare else []
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share / _FULL, 1 - unread_share(judge, unread))
-        judge.share(share, seen, say("say in one sentence what a caller gets, with units and frames"))
+        try_ = say("say in one sentence what a caller gets, with units and frames")
+        judge.share(share, seen, readable_first(unread, try_))
 
 
 def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
@@ -54,7 +56,8 @@ def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
         said = [seen, *([used] if used else []), *([listing(violations)] if violations else [])]
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
-        judge.share(share, seen, say("run `ament_pep257` in the package's folder; it reports the same"))
+        try_ = say("run `ament_pep257` in the package's folder; it reports the same")
+        judge.share(share, seen, readable_first(unread, try_))
 
 
 def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:

@@ -12,6 +12,7 @@ from grader.checks.package_text import (
     lowest_share,
     public_definitions,
     readable,
+    readable_first,
     unread_files,
     unread_lines,
     unread_share,
@@ -80,7 +81,8 @@ def test_public_functions_are_annotated(judge: Judge) -> None:
         said = [say("{n} of {n2} lack annotations", n=len(bare), n2=len(functions)), *shown] if bare else []
         seen = "\n".join([*said, *([used] if used else []), *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
-        judge.share(share, seen, say("def nearest(ranges: Sequence[float], limit: float) -> float"))
+        try_ = say("def nearest(ranges: Sequence[float], limit: float) -> float")
+        judge.share(share, seen, readable_first(unread, try_))
 
 
 def _share_with_annotations(count: Count) -> float:

@@ -71,7 +71,8 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
             collected[trial.node] = complaint
             output = tracebacks.without_ignored(output)
         if tracebacks.BEGIN in output and not _is_a_race_in_rclpy(output):
-            line = tracebacks.raised(output) or output.rstrip().rpartition("\n")[2].strip()[:200]
+            said, place = tracebacks.raised(output)
+            line = (f"{said} ({place})" if place else said) or output.rstrip().rpartition("\n")[2].strip()[:200]
             seen = say("a traceback after SIGINT, ending {line!r}", line=line)
             cures = (cure for words, cure in _CURES.items() if any(word in line for word in words))
             wrong.append((f"{when}: {seen}", next(cures, _TRY_FINISH)))

@@ -1,8 +1,8 @@
 """The launch files, run."""
 
+import re
 from collections.abc import Iterator
 
-from grader.checks.first_cause import sentence, shown_by
 from grader.checks.judge import Judge, Unjudged
 from grader.course import launch_stem
 from grader.evidence import ParameterAnswer, Trial
@@ -51,7 +51,9 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
         output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
             own = [name for name in trial.in_files if name in judge.course.nodes[node].parameters]
-            seen = say("no file in config/ sets a parameter of {node}", node=node)
+            if not own:
+                judge.require_installed(judge.course.nodes[node].config)
+            seen = say("no installed file sets a parameter of {node}", node=node)
             judge.expect(bool(own), seen, say("list the node's parameters in its file"))
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
@@ -63,8 +65,13 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
                     node=node,
                 )
                 try_ = say("does the launch file pass this file, and is its key the node's name?")
-                if (cause := shown_by(judge.faults("parameters"), output)) is not None:
-                    seen, try_ = f"{sentence(cause)}\n{seen}", cause.cure
+                if not_found := re.search(r"Parameter file path is not a file: (?!/)\S+", output):
+                    seen = f"{not_found[0]}\n{seen}"
+                    try_ = say(
+                        "os.path.join(get_package_share_directory('{package}'), ...): a relative path is looked for "
+                        "where `ros2 launch` is started, not in the package",
+                        package=judge.evidence.build.package,
+                    )
                 judge.expect(value == trial.in_files[parameter], seen, try_)
 
 

@@ -50,6 +50,13 @@ def test_build_type_matches_the_package(judge: Judge) -> None:
         if manifest.build_type
         else say("package.xml names no build type")
     )
+    if (
+        manifest.has_cmake
+        and manifest.build_type == "ament_python"
+        and all(map(judge.is_installed, judge.course.nodes))
+    ):
+        seen = say("<build_type> is ament_python, by which it was built; beside it is a CMakeLists.txt")
+        judge.expect(False, seen, say("delete CMakeLists.txt, by which nothing is built"))
     try_ = say("<export><build_type>{real}</build_type></export>, as the last element of <package>", real=real)
     judge.expect(manifest.build_type == real, say("{said}, and {because}", said=said, because=because), try_)
 

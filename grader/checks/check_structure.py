@@ -5,6 +5,7 @@ from grader.checks.judge import Judge
 from grader.checks.package_text import (
     charge,
     readable,
+    readable_first,
     unread_files,
     unread_lines,
     unread_share,
@@ -48,22 +49,25 @@ def expect_functions_used(judge: Judge) -> None:
     if missing:
         words.append(say("{path} does not define {missing}", path=path, missing=", ".join(missing)))
         share -= 0.5 * len(missing) / len(functions.names)
-    if not found.calls:
+    unread = unread_files(judge)
+    if not found.calls and not unread:  # else the calls may be where nobody can read them
         words.append(say("no node calls a function of {path}, directly or through another module", path=path))
         share -= 0.5
     if found.elsewhere:
         words += [f"{place(finding)} {finding.text}" for finding in found.elsewhere[:MOST_SHOWN]]
         share -= 0.25 * len(found.elsewhere)
-    unread = unread_files(judge)
     if unread:
         words += unread_lines(unread)
-        share -= unread_share(judge, unread)
+        share -= max(unread_share(judge, unread), 0.0 if found.calls else 0.5)
     if words:
         module = functions.module.removesuffix(".py").replace("/", ".")
         judge.share(
             share,
             "\n".join(words),
-            say("import them: from {module} import {functions.names[0]}", module=module, functions=functions),
+            readable_first(
+                unread,
+                say("import them: from {module} import {functions.names[0]}", module=module, functions=functions),
+            ),
         )
 
 

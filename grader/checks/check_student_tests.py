@@ -2,7 +2,7 @@
 
 from grader.checks.findings import place
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import StudentTests, TestModule
+from grader.evidence import Kind, Reason, StudentTests, TestModule
 from grader.words import mark, say, some
 
 NEEDS = ("student tests",)
@@ -157,10 +157,13 @@ def _padding(tests: StudentTests) -> str:
 
 
 def expect_contract(judge: Judge) -> None:
-    """Fail the check if the package has none of the contract's modules: tests are asked for of those."""
-    modules = ", ".join(judge.course.modules)
-    seen = say("the package has none of the assignment's modules: {modules}", modules=modules)
-    judge.expect(judge.student_tests().of_contract, seen, say("write the nodes under these names, then test them"))
+    """Return if the package has a module of the contract: tests are asked for of those.
+
+    Raises:
+        NotReached: it has none.
+    """
+    if not judge.student_tests().of_contract:
+        raise NotReached(Reason(Kind.NO_MODULES, said=", ".join(judge.course.modules)))
 
 
 def _own(judge: Judge) -> list[TestModule]:

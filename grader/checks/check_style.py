@@ -2,7 +2,7 @@
 
 from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
-from grader.checks.package_text import weighed, weights
+from grader.checks.package_text import readable_first, weighed, weights
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 
@@ -34,9 +34,8 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     of_nodes, where = _of_the_nodes(judge)
     parts = [said, where if of_nodes > density else "", listing(quality.style), *unread, suppressed]
     seen = "\n".join(part for part in parts if part)
-    judge.share(
-        1 - 10 * max(density, of_nodes), seen, say("run `ament_flake8` in the package's folder; it reports the same")
-    )
+    try_ = say("run `ament_flake8` in the package's folder; it reports the same")
+    judge.share(1 - 10 * max(density, of_nodes), seen, readable_first(broken, try_))
 
 
 def _findings_hidden_in(file: SourceFile) -> float:

@@ -1,14 +1,98 @@
-"""Say first what stopped a package, by its text and by what it printed, and then what else its text shows."""
+"""Say first what a program itself said, then what the graph and the package's text show, before anything guessed."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
-from grader.evidence import Fault
-from grader.words import say
+from grader import tracebacks
+from grader.checks.findings import place
+from grader.checks.graph import wrong_topics
+from grader.course import Course
+from grader.evidence import Fault, Finding, Kind, Quality, Reason, Trial
+from grader.words import mark, say
 
+OF_TRIALS = (Kind.RAISED, Kind.INACTIVE, Kind.NO_FLOAT, Kind.ON_GRAPH, Kind.SPINS)
+"""What a trial shows that comes before what a check has seen."""
 _MOST = 8
+_SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
+_CHANGE_STATE = "lifecycle_msgs/srv/ChangeState"
+
+# By what a callback does that does not return, with what to do; what says more comes first.
+_A_TIMER = mark("return at once and let a timer do the next step; where an answer is needed, `await` the future")
+HOLDS_ON = {
+    "loop-in-callback": _A_TIMER,
+    "wait-in-callback": mark(
+        "`await` call_async() in an `async def`; or give the client a callback group of its own, and the node a "
+        "MultiThreadedExecutor"
+    ),
+    "sleep-in-callback": _A_TIMER,
+}
+# What launch says of a process that died, and the last line of that process's traceback.
+_DIED = "process has died"
+_UNSAID = re.compile(r", cmd '.*'(?=])|/ws/install/share/[^/]+/(?=\S)")  # the place of a file is that in the package
+_LAUNCH_ERROR = re.compile(r".*(?:\[(?:ERROR|FATAL)\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+
+
+def of_trials(trials: Sequence[Trial], course: Course, seen: str, graph: tuple[str, ...]) -> Reason | None:
+    """Return what comes before what a check has `seen` in these trials, the latest first; None if nothing does.
+
+    `graph` is the requirement that judges what the graph shows.
+    """
+    # What a node said that ended by itself is already in what the check has seen.
+    said = (what_it_said(trial) for trial in trials if trial.process is not None and trial.process.by == "us")
+    shown = (reason for trial in trials for reason in _shown_by_graph(trial, course, graph, seen))
+    causes = (why for why in (*said, *shown, _unheard(trials, graph)) if why is not None)
+    return next((why for why in causes if not why.said or why.said not in seen), None)
+
+
+def what_it_said(trial: Trial) -> Reason | None:
+    """Return the last exception that a trial's node wrote down, with its place; None if there is none."""
+    said, place = tracebacks.raised(trial.process.output_tail if trial.process is not None else "")
+    return Reason(Kind.RAISED, said=said, place=place) if said else None
+
+
+def _unheard(trials: Sequence[Trial], graph: tuple[str, ...]) -> Reason | None:
+    """Return the sensors of which the node received nothing in these trials, None if there are none."""
+    topics = ", ".join(dict.fromkeys(topic for trial in trials for topic in trial.deaf_to))
+    return Reason(Kind.UNHEARD, said=topics, requirements=graph) if topics else None
+
+
+def _shown_by_graph(trial: Trial, course: Course, graph: tuple[str, ...], seen: str) -> Iterator[Reason]:
+    """Yield why nothing of what a node publishes arrives, or why it hears nothing."""
+    node = course.nodes[trial.node]
+    if any(0.0 < abs(n) < _SMALLEST for command in trial.commands for n in (command.v, command.omega)):
+        yield Reason(Kind.NO_FLOAT, node.command)
+    if trial.graph is None or trial.launch:
+        return
+    heard = {message.topic for message in trial.messages} | ({node.command} if trial.commands else set())
+    silent = {topic for topic in node.publishes if topic not in heard and (topic == node.command or topic in seen)}
+    if silent and any(_CHANGE_STATE in types for types in trial.graph.services.values()):
+        yield Reason(Kind.INACTIVE, node.name)
+    for topic, words, instead in wrong_topics(course, trial.graph, node):
+        if instead and (topic in silent or topic in node.subscribes):
+            yield Reason(Kind.ON_GRAPH, topic, said=words, requirements=graph)
+
+
+def spinning(trials: Sequence[Trial], quality: Quality | None) -> Reason | None:
+    """Return which callback of a node of these trials spins, which takes its executor from it; None if none does."""
+    files = quality.reached.nodes if quality is not None and quality.reached is not None else {}
+    own = {path for trial in trials for path in files.get(trial.node, ())}
+    found = [habit for habit in quality.habits if habit.path in own or not own] if quality is not None else []
+    return _spin(found) if trials else None
+
+
+def _spin(habits: Sequence[Finding]) -> Reason | None:
+    spins = (habit for habit in habits if habit.rule == "spin-in-callback")
+    return next((Reason(Kind.SPINS, said=habit.text, place=place(habit)) for habit in spins), None)
+
+
+def last_output(trial: Trial) -> str:
+    """Return words with the last output of a node that ended by itself, and its place; "" for any other node."""
+    if trial.process is None or trial.process.by != "itself":
+        return ""
+    said = tracebacks.last_words(trial.process.output_tail)
+    return say("; its last output was: {said}", said=said) if said else ""
 
 
 def sentence(fault: Fault) -> str:
@@ -43,3 +127,37 @@ def besides(faults: Sequence[Fault]) -> str:
     """Return the first faults as the end of a sentence, "" if there are none."""
     shown = "; ".join(f"{sentence(fault)} ({fault.cure})" for fault in faults[:3])
     return say("; the package's text shows: {shown}", shown=shown) if shown else ""
+
+
+def holding_on(habits: Sequence[Finding]) -> str:
+    """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
+    if spin := _spin(habits):
+        return f"; {spin}"
+    places = ", ".join(f"{place(habit)} {habit.text}" for habit in holds_on(habits))
+    return say("; while a callback runs the node answers nothing: {places}", places=places) if places else ""
+
+
+def holds_on(habits: Sequence[Finding], where: str = "") -> list[Finding]:
+    """Return the lines that keep a callback from returning: that at `where` alone, or else the first two."""
+    found = [habit for rule in HOLDS_ON for habit in habits if habit.rule == rule]
+    there = [habit for habit in found if re.match(rf"{re.escape(place(habit))}(?!\d)", where)]
+    return there[:1] or found[:2]
+
+
+def launch_errors(trial: Trial) -> str:
+    """Return as the end of a sentence the errors that `ros2 launch` printed, "" if it printed none."""
+    output = trial.process.output_tail if trial.process is not None else ""
+    lines = [_UNSAID.sub("", line.strip()) for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
+    errors = sorted(lines, key=lambda line: _DIED in line)[:3]  # what a node itself said comes first
+    return say("; `ros2 launch` said: {errors}", errors=" | ".join(errors)[:600]) if errors else ""
+
+
+def its_name(trial: Trial, nodes: Collection[str]) -> str:
+    """Return as the end of a sentence which other nodes came up instead of the trial's, "" if none did."""
+    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*nodes}) if trial.graph else []
+    others = [f"`{name}`" for name in others if not name.startswith("launch_ros")]
+    if not others:
+        return ""
+    places = say("name= in the launch file, the key in the YAML file and the node's own name have to be the same")
+    named = f"super().__init__('{trial.node}')" if not trial.launch else places
+    return say("; is {others} its name? {named}", others=" or ".join(others[:2]), named=named)

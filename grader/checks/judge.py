@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import PurePosixPath
 
 from grader import tracebacks
+from grader.checks import first_cause
 from grader.checks.findings import place
-from grader.checks.first_cause import behind, besides, sentence, shown_by
+from grader.checks.first_cause import (
+    HOLDS_ON,
+    behind,
+    besides,
+    holding_on,
+    holds_on,
+    its_name,
+    last_output,
+    launch_errors,
+    sentence,
+    shown_by,
+)
+from grader.checks.graph import near_miss
 from grader.course import Course
 from grader.evidence import (
     Call,
@@ -24,21 +37,13 @@ from grader.evidence import (
     StudentTests,
     Trial,
 )
-from grader.words import mark, say, some
+from grader.words import say, some
 
 # What a trial is about, by how its name begins: see Fault.stops.
-_ABOUT = {"launch": "launch", "file": "parameters"}
-# What says more comes first: a loop that never ends, a wait for what cannot come, a pause.
-_HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
-_SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW, Kind.WAITS, Kind.WAITED)
-# What launch says of a process that died, and the last line of that process's traceback.
-_LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+_ABOUT = {"launch": ("launch", "parameters"), "file": ("parameters",)}
+SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW, Kind.WAITS, Kind.WAITED)
+"""Reasons of a node that is there and does not answer."""
 _SCRIPT = re.compile(r'File "[^"]*(?<!/grader)/(trials/\w+\.py)", line (\d+)')  # a frame of a course's trial
-_SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
-_NO_FLOAT = mark("{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1")
-NAMESPACE = "robot7"
-"""Where a trial with a launch file of the course's own has put the nodes."""
-_OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
 class Failed(AssertionError):
@@ -90,7 +95,7 @@ class Judge:
         self._weight = 1.0
         self._why = ""
 
-    def require_build(self, about: str = "") -> None:
+    def require_build(self, *about: str) -> None:
         """Return if the package was built: `judge.require_build()`. `about` is what the check asks: see Fault.stops.
 
         Raises:
@@ -104,7 +109,7 @@ class Judge:
                 else say("ended with exit status {build.exit_code}", build=build)
             )
             reason = Reason(Kind.NOT_BUILT, said=how, requirements=self.judged_by("check_build"))
-            raise NotReached(reason, words=f"{reason}{besides(self.faults(about))}")
+            raise NotReached(reason, words=f"{reason}{besides(self.faults(*about))}")
 
     def judged_by(self, module: str) -> tuple[str, ...]:
         """Return the id of the requirement that a module judges, () for none: `judge.judged_by("check_build")`."""
@@ -142,6 +147,18 @@ class Judge:
         quality = self.evidence.quality
         return [path for path in things if "/" in path and quality is not None and path not in quality.paths]
 
+    def require_installed(self, path: str) -> None:
+        """Return if a file is installed, or was never written: `judge.require_installed("config/guard.yaml")`.
+
+        Raises:
+            NotReached: the package has it, and does not install it.
+        """
+        if path and not self.is_installed(path) and not self.unwritten([path]):
+            cause = behind(self.faults("install"), [path])
+            build = self.judged_by("check_build")
+            reason = Reason(Kind.NO_FILE, path, self.evidence.build.package, requirements=build, fault=cause)
+            raise NotReached(reason, words=f"{sentence(cause)} ({cause.cure}); {reason}" if cause else "")
+
     def started(self, name: str) -> Trial:
         """Return a trial whose node may have refused to start: `judge.started("senseless_start_guard")`.
 
@@ -149,7 +166,7 @@ class Judge:
             NotReached: the package was not built.
             Unjudged: the trial was not run, or broke by an error of the grader.
         """
-        self.require_build(_ABOUT.get(name.partition("_")[0], ""))
+        self.require_build(*_ABOUT.get(name.partition("_")[0], ()))
         self.trials.append(name)
         trial = self.evidence.trials.get(name)
         if trial is None:
@@ -193,9 +210,15 @@ class Judge:
             return NotReached(why, words=f"{reason}; {why}")
         words = f"{reason}{last_output(trial)}"
         if by_itself:
-            return NotReached(replace(reason, place=tracebacks.last_place(output)), words=words)
-        if reason.kind in _SILENT and (held := _holds_on(self.habits)):
-            return NotReached(replace(reason, place=reason.place or place(held[0])), words=words + self.holding_on)
+            said, _ = tracebacks.raised(output)
+            return NotReached(replace(reason, place=tracebacks.last_place(output), said=said), words=words)
+        if reason.kind in SILENT and (spins := first_cause.spinning([trial], self.evidence.quality)):
+            return NotReached(spins)
+        if reason.kind in SILENT and (held := holds_on(self.habits, reason.place)):
+            first = held[0]
+            shown = Fault(first.path, first.line, "start", first.text, say(HOLDS_ON[first.rule]))
+            found = replace(reason, place=reason.place or place(first), fault=shown)
+            return NotReached(found, words=words + holding_on(held))
         return NotReached(reason, words=words)
 
     @property
@@ -208,29 +231,26 @@ class Judge:
         """Return the end of a sentence with lines that keep a callback from returning: `f"late{judge.holding_on}"`."""
         return holding_on(self.habits)
 
-    @property
-    def deaf_to(self) -> Reason | None:
-        """Return the sensors of which the node received nothing in the trials so far, or None: `if judge.deaf_to`."""
-        ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
-        topics = ", ".join(dict.fromkeys(topic for trial in ran for topic in trial.deaf_to))
-        return Reason(Kind.UNHEARD, said=topics, requirements=self.judged_by("check_graph")) if topics else None
+    def cause(self, seen: str) -> Reason | None:
+        """Return what comes before what a check has `seen` in its trials, None if nothing does: `judge.cause(seen)`.
+
+        The node's own last words, then what the graph shows, then what the node cannot hear.
+        """
+        shown = first_cause.of_trials(self._ran, self.course, seen, self.judged_by("check_graph"))
+        return shown or first_cause.spinning(self._ran, self.evidence.quality)
 
     @property
-    def no_floats(self) -> str:
-        """Return in words that a command in the trials so far was not a float, "" if all were: `judge.no_floats`."""
-        ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
-        for trial in ran:
-            if any(0.0 < abs(n) < _SMALLEST for command in trial.commands for n in (command.v, command.omega)):
-                return say(_NO_FLOAT, topic=self.course.nodes[trial.node].command)
-        return ""
+    def _ran(self) -> list[Trial]:
+        """Return the trials that the check has looked at, the latest first."""
+        return [self.evidence.trials[name] for name in reversed(self.trials) if name in self.evidence.trials]
 
     def _not_up(self, trial: Trial) -> NotReached:
         """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""
         reason = trial.ended or Reason(Kind.DEPENDS, said=say("the node did not come up"))
-        said = _launch_errors(trial) if trial.launch else last_output(trial)
-        name = _its_name(trial, self.course.nodes)
+        said = launch_errors(trial) if trial.launch else last_output(trial)
+        name = its_name(trial, self.course.nodes)
         words = f"{reason}{name}{said}" if trial.launch else f"{reason}{said}{name}"
-        faults = self.faults("install", "start", _ABOUT.get(trial.name.partition("_")[0], ""))
+        faults = self.faults("install", "start", *_ABOUT.get(trial.name.partition("_")[0], ()))
         lacked = [reason.name] if reason.kind in (Kind.NO_PROGRAM, Kind.NO_FILE) else []
         output = trial.process.output_tail if trial.process is not None else ""
         cause = behind(faults, lacked) if lacked else shown_by(faults, output)
@@ -238,8 +258,8 @@ class Judge:
             return NotReached(replace(reason, fault=cause), words=f"{sentence(cause)} ({cause.cure}); {words}")
         if self.unwritten(lacked):
             return NotReached(replace(reason, kind=Kind.UNWRITTEN))
-        place = "" if trial.launch else tracebacks.last_place(output)
-        return NotReached(replace(reason, place=place), words=words + besides(faults))
+        place, (said, _) = "" if trial.launch else tracebacks.last_place(output), tracebacks.raised(output)
+        return NotReached(replace(reason, place=place, said=said), words=words + besides(faults))
 
     def graph(self, name: str) -> Graph:
         """Return the graph of a trial whose node came up: `judge.graph("idle_guard").services`."""
@@ -281,7 +301,7 @@ class Judge:
             differs = Reason(Kind.DEPENDS, said=why, requirements=self.judged_by("check_interfaces"))
             return NotReached(differs, words=f"{problem}{last_output(trial)}: {differs}")
         # A service that does not answer is there: nothing else is meant.
-        if problem.kind in _SILENT:
+        if problem.kind in SILENT:
             return self.not_reached(problem, trial)
         instead = near_miss(trial.graph, name, self.course.offered)
         return NotReached(problem, words=f"{problem}{last_output(trial)}{instead}")
@@ -405,76 +425,3 @@ def share_of_each(nodes: int) -> str:
         "{counted} of these points",
         counted=counted.get(nodes, say("each of the {nodes} nodes counts the same", nodes=nodes)),
     )
-
-
-def holding_on(habits: Sequence[Finding]) -> str:
-    """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
-    places = ", ".join(f"{place(habit)} {habit.text}" for habit in _holds_on(habits)[:2])
-    return say("; while a callback runs the node answers nothing: {places}", places=places) if places else ""
-
-
-def _holds_on(habits: Sequence[Finding]) -> list[Finding]:
-    return [habit for rule in _HOLDS_ON for habit in habits if habit.rule == rule]
-
-
-def absolute(graph: Graph | None, name: str) -> bool:
-    """Return whether a node that runs in NAMESPACE has a topic, service or action of this name outside of it."""
-    if graph is None:
-        return False
-    names = {endpoint.topic for endpoint in graph.endpoints} | {*graph.services, *graph.actions}
-    return name in names and f"{NAMESPACE}/{name}" not in names
-
-
-def near_miss(graph: Graph | None, wanted: str, contract: Collection[str]) -> str:
-    """Return words that name the services and actions found instead of `wanted`, "" if there are none.
-
-    None of those in the `contract` is a near miss of another.
-    """
-    if graph is None:
-        return ""
-    offered = {**graph.services, **graph.actions}
-    if wanted in offered:
-        return say("; found {wanted} of type {short_types}", wanted=wanted, short_types=short_types(offered[wanted]))
-    others = {name: types for name, types in offered.items() if name not in contract}
-    if not others:
-        return ""
-    return say("; found ") + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
-
-
-def _launch_errors(trial: Trial) -> str:
-    """Return as the end of a sentence the errors that `ros2 launch` printed, "" if it printed none."""
-    output = trial.process.output_tail if trial.process is not None else ""
-    errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
-    return say("; `ros2 launch` said: {errors}", errors=" | ".join(errors[-3:])[:600]) if errors else ""
-
-
-def _its_name(trial: Trial, nodes: Collection[str]) -> str:
-    """Return as the end of a sentence which other nodes came up instead of the trial's, "" if none did."""
-    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*nodes}) if trial.graph else []
-    others = [f"`{name}`" for name in others if not name.startswith("launch_ros")]
-    if not others:
-        return ""
-    places = say("name= in the launch file, the key in the YAML file and the node's own name have to be the same")
-    named = f"super().__init__('{trial.node}')" if not trial.launch else places
-    return say("; is {others} its name? {named}", others=" or ".join(others[:2]), named=named)
-
-
-def near_topic(graph: Graph | None, wanted: str) -> str:
-    """Return words that name the topics published instead of `wanted`, "" if there are none."""
-    names = sorted({e.topic for e in graph.endpoints if e.kind == "publisher"} - _OF_EVERY_NODE) if graph else []
-    if wanted in names:
-        return say("; {wanted} is on the graph, but no message came", wanted=wanted)
-    return say("; the node publishes {names}", names=", ".join(names)) if names else ""
-
-
-def short_types(types: Sequence[str]) -> str:
-    """Return "SetBool" for ["std_srvs/srv/SetBool"]; a type from a package of the robot keeps its package."""
-    return ", ".join(name if "robot" in name else name.rpartition("/")[2] for name in types)
-
-
-def last_output(trial: Trial) -> str:
-    """Return words with the last output of a node that ended by itself, and its place; "" for any other node."""
-    if trial.process is None or trial.process.by != "itself":
-        return ""
-    said = tracebacks.last_words(trial.process.output_tail)
-    return say("; its last output was: {said}", said=said) if said else ""

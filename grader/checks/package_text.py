@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePosixPath
 
-from grader.checks.judge import Failed, Judge
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.course.model import JUDGED, role
-from grader.evidence import Definition, Quality, SourceFile, reading_limits
+from grader.evidence import Definition, Kind, Quality, Reason, SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
@@ -57,7 +58,7 @@ def weigh(judge: Judge) -> None:
     """Let the check's points count for as much as there is of the contract's nodes.
 
     Raises:
-        Failed: none of the contract's modules is there.
+        NotReached: none of the contract's modules is there.
     """
     nodes, there = judge.course.nodes, _require_modules(judge)
     missing = [node for node in nodes if node not in there]
@@ -83,7 +84,7 @@ def _require_modules(judge: Judge) -> list[str]:
     """Return the contract's nodes that are there; one may have no code yet if there are the functions.
 
     Raises:
-        Failed: there are neither.
+        NotReached: there are neither.
     """
     quality = judge.quality()
     if quality.reached is None:
@@ -94,11 +95,8 @@ def _require_modules(judge: Judge) -> list[str]:
     unread = {PurePosixPath(path).stem for path in hidden}
     there = (quality.reached.nodes.keys() | unread) - judge.unread_nodes
     found = [node for node in judge.course.nodes if node in there]
-    judge.expect(
-        bool(found or quality.functions.defined),
-        say("none of the assignment's modules is there: {modules}", modules=", ".join(judge.course.modules)),
-        say("these points are for the assignment's nodes: start with one of these modules"),
-    )
+    if not found and not quality.functions.defined:
+        raise NotReached(Reason(Kind.NO_MODULES, said=", ".join(judge.course.modules)))
     return found
 
 
@@ -173,6 +171,13 @@ def unread_lines(unread: list[SourceFile]) -> list[str]:
     ]
 
 
+def readable_first(unread: list[SourceFile], try_: str) -> str:
+    """Return which line of an unread file to fix before anything else, `try_` if that is not known or all are read."""
+    lines = ((file, re.search(r"\bline (\d+)", file.problem)) for file in unread)
+    first = next(((file, line[1]) for file, line in lines if line), None)
+    return say("fix line {line} of {file.path} first", file=first[0], line=first[1]) if first else try_
+
+
 def unread_share(judge: Judge, unread: list[SourceFile]) -> float:
     """Return the share of the package's lines, tests left out, that are in unread files."""
     package = judge.course.package
@@ -190,4 +195,4 @@ def charge(judge: Judge, count: int, most: int, words: list[str], try_: str) -> 
     if count or unread:
         seen = "\n".join([*(words if count else []), *unread_lines(unread)])
         hidden = sum(max(1, math.ceil(file.lines / _LINES_PER_FINDING)) for file in unread)
-        judge.share(1 - (count + hidden) / most, seen, try_)
+        judge.share(1 - (count + hidden) / most, seen, readable_first(unread, try_))

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from grader import evidence
-from grader.checks.judge import Failed, Judge, NotReached, Unjudged
+from grader.checks.judge import SILENT, Failed, Judge, NotReached, Unjudged
 from grader.course import named
+from grader.evidence import Kind
 from grader.scoring.scorecard import CheckResult, Outcome
 from grader.words import say
 
@@ -93,17 +94,30 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> CheckResult:
     result = CheckResult(id_, Outcome.ERROR, 0.0, sentence, expected=sentence, trial=trial)
     if judge is None or (error is not None and not isinstance(error, Failed | NotReached)):
         return replace(result, seen=f"{type(error).__name__}: {error}{_line(item, call)}")
-    result = replace(result, seen=say(judge.seen), try_=say(judge.try_), figures=judge.figures)
-    if error is None:
-        outcome = Outcome.PASSED if judge.fraction >= 1 else Outcome.PARTIAL if judge.fraction > 0 else Outcome.FAILED
-        return replace(result, outcome=outcome, fraction=judge.fraction)
-    says_so = error.reason is not None and error.reason.kind is evidence.Kind.UNHEARD
-    deaf_to = None if says_so else judge.deaf_to
-    if isinstance(error, Failed):
-        seen = _joined(say(error.seen), deaf_to, judge.no_floats)
-        return replace(result, outcome=Outcome.FAILED, seen=seen, try_=say(error.try_), reason=error.reason)
-    because = _joined(deaf_to, error)
-    return replace(result, outcome=Outcome.NOT_REACHED, because=because, reason=deaf_to or error.reason)
+    return concluded(judge, result, error)
+
+
+def concluded(judge: Judge, result: CheckResult, error: Failed | NotReached | None) -> CheckResult:
+    """Return a check's result with what it has said, and before that with the cause that its trials show."""
+    seen, try_ = (error.seen, error.try_) if isinstance(error, Failed) else (judge.seen, judge.try_)
+    result = replace(result, seen=say(seen), try_=say(try_), figures=judge.figures)
+    if error is None and judge.fraction >= 1:
+        return replace(result, outcome=Outcome.PASSED, fraction=judge.fraction)
+    own = error.reason if error is not None else None
+    told = str(error or seen)
+    known = own is not None and (
+        own.kind in (Kind.UNHEARD, Kind.SPINS) or (own.fault is not None and own.kind not in SILENT)
+    )
+    cause = None if known else judge.cause(told)
+    reason = cause or own
+    if isinstance(error, NotReached):
+        cure = reason.cure if reason is not None else ""
+        because = "; ".join(dict.fromkeys(str(part) for part in (cause, told) if part))
+        return replace(result, outcome=Outcome.NOT_REACHED, because=because, try_=cure, reason=reason)
+    if cause is not None:
+        result = replace(result, seen=f"{cause}\n{result.seen}", try_=cause.cure or result.try_)
+    outcome = Outcome.PARTIAL if error is None and judge.fraction > 0 else Outcome.FAILED
+    return replace(result, outcome=outcome, fraction=0.0 if error else judge.fraction, reason=reason)
 
 
 def _line(item: pytest.Item, call: pytest.CallInfo[None]) -> str:
@@ -112,7 +126,3 @@ def _line(item: pytest.Item, call: pytest.CallInfo[None]) -> str:
         return ""
     lines = [frame.lineno + 1 for frame in call.excinfo.traceback if frame.path == item.path]
     return say(" ({file}, line {line})", file=item.path.name, line=lines[-1]) if lines else ""
-
-
-def _joined(*parts: object) -> str:
-    return "; ".join(dict.fromkeys(str(part) for part in parts if part))

@@ -36,13 +36,19 @@ class Kind(Enum):
     UNHEARD = "unheard"
     UNWRITTEN = "unwritten"
     NO_RESPONSE = "no response"
+    NO_MODULES = "no modules"
+    RAISED = "raised"
+    ON_GRAPH = "on graph"
+    INACTIVE = "inactive"
+    SPINS = "spins"
+    NO_FLOAT = "no float"
     UNTRIED = "untried"
     DEPENDS = "depends"
 
 
 WORDS = {
     Kind.NO_PROGRAM: mark("there is no executable {name} in lib/{package}"),
-    Kind.NO_FILE: mark("there is no {name} in share/{package}"),
+    Kind.NO_FILE: mark("there is no {name} in share/{package}{see}"),
     Kind.DIED_EARLY: mark("{starter} ended before {started} came up, with exit status {exit_code}"),
     Kind.NOT_UP: mark("no node {name} came up{within}; the graph shows {graph}"),
     Kind.DIED: mark("the node ended at {seconds:.2f} s with exit status {exit_code}"),
@@ -67,10 +73,49 @@ WORDS = {
     ),
     Kind.UNWRITTEN: mark("there is no {name} in share/{package}; {name} is not in the package"),
     Kind.NO_RESPONSE: mark("{said}: `return response`?"),
+    Kind.NO_MODULES: mark("none of the assignment's modules is there: {said}"),
+    Kind.RAISED: mark("{said}{at}"),
+    Kind.ON_GRAPH: mark("{said}{see}"),
+    Kind.INACTIVE: mark("{name} is a LifecycleNode that nothing has activated, so it publishes nothing"),
+    Kind.SPINS: mark("{said}{at}: it takes the node from the executor that runs it, so nothing answers any more"),
+    Kind.NO_FLOAT: mark("{name} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"),
     Kind.UNTRIED: mark("not tried yet: {said}{see}"),
     Kind.DEPENDS: mark("{said}{see}"),
 }
 """Each kind in words, with the reason's fields and some made of them."""
+
+_A_TIMER = mark("return at once and let a timer do the next step; where an answer is needed, `await` the future")
+_CURES = {
+    **dict.fromkeys((Kind.HANGS, Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.WAITS, Kind.WAITED), _A_TIMER),
+    Kind.RAISED: mark(
+        "correct this first: the node runs on after an exception in the callback of an action, or in a thread of its "
+        "own, and what should have followed never happens"
+    ),
+    Kind.ON_GRAPH: mark("create it with the contract's name and type: nodes of another type never hear each other"),
+    Kind.INACTIVE: mark(
+        "inherit from rclpy.node.Node; or call trigger_configure() and trigger_activate() before the node spins"
+    ),
+    Kind.SPINS: mark("make the callback `async def` and `await` the future: the node is being spun already"),
+    Kind.NO_FLOAT: mark("float(value), or 1.0 instead of 1, wherever a field of the message is set"),
+    Kind.NO_MODULES: mark("these points are for the assignment's nodes: start with one of these modules"),
+    Kind.NO_RESPONSE: mark("a service's callback must return the response that it was given"),
+}
+_AT_A_PLACE = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.WAITED)  # without one, something else may be behind it
+# By what Python or rclpy says, of exceptions whose own words do not tell what to do.
+_CURES_BY_WORDS = {
+    "no running event loop": mark(
+        "asyncio has no event loop in rclpy's executor: `await` a Future of rclpy.task, and let a timer set its result"
+    ),
+    "can't be used in 'await' expression": mark(
+        "`await` a Future, such as that of call_async(), or a coroutine; anything else is there at once"
+    ),
+    "'NoneType' object has no attribute 'successful'": mark(
+        "the parameter callback has to return a SetParametersResult on every path, also at its end"
+    ),
+    "generator already executing": mark(
+        "a callback must not spin its own executor: make it `async def` and `await` the future"
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -87,7 +132,7 @@ class Reason:
         nodes: what the graph showed instead of the node.
         requirements: the ids of those that come first.
         fault: what the package's text shows to be behind it.
-        said: what a check says of it.
+        said: what a check says of it, or what a node raised.
     """
 
     kind: Kind
@@ -114,3 +159,14 @@ class Reason:
             at=say(" at {place}", place=self.place) if self.place else "",
             see=f" ({', '.join(self.requirements)})" if self.requirements else "",
         )
+
+    @property
+    def cure(self) -> str:
+        """Return what to do about it, "" if that depends on more than the reason."""
+        if self.fault is not None:
+            return self.fault.cure
+        by_words = next((cure for words, cure in _CURES_BY_WORDS.items() if words in self.said), "")
+        if by_words and self.kind in (Kind.RAISED, Kind.DIED, Kind.DIED_EARLY):
+            return say(by_words)
+        guessed = self.kind in _AT_A_PLACE and not self.place
+        return "" if guessed else say(_CURES.get(self.kind, ""))

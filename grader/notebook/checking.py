@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 import threading
 from collections.abc import Sequence
@@ -105,8 +106,15 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
-    grade = check_process.grade if needs_build(settings, [package]) else pipeline.grade
+    beside = prerequisites.interfaces_beside(package)
+    grade = check_process.grade if needs_build(settings, [package, *beside]) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
+        if beside:  # together, as they are handed in, and nothing else of the workspace
+            together = Path(scratch) / "src"
+            for folder in (package, *beside):
+                ignored = shutil.ignore_patterns("__pycache__", ".git")
+                shutil.copytree(folder, together / folder.name, symlinks=True, ignore=ignored)
+            package = together
         return pipeline.unchanged(package, settings) or grade(package, Path(scratch) / "out", settings)
 
 

@@ -18,7 +18,6 @@ from grader.notebook.workspace import course
 from grader.words import mark, say
 
 _RUN_IT = mark("look at what the node does and prints: `run_node()`, then `run.output`")
-_LET_A_TIMER = mark("return at once and let a timer do the next step; where an answer is needed, `await` the future")
 _LAST_OUTPUT = mark("the node ended by itself; its last output says where")
 _PROVIDE_IT = mark("complete the exercise that provides it, and run its cell")
 _ADVICE = {
@@ -28,13 +27,6 @@ _ADVICE = {
     Kind.NO_PROGRAM: mark("install it with {programs}; {built}"),
     Kind.NO_SERVICE: _PROVIDE_IT,
     Kind.NO_ACTION: _PROVIDE_IT,
-    Kind.NO_RESPONSE: mark("a service's callback must return the response that it was given"),
-    Kind.HANGS: _LET_A_TIMER,
-    Kind.NO_ANSWER: _LET_A_TIMER,
-    Kind.NO_VERDICT: _LET_A_TIMER,
-    Kind.SLOW: _LET_A_TIMER,
-    Kind.WAITS: _LET_A_TIMER,
-    Kind.WAITED: _LET_A_TIMER,
     Kind.DIED: _LAST_OUTPUT,
     Kind.DIED_EARLY: _LAST_OUTPUT,
 }
@@ -69,8 +61,9 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
     """
     if not package.is_dir() or not any(_is_student_file(path) for path in package.iterdir()):
         return Gap(say("your package is empty"), _expected("package.xml"), _how_to_get("package.xml", notebook))
+    folders = (package, *interfaces_beside(package))
     for name in wanted:
-        if not (package / name).is_file():
+        if not any((folder / name).is_file() for folder in folders):
             return Gap(say("there is no {name}", name=name), _expected(name), _how_to_get(name, notebook))
     if finished and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
         try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
@@ -81,6 +74,13 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
         )
     modules = [name for name in wanted if name.startswith(f"{course().package}/")]
     return _broken_module(package, modules, notebook)
+
+
+def interfaces_beside(package: Path) -> list[Path]:
+    """Return the package beside this one that has interfaces of the contract which this one lacks; [] if none does."""
+    wanted = [path for path in map(course().interface_file, course().interfaces) if not (package / path).is_file()]
+    others = sorted(path.parent for path in package.parent.glob("*/package.xml") if path.parent != package)
+    return [folder for folder in others if any((folder / path).is_file() for path in wanted)][:1]
 
 
 def _is_stub(path: Path) -> bool:
@@ -109,13 +109,15 @@ def advice(reason: Reason | None) -> str:
     if reason.requirements:
         first = reason.requirements[0]
         return say('fix {first} first: `check("{first}")` says more', first=first)
+    if reason.cure:
+        return reason.cure
+    if reason.kind in _NEEDS_PLACE and not reason.place and not reason.launch:
+        return say(_RUN_IT)
     if reason.launch:
         return say(
             "start the file yourself, with the YAML files beside it: `!ros2 launch {package} ...`",
             package=course().package,
         )
-    if reason.kind in _NEEDS_PLACE and not reason.place:
-        return say(_RUN_IT)
     built = course().requirement_of("check_build")
     by_cmake = "CMakeLists.txt" in course().layout
     return say(

@@ -19,7 +19,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
 
 from grader import building
-from grader.checks.judge import holding_on
+from grader.checks.first_cause import holding_on
 from grader.course import definition
 from grader.errors import KitError
 from grader.evidence import Kind, Reason

@@ -27,6 +27,10 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
             yield from _uninstalled(sources)
     elif not sources.has_cmake:
         yield from _in_setup(sources)
+    elif is_left_over(sources):
+        text = "package.xml says `ament_python`, so nothing is built or installed by this file"
+        yield Fault(_CMAKE, 0, "install", text, "delete CMakeLists.txt, which is left over")
+        yield from _in_setup(sources)
     else:
         line = sources.line_of(_XML, "<build_type>")
         text = "it says `ament_python`, so colcon ignores CMakeLists.txt and all that it makes and installs"
@@ -35,6 +39,12 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
         course = sources.course
         lost = [*course.nodes, *(path for path in course.shared if path in sources.paths), *sources.interfaces]
         yield Fault(_XML, line, stops, text, cure, shown_as=["can't open file 'setup.py'"], lacks=lost)
+
+
+def is_left_over(sources: PackageSources) -> bool:
+    """Return whether a CMakeLists.txt is left over in a package that setup.py makes, all of its nodes included."""
+    made = {entry.name for entry in sources.setup.entry_points} if sources.setup is not None else set()
+    return not sources.by_cmake and not sources.interfaces and made.issuperset(sources.course.nodes)
 
 
 def interface_build_faults(sources: PackageSources) -> Iterator[Fault]:

@@ -3,132 +3,100 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import PurePosixPath
-from typing import Any
 
 import yaml
 
-from grader.course import Node, definition
+from grader.course import Course, Node, definition
 from grader.evidence import Fault
-from grader.python_ast import argument, called, literal_string
-from grader.quality.faults_of_programs import programs
+from grader.python_ast import literal_string
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module
+from grader.yaml_reader import (
+    PARAMETERS,
+    ParameterFileError,
+    line_of,
+    parameter_blocks,
+    scalar,
+    scalar_of,
+)
 
-_KEY = "ros__parameters"
+_SIM_TIME = "use_sim_time"
+_TYPES: dict[type, str] = {bool: "true or false", int: "an integer", float: "a float", str: "a text"}
 
 
 def file_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
     """Yield what is wrong with the launch files and the parameter files."""
     for module in modules:
         if module.role == "launch":
-            yield from _in_launch(sources, module)
+            yield from _in_launch(sources.course, module)
     for node in sources.course.nodes.values():
         if node.config in sources.paths:
-            yield from (replace(fault, shown_as=[node.config]) for fault in _in_parameters(sources, node.config, node))
+            for fault in _in_parameters(sources, node.config, node):
+                yield fault if fault.shown_as else replace(fault, shown_as=[node.config])
 
 
-def _in_launch(sources: PackageSources, module: Module) -> Iterator[Fault]:
-    """Yield what a launch file asks for and what is not there: packages, executables, parameter files."""
-    own = programs(sources)
-    values = {
-        target.id: literal_string(node.value)
-        for node in ast.walk(module.tree) if isinstance(node, ast.Assign)
-        for target in node.targets if isinstance(target, ast.Name)
-    }  # fmt: skip
-    for call in ast.walk(module.tree):
-        if not isinstance(call, ast.Call) or called(call) not in ("Node", "LifecycleNode"):
-            continue
-        package, executable = (
-            values.get(part.id, "") if isinstance(part, ast.Name) else literal_string(part)
-            for part in (argument(call, 99, "package"), argument(call, 99, "executable", "node_executable"))
-        )
-        if package and package not in sources.built | sources.known | sources.names:
-            mine = executable in (*sources.course.nodes, *(own or ()))
-            cure = f"package='{sources.name}'" if mine else "start only nodes that are handed in, or part of this ROS"
-            text = f"it starts a node of `{package}`, which is not here"
-            yield Fault(module.path, call.lineno, "launch", text, cure, shown_as=[f"'{package}'"])
-        elif package in sources.names and executable and own is not None and executable not in own:
-            meant = similar(executable, own)
-            cure = f"executable='{meant}'" if meant else f"the package installs {', '.join(sorted(own)) or 'none'}"
-            text = f"there is no executable `{executable}`"
-            shown = [f"'{executable}'"]
-            yield Fault(module.path, call.lineno, "launch", text, cure, shown_as=shown, lacks=[executable])
-        yield from _relative_files(sources, module, call, values)
+def _in_launch(course: Course, module: Module) -> Iterator[Fault]:
+    """Yield the parameters of a launch file that have another type than the node declares.
+
+    What a launch file cannot find, `ros2 launch` itself says.
+    """
+    for table in (part for part in ast.walk(module.tree) if isinstance(part, ast.Dict)):
+        for name, value, line in _pairs(table):
+            named = [node for node in course.nodes.values() if name in (_SIM_TIME, *node.parameters)][:1]
+            for fault in (fault for node in named for fault in _other_type(module.path, line, node, name, value)):
+                yield replace(fault, stops="launch")
 
 
-def _relative_files(
-    sources: PackageSources, module: Module, call: ast.Call, values: Mapping[str, str]
-) -> Iterator[Fault]:
-    """Yield the parameter files that a launch file looks for in the folder where somebody happens to start it."""
-    parameters = argument(call, 99, "parameters")
-    for part in parameters.elts if isinstance(parameters, ast.List | ast.Tuple) else ():
-        path = values.get(part.id, "") if isinstance(part, ast.Name) else literal_string(part)
-        if path.endswith((".yaml", ".yml")) and not path.startswith("/"):
-            text = f"`{path}` is looked for where `ros2 launch` is started, not in the package"
-            folders = ", ".join(repr(folder) for folder in PurePosixPath(path.removeprefix("./")).parts)
-            cure = f"os.path.join(get_package_share_directory('{sources.name}'), {folders})"
-            yield Fault(module.path, part.lineno, "parameters", text, cure, shown_as=[path])
+def _pairs(table: ast.Dict) -> Iterator[tuple[str, object, int]]:
+    """Yield the names and constant values in a dictionary, such as that of a node's parameters, with their lines."""
+    for key, value in zip(table.keys, table.values, strict=True):
+        if key is not None and literal_string(key) and isinstance(value, ast.Constant):
+            yield literal_string(key), value.value, value.lineno
 
 
 def _in_parameters(sources: PackageSources, path: str, node: Node) -> Iterator[Fault]:
-    """Yield why a parameter file does not reach its node."""
-    text = sources.read(path)
+    """Yield why a parameter file does not reach its node: rcl refuses it, or its key, names or types are others."""
     try:
-        if any(isinstance(token, yaml.AnchorToken) for token in yaml.scan(text)):
-            return
-        tree = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 0
-        tab = "\t" in ([*text.splitlines(), ""][line - 1] if line else "")
-        words = "a tab" if tab else (error.problem or "it cannot be read")
-        cure = "indent with spaces only" if tab else "compare the indentation and the colons with the lines above"
-        yield Fault(path, line, "parameters", f"it is not YAML: {words}", cure)
+        blocks = parameter_blocks(sources.read(path))
+    except ParameterFileError as error:
+        yield Fault(path, error.line, "parameters", error.problem, error.cure)
         return
-    except (ValueError, RecursionError, yaml.YAMLError):
+    except (ValueError, RecursionError):
         return
-    if not isinstance(tree, yaml.MappingNode):
-        yield Fault(
-            path, 0, "parameters", "it sets nothing", f"{node.name}: / {_KEY}: / name: value, each further indented"
-        )
-        return
-    yield from _in_blocks(path, node, tree)
-
-
-def _in_blocks(path: str, node: Node, tree: yaml.MappingNode) -> Iterator[Fault]:
-    blocks = list(_blocks(tree, ()))
     if not blocks:
-        line = tree.start_mark.line + 1
-        yield Fault(path, line, "parameters", f"it has no `{_KEY}:`, so no node reads it",
-                    f"{node.name}:, below it {_KEY}:, below that the parameters")  # fmt: skip
+        cure = f"{node.name}: / {PARAMETERS}: / name: value, each further indented"
+        yield Fault(path, 0, "parameters", "it sets nothing", cure)
+    reached = [block for block in blocks if not block.keys or block.keys[-1] in (node.name, "*", "**")]
+    for block in blocks:
+        absent = {*node.parameters, _SIM_TIME} - block.values.keys()
+        for name, value in block.values.items():
+            if name not in {*node.parameters, _SIM_TIME} and (meant := similar(name, absent)):
+                text = f"it sets `{name}`, and the parameter is called `{meant}`"
+                yield Fault(path, line_of(value), "parameters", text, f"{meant}:")
+            elif block in reached and isinstance(value, yaml.ScalarNode):
+                yield from _other_type(path, line_of(value), node, name, scalar_of(value))
+    if blocks and not reached:
+        text = f"its key is `{'/'.join(blocks[0].keys)}`, and the node is called `{node.name}`"
+        cure = f"{node.name}: or /**: as the key above {PARAMETERS}"
+        yield Fault(path, blocks[0].line, "parameters", text, cure)
+
+
+def _other_type(path: str, line: int, node: Node, name: str, value: object) -> Iterator[Fault]:
+    """Yield that a parameter's value has another type than the node declares, which ends the node as it starts."""
+    usual: object = False if name == _SIM_TIME else node.parameters[name].default if name in node.parameters else None
+    if usual is None or type(value) is type(usual) or type(value) not in _TYPES:
         return
-    reached = False
-    for keys, _, values in blocks:
-        name = keys[-1] if keys else ""
-        reached = reached or name in (node.name, "*", "**") or not name
-        wanted = {*node.parameters, "use_sim_time"}
-        absent = wanted - {key.value for key, _ in values.value}
-        for key, _ in values.value:
-            if key.value not in wanted and (meant := similar(str(key.value), absent)):
-                text = f"it sets `{key.value}`, and the parameter is called `{meant}`"
-                yield Fault(path, key.start_mark.line + 1, "parameters", text, f"{meant}:")
-    if not reached:
-        keys, line, _ = blocks[0]
-        yield Fault(path, line, "parameters", f"its key is `{'/'.join(keys)}`, and the node is called `{node.name}`",
-                    f"{node.name}: or /**: as the key above {_KEY}")  # fmt: skip
-
-
-def _blocks(tree: yaml.MappingNode, above: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], int, Any]]:
-    """Yield the keys above each ros__parameters, split at slashes, with the last one's line and the block."""
-    for key, value in tree.value:
-        if not isinstance(value, yaml.MappingNode):
-            continue
-        if key.value == _KEY:
-            yield above, tree.start_mark.line, value
-        elif len(above) < 20:
-            yield from _blocks(value, (*above, *(part for part in str(key.value).split("/") if part)))
+    meant = scalar(value.replace(",", ".")) if isinstance(value, str) else value
+    if isinstance(usual, float) and isinstance(meant, int) and not isinstance(meant, bool):
+        meant = float(meant)
+    meant = meant if type(meant) is type(usual) else usual
+    said = f"'{value}'" if isinstance(value, str) else f"{value}"
+    right = str(meant) if path.endswith(".py") else str(meant).lower()
+    cure = f"write {right}" + " without quotation marks" * isinstance(value, str)
+    text = f"`{name}` is {said}, {_TYPES[type(value)]}, and the node declares {_TYPES[type(usual)]}"
+    yield Fault(path, line, "parameters", text, cure, shown_as=[f"Trying to set parameter '{name}'"])
 
 
 def interface_faults(sources: PackageSources) -> Iterator[Fault]:

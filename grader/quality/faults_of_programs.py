@@ -137,7 +137,9 @@ def _without_the_bit(sources: PackageSources) -> Iterator[Fault]:
 
 def _scripts(sources: PackageSources) -> Iterator[Fault]:
     """Yield what is wrong with the first line of the programs that CMakeLists.txt installs."""
-    for path in sorted(program_files(sources)):
+    places = dict(pair for command in _installs(sources) for pair in installed(sources, command))
+    nodes = [path for path, place in places.items() if place.name in sources.course.nodes]
+    for path in sorted(program_files(sources), key=lambda path: (path not in nodes, path)):
         first, _, _ = sources.read(path).partition("\n")
         if not first.startswith("#!"):
             text = "its first line does not say which program runs it, so the system cannot start it"

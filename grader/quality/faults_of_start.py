@@ -12,9 +12,9 @@ from pathlib import PurePosixPath
 from grader.course import packages, role
 from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
-from grader.quality.faults_of_programs import defined, installed, program_files, program_folders
+from grader.quality.faults_of_programs import installed, program_files, program_folders
 from grader.quality.manifest import optional_imports
-from grader.quality.package_sources import INTERFACE_SUFFIXES, PackageSources, similar
+from grader.quality.package_sources import PackageSources
 from grader.quality.parsed_module import Module, absolute
 
 _RUNS = ("module", "script")
@@ -35,11 +35,13 @@ def start_faults(
             text = f"it {re.sub(': line [0-9]+: ', ': ', file.problem)}"
             yield Fault(file.path, int(line[1]) if line else 0, "start", text, cure)
     yield from _shadows(sources)
-    names = _Names(sources, modules)
     programs = program_files(sources)
+    # A folder with Python below it may be found by whoever starts the node there.
+    own = {PurePosixPath(path).parts[0] for path in sources.paths if path.endswith(".py") and "/" in path}
+    own |= {module.name.partition(".")[0] for module in modules if "." in module.name} | sources.names
     for module in modules:
         if module.role == "module" or module.path in programs:
-            yield from names.missing(module)
+            yield from _absent_packages(sources, module, own)
 
 
 def _shadows(sources: PackageSources) -> Iterator[Fault]:
@@ -91,87 +93,29 @@ def _imports(module: Module) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]
             yield absolute(module, node), node
 
 
-class _Names:
-    """The modules of the package, and what each defines."""
+def _absent_packages(sources: PackageSources, module: Module, own: set[str]) -> Iterator[Fault]:
+    """Yield the imports of packages that are neither built with this one nor here. Of its `own`, Python says enough."""
+    for name, node in list(_imports(module))[:_MAX_IMPORTS]:
+        top = name.partition(".")[0]
+        if top and top not in own and (words := _elsewhere(sources, top)):
+            yield Fault(module.path, node.lineno, "start", *words, shown_as=[f"No module named '{top}'"])
 
-    def __init__(self, sources: PackageSources, modules: Sequence[Module]) -> None:
-        self._sources = sources
-        self.defined = {module.name: defined(module.tree) for module in modules}
-        self._folders = {
-            ".".join(parent.parts)
-            for path in sources.paths if path.endswith(".py")
-            for parent in PurePosixPath(path).parents
-        }  # fmt: skip
-        self._tops = {name.partition(".")[0] for name in self.defined if "." in name} | sources.names
-        self._unparsed = {path.removesuffix(".py").replace("/", ".") for path in sources.paths if path.endswith(".py")}
-        self._types = {path.rpartition("/")[2].partition(".")[0] for path in sources.interfaces}
 
-    def missing(self, module: Module) -> Iterator[Fault]:
-        """Yield the imports of a module that find nothing."""
-        for name, node in list(_imports(module))[:_MAX_IMPORTS]:
-            if missing := self._missing(name, node):
-                text, cure, shown = missing
-                yield Fault(module.path, node.lineno, "start", text, cure, shown_as=[shown])
-
-    def _missing(self, name: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str, str] | None:
-        """Return what an import does not find, what to do, and what Python says of it; None if it finds all."""
-        top, _, rest = name.partition(".")
-        if not top:
-            return None
-        absent = f"No module named '{name}'"
-        if top not in self._tops:
-            words = self._elsewhere(top)
-            return (*words, f"No module named '{top}'") if words else None
-        if rest in _GENERATED:
-            return self._missing_types(name, rest, node)
-        if rest and name not in self._unparsed | self._folders:
-            meant = similar(name, [*self.defined, *self._folders])
-            cure = f"is {meant} meant?" if meant else f"write {name.replace('.', '/')}.py"
-            return f"it imports `{name}`, which is not in the package", cure, absent
-        defined = self.defined.get(name)
-        if defined is None or "*" in defined or not isinstance(node, ast.ImportFrom):
-            return None
-        inside = {other.removeprefix(f"{name}.") for other in self._unparsed | self._folders}
-        for alias in node.names:
-            if alias.name != "*" and alias.name not in defined | inside | set(_GENERATED):
-                meant = similar(alias.name, defined)
-                cure = f"is {meant} meant?" if meant else f"define {alias.name} there, or correct the import"
-                text = f"it imports `{alias.name}` from {name}, which does not define it"
-                return text, cure, f"cannot import name '{alias.name}' from '{name}'"
+def _elsewhere(sources: PackageSources, top: str) -> tuple[str, str] | None:
+    """Return what to say of a package that is not built with this one, and not installed here either."""
+    if top in sources.built | sources.known | _LAUNCH or _is_known(top, sources):
         return None
-
-    def _missing_types(self, name: str, kind: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str, str] | None:
-        """Return what to say of types that are imported from the package's interfaces and that it does not have."""
-        if not any(path.endswith(INTERFACE_SUFFIXES) for path in self._sources.paths):
-            text = f"it imports from {name}, and the package has no interface file in {kind}/"
-            return text, self._beside(kind), f"No module named '{name}'"
-        for alias in node.names if isinstance(node, ast.ImportFrom) else ():
-            if alias.name not in self._types | {"*"} and not alias.name.startswith("_"):
-                meant = similar(alias.name, self._types)
-                cure = f"is {meant} meant?" if meant else f"write {kind}/{alias.name}.{kind}"
-                text = f"it imports `{alias.name}` from {name}, and there is no {kind}/{alias.name}.{kind}"
-                return text, cure, f"cannot import name '{alias.name}' from '{name}'"
-        return None
-
-    def _elsewhere(self, top: str) -> tuple[str, str] | None:
-        """Return what to say of a package that is not built with this one, and not installed here either."""
-        sources = self._sources
-        if top in sources.built | sources.known | _LAUNCH or _is_known(top, sources) or top in self._folders:
-            return None
-        if f"{top}.py" in {PurePosixPath(path).name for path in sources.paths}:
-            text = f"it imports `{top}`, which Python finds only where it lies beside the program that runs"
-            return text, f"from {sources.name} import {top}"
-        if top in ROS_1:
-            return f"it imports `{top}`, which is part of ROS 1", ROS_1[top]
-        if top == sources.course.package:
-            return f"it imports `{top}`, and this package is called `{sources.name}`", f"from {sources.name} import ..."
-        if top.endswith(("_interfaces", "_msgs")):
-            return f"it imports `{top}`, {NOT_BUILT}", self._beside("srv")
-        text = f"it imports `{top}`, which is not among the packages that this course offers"
-        ask = f"ask your instructor to add it to {packages.EXTRA}"
-        return f"{text}: {packages.names(sources.course)}, and those of ROS in the handout", f"do without it, or {ask}"
-
-    def _beside(self, kind: str) -> str:
-        """Return from where to import interfaces: from the package of interfaces, if one is built with this one."""
-        beside = min(self._sources.built - self._sources.names, default="")
-        return f"the package of interfaces is called {beside}: from {beside}.{kind} import ..." if beside else ONE_ZIP
+    if f"{top}.py" in {PurePosixPath(path).name for path in sources.paths}:
+        text = f"it imports `{top}`, which Python finds only where it lies beside the program that runs"
+        return text, f"from {sources.name} import {top}"
+    if top in ROS_1:
+        return f"it imports `{top}`, which is part of ROS 1", ROS_1[top]
+    if top == sources.course.package:
+        return f"it imports `{top}`, and this package is called `{sources.name}`", f"from {sources.name} import ..."
+    if top.endswith(("_interfaces", "_msgs")):
+        beside = min(sources.built - sources.names, default="")
+        cure = f"the package of interfaces is called {beside}: from {beside}.srv import ..." if beside else ONE_ZIP
+        return f"it imports `{top}`, {NOT_BUILT}", cure
+    text = f"it imports `{top}`, which is not among the packages that this course offers"
+    ask = f"ask your instructor to add it to {packages.EXTRA}"
+    return f"{text}: {packages.names(sources.course)}, and those of ROS in the handout", f"do without it, or {ask}"

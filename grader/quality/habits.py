@@ -18,10 +18,11 @@ _MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp
 _MUTABLE_CALLS = ("list", "dict", "set", "bytearray", "defaultdict", "deque", "OrderedDict", "Counter")
 # Calls that return when another callback has run, which it cannot as long as this one does.
 _WAITS = {
-    "rclpy.spin_until_future_complete": "`spin_until_future_complete`", "call": "a client's `call`",
+    "call": "a client's `call`",
     "wait_for_service": "`wait_for_service`", "wait_for_server": "`wait_for_server`",
     "send_goal": "an action client's `send_goal`",
 }  # fmt: skip
+_SPINS = ("rclpy.spin_until_future_complete", "rclpy.spin_once", "rclpy.spin")
 _SLEEPS = ("time.sleep", "get_clock().sleep_for", "get_clock().sleep_until")
 _WALL_CLOCKS = ("time.time", "time.monotonic", "time.perf_counter", "datetime.datetime.now", "datetime.datetime.utcnow")
 SLEEP_IN_TEST = "sleep-in-test"
@@ -86,6 +87,8 @@ def _in_callbacks(graph: CallGraph) -> Iterator[Finding]:
                     yield Finding(node.module.path, part.lineno, "sleep-in-callback", f"`{slept}` {where}")
                 elif meaning in _WALL_CLOCKS:
                     yield Finding(node.module.path, part.lineno, "wall-clock", f"`{meaning}` {where}")
+                elif meaning in _SPINS:
+                    yield Finding(node.module.path, part.lineno, "spin-in-callback", f"`{meaning}` {where}")
                 elif what := _waits(part, meaning):
                     yield Finding(node.module.path, part.lineno, "wait-in-callback", f"{what} {where}")
             elif isinstance(part, ast.While) and _holds_on(part):

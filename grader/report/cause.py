@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import PurePosixPath
 
-from grader.checks.first_cause import sentence
-from grader.evidence import Evidence, Kind, Reason, Trial
+from grader.checks.first_cause import OF_TRIALS, sentence, what_it_said
+from grader.evidence import Kind, Reason, Trial
 from grader.sanitize import one_line
 from grader.scoring.grading import Grading, Loss, foremost, points
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -16,9 +14,6 @@ from grader.words import mark, say
 
 _LIMIT = 400  # characters of a sentence
 _BUILD = mark("The package does not build")
-_FRAME = re.compile(r'^\s*File "([^"\n]+)", line (\d+)')
-_RAISED = re.compile(r"^(?:\w+\.)*(\w*(?:Error|Exception|Exit|Interrupt)): *(.*)")
-_MISSING = re.compile(r"No module named '([\w.]+)'")
 
 
 @dataclass(frozen=True)
@@ -86,37 +81,22 @@ def _why(loss: Loss, grading: Grading) -> str | Reason | None:
         return _BUILD
     trial = evidence.trials.get(result.trial)
     if trial is not None and not trial.ready:
-        return _why_not_started(trial, reason, evidence)
-    if result.outcome is Outcome.FAILED:
-        return None
+        return _why_not_started(trial, reason)
     if reason is None:
-        return result.because
+        return None if result.outcome is Outcome.FAILED else result.because
     return reason.requirements[0] if len(reason.requirements) == 1 else _common(reason)
 
 
-def _why_not_started(trial: Trial, reason: Reason | None, evidence: Evidence) -> str | Reason | None:
+def _why_not_started(trial: Trial, reason: Reason | None) -> str | Reason | None:
     """Return what the package's text shows, else the exception and its place, else how the trial ended."""
     if reason is not None and reason.fault is not None:
         return f"{sentence(reason.fault)} ({reason.fault.cure})"
-    output = trial.process.output_tail if trial.process is not None else ""
-    return _exception(output, evidence.build.package) or (trial.ended and _common(trial.ended))
+    return what_it_said(trial) or (trial.ended and _common(trial.ended))
 
 
 def _common(reason: Reason) -> Reason:
     """Return what a reason has in common with others like it: trials wait longer for a node that may still come."""
     return replace(reason, seconds=0.0, fault=None)
-
-
-def _exception(output: str, package: str) -> str:
-    """Return the last exception of a traceback with its last place in the package: "KeyError: x, driver.py line 7"."""
-    place = said = here = ""
-    for line in output.splitlines():
-        if frame := _FRAME.match(line):
-            path = PurePosixPath(frame[1])
-            here = say(", {file} line {line}", file=path.name, line=frame[2]) if package in path.parts else here
-        elif raised := _RAISED.match(line):
-            said, place, here = f"{raised[1]}: {_MISSING.sub(lambda name: name[1], raised[2])}", here, ""
-    return said + place
 
 
 def _sentence(why: str | Reason, found: Sequence[Loss], grading: Grading) -> str:
@@ -139,4 +119,6 @@ def _sentence(why: str | Reason, found: Sequence[Loss], grading: Grading) -> str
     if nodes:
         return say("{nodes} did not start: {why}", nodes=say(" and ").join(nodes), why=why)
     words = why if isinstance(why, str) else found[0].result.because or str(why)
+    if isinstance(why, Reason) and why.kind in OF_TRIALS:
+        words = f"{why} ({why.cure})"
     return words[:1].upper() + words[1:]

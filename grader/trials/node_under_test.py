@@ -258,13 +258,17 @@ class NodeUnderTest:
         return self.bridge.served if self._one_thread else self.bridge.heard
 
     def _stopped(self, kind: Kind, seconds: float) -> Reason:
-        """End a node that does not go on, and return where it was if Python says so."""
+        """End a node that does not go on; return where it was, or the exception of which its thread died."""
         self.aborted = True
         self.process.abort()
         end = self._clock.read() + _DUMP_S
         while self.process.exit_code() is None and self._clock.seconds() < end:
             time.sleep(0.01)
-        return Reason(kind, seconds=seconds, place=tracebacks.hanging_place(self.process.output))
+        output = self.process.output
+        said, place = tracebacks.raised(output)
+        if said and tracebacks.IN_THREAD in output:
+            return Reason(Kind.RAISED, said=said, place=place)
+        return Reason(kind, seconds=seconds, place=tracebacks.hanging_place(output))
 
     def _sensor_topics(self) -> list[str]:
         topics = self.bridge.topics

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import yaml
+
+from grader.yaml_reader import ParameterBlock, parameter_blocks, scalar_of
 
 _MAX_BYTES = 100_000
 
@@ -22,58 +23,37 @@ def write_changed(
     copies: dict[Path, str] = {}
     values: dict[str, float] = {}
     for path in sorted(share.rglob(names)):
-        document = _load(path)
-        set_here: dict[str, float] = {}
-        for parameters in _parameter_blocks(document):
-            for name, value in telltales.items():
-                if name in parameters and (typed := _typed_like(parameters[name], value)) is not None:
-                    parameters[name] = set_here[name] = typed
-        text = _dump(document)
-        if text is not None:
+        text, blocks = _load(path)
+        places: dict[int, tuple[int, str]] = {}
+        for node, name in [(node, name) for block in blocks for name, node in block.values.items()]:
+            if isinstance(node, yaml.ScalarNode) and name in telltales:
+                typed = _typed_like(scalar_of(node), telltales[name])
+                if typed is not None:
+                    places[node.start_mark.index] = node.end_mark.index, str(typed)
+                    values[name] = typed
+        if blocks:
             copy = out / path.relative_to(share)
             copy.parent.mkdir(parents=True, exist_ok=True)
-            copy.write_text(text)
+            for start, (end, value) in sorted(places.items(), reverse=True):
+                text = text[:start] + value + text[end:]
+            copy.write_text(text, encoding="utf-8")
             copies[copy] = str(path.relative_to(share))
-            values |= set_here
     return copies, values
 
 
-def _dump(document: Any) -> str | None:
-    """Return a document as YAML; None if it is None, or can be read but not written, such as a number of 5000 digits.
-
-    Such a file is left as it is, for its node to cope with.
-    """
-    try:
-        return None if document is None else yaml.safe_dump(document)
-    except (ValueError, RecursionError, yaml.YAMLError):
-        return None
-
-
-def _typed_like(old: Any, new: float) -> float | None:
+def _typed_like(old: object, new: float) -> float | None:
     """Return the new value with the old one's type, which is the node's; None if that type cannot hold it."""
     if isinstance(old, int) and not isinstance(old, bool):
         return int(new) if new.is_integer() else None
     return new if isinstance(old, float) else None
 
 
-def _load(path: Path) -> Any:
-    """Return a YAML document; None for a file that is not valid YAML, about which the node itself will complain."""
+def _load(path: Path) -> tuple[str, list[ParameterBlock]]:
+    """Return the text and the blocks of a parameter file; no blocks of one that rcl, and so the node, refuses."""
     try:
         if path.is_symlink() or path.stat().st_size > _MAX_BYTES:
-            return None
-        text = path.read_text()
-        # Aliases can make a short file enormous, and no node can load them.
-        aliased = "*" in text and any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text))
-        return None if aliased else yaml.safe_load(text)
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, yaml.YAMLError,
-            RecursionError):  # fmt: skip
-        return None  # PyYAML raises more than YAMLError: `!!bool perhaps` is a KeyError
-
-
-def _parameter_blocks(document: Any) -> Iterator[dict[str, Any]]:
-    if isinstance(document, dict):
-        for key, value in document.items():
-            if key == "ros__parameters" and isinstance(value, dict):
-                yield value
-            else:
-                yield from _parameter_blocks(value)
+            return "", []
+        text = path.read_text(encoding="utf-8-sig")
+        return text, parameter_blocks(text)
+    except (OSError, ValueError, RecursionError):
+        return "", []

@@ -18,7 +18,7 @@ from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import qos_profile_action_status_default
 
-from grader import evidence, sandbox
+from grader import evidence, sandbox, tracebacks
 from grader.course import Course
 from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
@@ -500,4 +500,4 @@ def _id(goal: Any) -> str:
 def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:
     code = process.exit_code()
     by = "us" if code is None else by
-    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), process.output[-4000:])
+    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), tracebacks.tail(process.output, 4000))

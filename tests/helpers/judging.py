@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from grader.checks.judge import Failed, Judge, NotReached
+from grader.checks.pytest_plugin import concluded
 from grader.course import Course
 from grader.evidence import Build, Evidence, Intake, Reason
+from grader.scoring.scorecard import CheckResult, Outcome
 from helpers.course import COURSE
 
 Check = Callable[[Judge], None]
@@ -46,11 +48,11 @@ def find(check_id: str) -> Check:
 
 def ask(check: Check, evidence: Evidence, course: Course = COURSE) -> Judged:
     """Return what `check` says of the evidence. An error of the grader (Unjudged, RuntimeError) is raised."""
-    judge = Judge(evidence, course)
+    judge, error = Judge(evidence, course), None
     try:
         check(judge)
-    except Failed as failed:
-        return Judged(0.0, failed.seen, failed.try_, reason=failed.reason)
-    except NotReached as because:
-        return Judged(0.0, str(because), reached=False, reason=because.reason)
-    return Judged(judge.fraction, judge.seen, judge.try_)
+    except (Failed, NotReached) as raised:
+        error = raised
+    result = concluded(judge, CheckResult("check", Outcome.ERROR, 0.0), error)
+    reached = result.outcome is not Outcome.NOT_REACHED
+    return Judged(result.fraction, result.seen or result.because, result.try_, reached, result.reason)

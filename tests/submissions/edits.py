@@ -120,7 +120,7 @@ _EDITS = (
         "F12 F13 I1 I3 I4 I5 I6 I7 I8",
         "sensor_processor is not installed.",
         (_CMAKE, "scripts/robot_controller scripts/sensor_processor\n", "scripts/robot_controller\n"),
-        says=("missing: sensor_processor",),
+        says=("not installed: sensor_processor",),
         why="nothing can be seen of a node that cannot be started",
     ),
     _edit(

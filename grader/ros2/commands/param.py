@@ -228,10 +228,7 @@ def run_load(args: argparse.Namespace) -> int:
         document = yaml.safe_load(args.parameter_file.read_text())
     except (OSError, yaml.YAMLError) as error:
         raise Refusal(f"Cannot read {args.parameter_file}: {error}") from error
-    node = full_name(args.node_name)
-    values = _for_node(document, node)
-    if not values:
-        raise Refusal(f"Param file does not contain any parameters for {node}, check the file")
+    node, values = full_name(args.node_name), values_of(document)
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, node)
         for (name, _), result in zip(values.items(), parameters.set(values), strict=True):
@@ -239,11 +236,21 @@ def run_load(args: argparse.Namespace) -> int:
     return 0
 
 
-def _for_node(document: Any, node: str) -> dict[str, Any]:
+def values_of(document: Any) -> dict[str, Any]:
+    """Return the values of a parameter file, whatever node their keys name, as Jazzy does; those of /** come first.
+
+    Raises:
+        Refusal: it is not a parameter file.
+    """
+    blocks = document if isinstance(document, dict) else {}
+    for key, body in blocks.items():
+        if not isinstance(body, dict) or not isinstance(body.get("ros__parameters"), dict):
+            raise Refusal(f"YAML file is not a valid ROS parameter file for node {key}")
+    if not blocks:
+        raise Refusal("Param file does not contain selected parameters")
     found: dict[str, Any] = {}
-    for key, body in (document or {}).items():
-        if full_name(key) in ("/**", node) and isinstance(body, dict):
-            found.update(_flat(body.get("ros__parameters") or {}))
+    for key in sorted(blocks, key=lambda key: key != "/**"):
+        found.update(_flat(blocks[key]["ros__parameters"]))
     return found
 
 

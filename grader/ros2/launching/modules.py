@@ -85,6 +85,7 @@ def table() -> dict[str, dict[str, Any]]:
             "PushRosNamespace": ros_actions.PushROSNamespace,
             **_classes(entities.Substitution, ros_substitutions),
             **_pick(parameters, "ParameterFile", "ParameterValue"),
+            **_pick(ros_actions, "ComposableNode"),
             **dict.fromkeys(("SomeParameters", "SomeParameterFile", "SomeParameterValue", "SomeRemapRules"), Any),
         },
     }
@@ -98,7 +99,7 @@ _GROUP = (
     *("ResetEnvironment", "ResetLaunchConfigurations", "UnsetEnvironmentVariable", "UnsetLaunchConfiguration"),
 )
 INSTEAD = {
-    **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes", "ComposableNode"), COMPOSED),
+    **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes"), COMPOSED),
     **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
     **dict.fromkeys(("LifecycleTransition", "ChangeState", "StateTransition", "matches_action"), STATES),
     "OnStateTransition": "Use OnProcessStart of launch.event_handlers.",
@@ -137,12 +138,23 @@ class _Refusing(type):
 
 
 def _missing(module: str, name: str) -> type:
-    """Return a class that can be imported and subclassed, and that raises UnsupportedError when it is used."""
+    """Return a class that can be imported and subclassed, and that raises UnsupportedError when it is used.
 
-    def refuse(_self: Any, *_args: Any, **_kwargs: Any) -> None:
-        raise UnsupportedError(f"{name} of {module}", INSTEAD.get(name, ""), caller())
+    As an action with a condition it does so only when its turn comes and the condition holds.
+    """
 
-    return _Refusing(name, (entities.Action,), {"__init__": refuse, "__module__": module, "__doc__": "Not supported."})
+    def begin(self: Any, *_args: Any, condition: Any = None, **_kwargs: Any) -> None:
+        refusal = UnsupportedError(f"{name} of {module}", INSTEAD.get(name, ""), caller())
+        if condition is None:
+            raise refusal
+        entities.Action.__init__(self, condition=condition)
+        vars(self)["refusal"] = refusal
+
+    def execute(self: Any, _context: Any) -> None:
+        raise vars(self)["refusal"]
+
+    own = {"__init__": begin, "execute": execute, "__module__": module, "__doc__": "Not supported."}
+    return _Refusing(name, (entities.Action,), own)
 
 
 def real_ones_installed() -> bool:

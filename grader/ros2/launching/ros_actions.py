@@ -157,6 +157,13 @@ class LifecycleNode(Node):
         return super().execute(context)
 
 
+class ComposableNode:
+    """A node that a container loads. This kit has no containers, and refuses the action that would load it."""
+
+    def __init__(self, *, package: SomeSubstitutionsType, plugin: SomeSubstitutionsType, **rest: Any) -> None:
+        self.package, self.plugin, self.rest = package, plugin, rest
+
+
 class PushROSNamespace(Action):
     """Puts the nodes that follow into a namespace."""
 

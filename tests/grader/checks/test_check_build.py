@@ -39,8 +39,8 @@ def test_launch_files_in_the_root_of_the_share_folder_count_where_they_are():
     said = ask(check, evidence_with(build=replace(BUILT, shared_files=found), quality=text))
     assert said.share == 0.75
     assert said.seen == (
-        "missing: launch/sensor_processor_launch.py; "
-        "found: robot_controller_launch.py, config/robot_params.yaml, settings/sensor_params.yaml"
+        "not installed: launch/sensor_processor_launch.py; "
+        "installed: robot_controller_launch.py, config/robot_params.yaml, settings/sensor_params.yaml"
     )
     assert said.try_.startswith("install(DIRECTORY launch config")
 

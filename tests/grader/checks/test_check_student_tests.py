@@ -126,7 +126,7 @@ def test_without_a_module_of_the_contract_there_is_nothing_to_test():
     ):  # fmt: skip
         said = ask(check, evidence_with(tests=tests))
         assert said.share == 0.0
-        assert said.seen.startswith("the package has none of the assignment's modules: ros2_robot_controller/")
+        assert said.seen.startswith("none of the assignment's modules is there: ros2_robot_controller/")
 
 
 def test_no_module_weighs_more_than_the_nodes():

@@ -13,8 +13,8 @@ from helpers.course import COURSE, PACKAGE
 
 from grader import KIT, building, notebook
 from grader.host import procfs
-from grader.notebook import checking, checkpoints
-from grader.notebook.feedback import Checked
+from grader.notebook import checking, checkpoints, prerequisites
+from grader.notebook.feedback import Checked, Progress
 from grader.notebook.workspace import Workspace
 
 
@@ -45,6 +45,25 @@ def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspac
     ]
     assert {answer.id for answer in checked.answers} == set(names)
     assert all("seen" in dict(note.rows) and "try" in dict(note.rows) for a in checked.answers for note in a.notes)
+
+
+def test_a_package_of_interfaces_beside_the_package_is_checked_with_it(package: Path, monkeypatch) -> None:
+    """A grading found it, and `check` said that there is no srv/SetSpeed.srv."""
+    beside = package.parent / "my_interfaces"
+    beside.mkdir()
+    (beside / "package.xml").write_text("<package/>")
+    (package / "srv").rename(beside / "srv")
+    (package.parent / "turtle_demo").mkdir()
+    (package.parent / "turtle_demo" / "package.xml").write_text("<package/>")
+    taken: list[str] = []
+    monkeypatch.setattr(
+        checking.pipeline, "unchanged", lambda source, _: taken.extend(p.name for p in source.iterdir())
+    )
+    monkeypatch.setattr(checking.pipeline, "grade", lambda *_: None)
+    assert prerequisites.first_gap(package, "I3") is None
+    whole = checking.rubric.load(COURSE.rubric)
+    checking._grade(package, whole, [whole.requirement("Q2")], Progress(), fresh=False)
+    assert sorted(taken) == ["my_interfaces", PACKAGE]
 
 
 def test_an_unknown_requirement_is_an_error_of_the_caller(workspace: Workspace) -> None:

@@ -93,26 +93,19 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
          "srv/SetSpeed.srv:2", "`float64 speed` should be `float32 speed`", "compare it with the contract"),
         (NODE, "def main(", "de f main(",
          f"{NODE}:43", "it is not valid Python: invalid syntax", "look at that line"),
-        (NODE, "from ros2_robot_controller.utils", "from ros2_robot_controller.util",
-         f"{NODE}:", "it imports `ros2_robot_controller.util", "meant?"),
-        ("ros2_robot_controller/speed_server.py", "import GetRobotStatus, SetSpeed", "import GetRobotStatus, SetSped",
-         "ros2_robot_controller/speed_server.py:7", "it imports `SetSped` from ros2_robot_controller.srv",
-         "is SetSpeed meant?"),
-        ("scripts/robot_controller", "import main", "import run_it",
-         "scripts/robot_controller:5", "`run_it` from ros2_robot_controller.robot_controller", "define run_it"),
         ("scripts/robot_controller", "#!/usr/bin/env python3\n", "",
          "scripts/robot_controller:1", "does not say which program runs it", "#!/usr/bin/env python3"),
         ("scripts/robot_controller", "\n", "\r\n", "scripts/robot_controller:1", "as on Windows", "sed -i"),
         (CMAKE, PROGRAMS, f"install(PROGRAMS scripts/queue.py {PROGRAMS.removeprefix('install(PROGRAMS ')}",
          "CMakeLists.txt:26", "`scripts/queue.py`, which is not there", ""),
-        (LAUNCH, "executable='sensor_processor'", "executable='sensor_procesor'",
-         f"{LAUNCH}:28", "there is no executable `sensor_procesor`", "executable='sensor_processor'"),
-        (LAUNCH, "package='ros2_robot_controller'", "package='robot_controller'",
-         f"{LAUNCH}:21", "it starts a node of `robot_controller`", "package='ros2_robot_controller'"),
         ("config/robot_params.yaml", "/**/robot_controller:", "robot_control:",
          "config/robot_params.yaml:3", "its key is `robot_control`", "robot_controller: or /**:"),
         ("config/robot_params.yaml", "  ros__parameters:\n", "  params:\n",
-         "config/robot_params.yaml:3", "no `ros__parameters:`", "below it ros__parameters:"),
+         "config/robot_params.yaml:5", "not below a `ros__parameters:`", "below it ros__parameters:"),
+        ("config/robot_params.yaml", "  ros__parameters:\n", "ros__parameters:\n",
+         "config/robot_params.yaml:4", "not further indented than `/**/robot_controller:`", "by two more spaces"),
+        ("config/robot_params.yaml", "max_linear_speed: 0.5", "max_linear_speed:0.5",
+         "config/robot_params.yaml:6", "no colon with a blank after it", "max_linear_speed: 0.5"),
         ("config/robot_params.yaml", "    max_linear", "\tmax_linear",
          "config/robot_params.yaml:6", "it is not YAML: a tab", "spaces only"),
         ("config/robot_params.yaml", "max_linear_speed", "max_linear_sped",
@@ -148,42 +141,6 @@ def test_a_package_that_builds_has_no_fault_that_would_stop_the_build(tmp_path: 
             wrong.add(name)
         shutil.rmtree(package)
     assert wrong == {"does_not_compile"}
-
-
-def launching(folder: Path, node: str, before: str = "") -> list[Fault]:
-    """Return the faults of the reference with one more node in a launch file."""
-    text = (REFERENCE / LAUNCH).read_text()
-    text = text.replace("    return LaunchDescription([", f"    {before}\n    return LaunchDescription([\n{node},", 1)
-    assert node in text
-    return faults(reference(folder, LAUNCH, new=text))
-
-
-def test_a_package_that_is_not_here_is_not_replaced_by_ones_own(tmp_path: Path):
-    """`package='lab5_31'` was the cure for a node of robot_state_publisher."""
-    (fault,) = launching(tmp_path, "Node(package='robot_state_publisher', executable='robot_state_publisher')")
-    assert "it starts a node of `robot_state_publisher`, which is not here" in fault.text
-    assert "ros2_robot_controller" not in fault.cure
-
-
-@pytest.mark.parametrize(
-    ("parameters", "before"),
-    [("['config/robot_params.yaml']", ""), ("[params]", "params = 'config/robot_params.yaml'")],
-)
-def test_a_relative_path_of_a_parameter_file_is_named(tmp_path: Path, parameters: str, before: str):
-    node = f"Node(package='ros2_robot_controller', executable='robot_controller', parameters={parameters})"
-    (fault,) = launching(tmp_path, node, before)
-    assert fault.text.startswith("`config/robot_params.yaml` is looked for where `ros2 launch` is started")
-    cure = "os.path.join(get_package_share_directory('ros2_robot_controller'), 'config', 'robot_params.yaml')"
-    assert fault.cure == cure
-
-
-def test_an_executable_that_the_package_installs_is_not_said_to_be_missing(tmp_path: Path):
-    """Its name was only like that of a node: "there is no executable X" beside "found: X"."""
-    package = reference(tmp_path, LAUNCH, "executable='sensor_processor'", "executable='sensor_processor2'")
-    (package / "scripts" / "sensor_processor2").write_text("#!/usr/bin/env python3\n")
-    cmake = package / CMAKE
-    cmake.write_text(cmake.read_text().replace(PROGRAMS, f"{PROGRAMS} scripts/sensor_processor2"))
-    assert faults(package) == []
 
 
 def test_a_file_of_another_folder_is_not_said_to_be_meant(tmp_path: Path):
@@ -284,6 +241,25 @@ def test_a_fault_of_setup_py_is_found_where_it_builds_the_package(tmp_path: Path
     assert words in found[0].text
     assert cure in found[0].cure
     assert not any("CMake" in fault.cure or "install(" in fault.cure for fault in found)
+
+
+def test_a_left_over_cmakelists_is_to_be_deleted(tmp_path: Path):
+    """The cure was <build_type>ament_cmake</build_type>, which would have built nothing."""
+    package, interfaces = ament_python(tmp_path, "glob", "glob")
+    (package / CMAKE).write_text(
+        "cmake_minimum_required(VERSION 3.8)\nproject(ros2_robot_controller)\nament_package()\n"
+    )
+    (fault,) = faults(package, interfaces)
+    assert (fault.path, fault.cure) == (CMAKE, "delete CMakeLists.txt, which is left over")
+    assert "package.xml says `ament_python`, so nothing is built or installed by this file" in fault.text
+
+
+def test_the_line_ends_of_a_node_come_before_those_of_the_demonstration(tmp_path: Path):
+    package = reference(tmp_path)
+    for path in (package / "scripts").iterdir():
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    found = [fault.path for fault in faults(package) if "as on Windows" in fault.text]
+    assert found == ["scripts/robot_controller", "scripts/sensor_processor", "scripts/demo.py"]
 
 
 def test_the_fields_of_a_package_of_interfaces_are_compared_too(tmp_path: Path):

@@ -213,6 +213,16 @@ def test_a_small_unreadable_file_costs_little(tmp_path: Path):
     assert judged(DOCSTRINGS, quality).share == pytest.approx(400 / 403)
 
 
+@pytest.mark.parametrize("check", [COMPLEXITY, DOCSTRINGS, RULES, CONVERSIONS, ANNOTATIONS, STYLE])
+def test_a_line_that_keeps_a_module_from_being_read_is_to_be_fixed_first(check: Check):
+    """Q3 said "move each decision into a function of its own", and that no node calls a conversion."""
+    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 90, "is not valid Python: line 83: '(' was"))
+    quality = replace(quality, functions=replace(quality.functions, calls=0))
+    result = judged(check, quality)
+    assert result.try_ == "fix line 83 of m/b.py first"
+    assert "no node calls" not in result.seen
+
+
 def test_an_unreadable_test_costs_points_for_style_only():
     quality = facts_with(SourceFile("m/a.py", 400), SourceFile("test/test_b.py", 300, "is not valid Python: line 2"))
     assert judged(COMPLEXITY, quality).share == judged(DOCSTRINGS, quality).share == 1.0

@@ -90,6 +90,30 @@ def test_a_file_that_cannot_be_read_is_one_message(launch, tmp_path, line, words
     assert "Traceback" not in run.out + run.err
 
 
+@pytest.mark.parametrize("wanted", ["false", "true"])
+def test_a_container_is_refused_only_if_its_condition_holds(launch, tmp_path, wanted):
+    """A launch file with an option for composition was refused as a whole."""
+    container = """ComposableNodeContainer(name='c', namespace='', package='rclcpp_components',
+        executable='component_container', condition=IfCondition(LaunchConfiguration('composed')),
+        composable_node_descriptions=[ComposableNode(package='p', plugin='p::Node')])"""
+    file = tmp_path / "made.launch.py"
+    file.write_text(f"""from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, LogInfo
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import ComposableNodeContainer
+from launch_ros.descriptions import ComposableNode
+
+
+def generate_launch_description():
+    return LaunchDescription([DeclareLaunchArgument('composed', default_value='{wanted}'),
+        {container}, LogInfo(msg='all is read')])
+""")
+    run = launch(file).end()
+    refused = "ComposableNodeContainer of launch_ros.actions is not supported" in run.out
+    assert (run.code, refused, "all is read" in run.out) == ((1, True, False) if wanted == "true" else (0, False, True))
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

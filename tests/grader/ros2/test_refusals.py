@@ -5,8 +5,10 @@ from __future__ import annotations
 from itertools import count
 
 import pytest
+import yaml
 
-from grader.ros2.commands import graph, refusals
+from grader import KIT
+from grader.ros2.commands import graph, param, refusals
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 
@@ -53,3 +55,13 @@ def test_silence_is_explained_where_the_notebooks_have_a_domain_of_their_own(mon
     )
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
     assert graph.of_silence(setup) == ""
+
+
+def test_a_parameter_file_is_loaded_whatever_node_its_keys_name():
+    """The kit's own file was refused: its key is /**/robot_controller. Jazzy reads every key of a file."""
+    own = yaml.safe_load((KIT / "solution_pkg/ros2_robot_controller/config/robot_params.yaml").read_text())
+    assert param.values_of(own)["max_linear_speed"] == 0.5
+    both = {"n": {"ros__parameters": {"a": {"b": 1}}}, "/**": {"ros__parameters": {"a": {"b": 2}, "c": 3}}}
+    assert param.values_of(both) == {"a.b": 1, "c": 3}
+    with pytest.raises(param.Refusal, match="not a valid ROS parameter file for node n"):
+        param.values_of({"n": {"max_linear_speed": 1.0}})

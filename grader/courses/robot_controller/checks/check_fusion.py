@@ -4,7 +4,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from grader.checks.judge import Failed, Judge, NotReached, last_output, near_topic
+from grader.checks.first_cause import last_output
+from grader.checks.graph import near_topic
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Message, Trial
 from grader.words import mark, say
 
@@ -62,8 +64,6 @@ def test_fuses_the_latest_imu_message(judge: Judge) -> None:
 def test_battery_alarms_are_logged_once(judge: Judge) -> None:
     """Battery below the low threshold is logged as a warning once, below the critical threshold as an error once."""
     trial = judge.trial("battery_runs_down")
-    if deaf_to := judge.deaf_to:
-        raise NotReached(deaf_to)
     # The node's own logger, or a child of it such as sensor_processor.battery.
     logs = [
         m for m in trial.messages if m.topic == "rosout" and "sensor_processor" in m.data.get("name", "").split(".")
@@ -147,8 +147,6 @@ def _stamp(message: Message) -> float:
 
 def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
     trial = judge.trial("fusion")
-    if deaf_to := judge.deaf_to:
-        raise NotReached(deaf_to)
     fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
     if not fused:
         raise NotReached(

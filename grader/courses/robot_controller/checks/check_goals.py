@@ -92,6 +92,8 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
     for name in ("cancel_early", "cancel_late"):
         trial = judge.trial(name)
         goal = judge.goal(trial)
+        if not goal.cancel_accepted:
+            raise NotReached(say("the node refused to cancel, so there is no cancelled goal to judge"))
         if not _has_moved(trial, goal.cancel_t):
             continue  # a robot that turns gently has hardly begun when the early cancel comes
         moved += 1

@@ -1,6 +1,6 @@
 """I4: what the running graph shows of each node."""
 
-from grader.checks.graph import expect_interfaces
+from grader.checks.check_graph import expect_interfaces
 from grader.checks.judge import Judge
 
 

@@ -1,17 +1,21 @@
 """F1: the controller without a command."""
 
+from grader.checks.graph import near_topic
 from grader.checks.judge import Failed, Judge
 from grader.words import mark, say
 
 from . import motion
 
-_TRY = mark("publish from the control timer's callback in every cycle, moving or not")
+_TRY = mark(
+    "publish from the control timer's callback in every cycle, moving or not; is the timer kept, and not cancelled?"
+)
 
 
 def test_publishes_zero_without_a_command(judge: Judge) -> None:
     """With no command, `robot_controller` publishes a zero `cmd_vel`."""
     trial = judge.trial("idle_robot_controller")
-    judge.expect(bool(trial.commands), say("no message on cmd_vel in 5 s"), _TRY)
+    near = near_topic(trial.graph, "cmd_vel")
+    judge.expect(bool(trial.commands), say("no message on cmd_vel in 5 s{near}", near=near), _TRY)
     bad = next((command for command in trial.commands if not command.is_zero), None)
     if bad is not None:
         seen = say("v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command", bad=bad)

@@ -1,6 +1,7 @@
 """I5: a remapping in a launch file."""
 
-from grader.checks.judge import NAMESPACE, Judge, NotReached, absolute
+from grader.checks.graph import NAMESPACE, absolute
+from grader.checks.judge import Judge, NotReached
 from grader.words import say
 
 NEEDS = ("idle",)

@@ -2,7 +2,8 @@
 
 import math
 
-from grader.checks.judge import Judge, NotReached, last_output
+from grader.checks.first_cause import last_output
+from grader.checks.judge import Judge, NotReached
 from grader.evidence import Trial
 from grader.words import say
 
