@@ -30,7 +30,7 @@ from grader.classroom import (
     words,
 )
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder
-from grader.classroom.gradebook import Gradebook
+from grader.classroom.gradebook import Gradebook, State
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
@@ -44,7 +44,9 @@ from grader.report.standing import DATA
 from grader.sanitize import printable
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
+from grader.words import some
 
+_SHOWN = 10
 Run = Callable[[argparse.Namespace], int]
 
 
@@ -60,6 +62,10 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     verb("--out", type=Path, help="the file, or the folder for gradescope, github and --anonymous")
     verb("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
     verb("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
+    verb(
+        "--zero-missing", action=argparse.BooleanOptionalAction,
+        help="whoever handed in nothing, or nothing that can be graded, gets 0; the class remembers it",
+    )  # fmt: skip
     verb("--feedback", action="store_true", help="also the reports, as the zip that Moodle or Canvas imports")
     verb(
         "--anonymous", action="store_true",
@@ -161,6 +167,8 @@ def _gradebook(options: argparse.Namespace) -> int:
         book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
         reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
     else:
+        if options.zero_missing is not None:
+            folder.decide(zero_missing=options.zero_missing)
         book = gradebook.read(folder)
         _refresh(folder)
         reports = {
@@ -182,6 +190,10 @@ def _gradebook(options: argparse.Namespace) -> int:
         print(f"note: {printable(note)}")
     states = Counter(row.state.value for row in book.rows)
     print(f"{len(book.rows)} people: " + ", ".join(f"{count} {state}" for state, count in states.most_common()))
+    if waiting := [row for row in book.rows if row.state in (State.MISSING, State.REFUSED) and not row.final]:
+        names = some([f"{row.person.label} ({row.state.value})" for row in waiting], _SHOWN)
+        print(f"no grade before a person decides: {printable(names, 400)}")
+        print("--zero-missing gives them 0; overrides.yaml decides for one: adjust: {total: 0, why: ..., by: ...}")
     print(f"Grades: {out}")
     if feedback:
         print(f"Feedback: {feedback}")

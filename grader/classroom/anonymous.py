@@ -68,7 +68,9 @@ def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
     shown = sanitize.changed(replace(nameless, decisions=Decisions()), hide, _OURS)
     summary = overview.summarise(folder, nameless, for_student=True)
     secret = any(requirement.held_back for requirement in book.rubric.requirements)
-    bare = replace(facts, source=_HIDDEN, added=(), entries=(), missing=(), roster=(), notes=(), doubts=())
+    bare = replace(
+        facts, source=_HIDDEN, added=(), entries=(), missing=(), roster=(), notes=(), doubts=(), ledger=(), claimed=()
+    )
     bare = replace(bare, seed=0) if secret else bare  # as in a student's report
     tempdir.remove(out)
     out.mkdir(parents=True)

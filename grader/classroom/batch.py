@@ -22,6 +22,7 @@ from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, Class
 from grader.classroom.class_settings import ClassSettings, Given, settle
 from grader.classroom.doubt import Doubt, require_certain
 from grader.classroom.entry import Entry
+from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.plan import Action, Plan, Wanted
 from grader.classroom.roster import Person
@@ -55,6 +56,8 @@ class Options:
         fresh: grade everything again, from nothing that is kept.
         despite_doubts: grade even where a doubt about whose the submissions are would stop the class.
         minutes: after which the grading of one submission is ended.
+        pattern: how the sources' files are named.
+        zero_missing: whether missing, empty and damaged hand-ins get 0.
         scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
     """
 
@@ -70,6 +73,8 @@ class Options:
     regrade: bool = False
     fresh: bool = False
     despite_doubts: bool = False
+    pattern: str | None = None
+    zero_missing: bool | None = None
     cache: Path | None = None
     mutation_budget_s: float = MUTATION_BUDGET_S
     jobs: int = 0
@@ -185,7 +190,7 @@ def run(
         refused=states.count(Status.REFUSED),
         errors=states.count(Status.ERROR),
         kept=len(prepared.plan.of(Action.KEEP)),
-        missing=len(facts.missing),
+        missing=len(prepared.plan.of(Action.NOTHING)),
         interrupted=interrupted,
     )
 
@@ -222,6 +227,7 @@ def _prepared(
         seed=options.seed,
         deadline=options.deadline,
         late=options.late_rule,
+        pattern=options.pattern,
         added=tuple(map(str, options.added)),
         change=options.change,
     )
@@ -230,7 +236,13 @@ def _prepared(
     with _opened(folder, settings.sources, earlier) as roots:
         first, *added = roots.values()
         timed = settings.deadline is not None or bool(settings.late)
-        found = discovery.find(first, settings.roster, earlier, added, options.times, timed)
+        claimed = before.claimed if before else ()
+        found = discovery.find(
+            first, settings.roster, earlier, added, options.times, timed, settings.pattern, claimed
+        )  # fmt: skip
+        zero_missing = options.zero_missing
+        if zero_missing is None:
+            zero_missing = before is not None and before.zero_missing
         facts = ClassFacts(
             title=whole.title,
             source=settings.source,
@@ -250,6 +262,10 @@ def _prepared(
             roster=settings.roster,
             added=settings.added,
             course=name_of(course),
+            pattern=settings.pattern,
+            ledger=found.ledger,
+            claimed=found.claimed,
+            zero_missing=zero_missing,
         )
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
@@ -264,13 +280,14 @@ def _prepared(
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
         maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
-        planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several, options.minutes)
         new = [each for each in now.doubts if before is None or each not in before.doubts]
+        known = filter(None, records.values())
+        planned = plan.make(now, decided, actions, known, maximum, several, options.minutes, new)
         yield _Prepared(facts, new, settings.rubric, todo, planned)
 
 
 @contextmanager
-def _opened(folder: ClassFolder, sources: Sequence[str], earlier: Sequence[Entry]) -> Iterator[Mapping[str, Path]]:
+def _opened(folder: ClassFolder, sources: Sequence[str], earlier: Sequence[Entry]) -> Iterator[Mapping[str, Source]]:
     """Yield the sources' folders. One that an earlier run has read may be gone by now, if another is there."""
     read = {entry.source for entry in earlier}
     present = [each for each in sources if folder.located(each).exists() or each not in read]
@@ -278,11 +295,11 @@ def _opened(folder: ClassFolder, sources: Sequence[str], earlier: Sequence[Entry
         yield {each: stack.enter_context(discovery.opened(folder.located(each))) for each in present or sources}
 
 
-def _recorded(entry: Entry, roots: Mapping[str, Path]) -> Entry:
+def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
     """Return the entry as class.yaml keeps it: its source, and its path in there."""
     for source, root in roots.items():
-        if entry.path.is_relative_to(root) and not entry.absent:
-            return replace(entry, source=source, path=entry.path.relative_to(root))
+        if entry.path.is_relative_to(root.folder) and not entry.absent:
+            return replace(entry, source=source, path=entry.path.relative_to(root.folder))
     return entry
 
 

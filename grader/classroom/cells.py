@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
 
-from grader.classroom.roster import delimiter
+from grader.classroom.roster import Table
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
 
@@ -53,13 +53,10 @@ class Sheet:
             GraderError: it cannot be read or is empty.
         """
         try:
-            text = path.read_bytes().decode("utf-8")
+            self._table = Table.read(path)
         except (OSError, UnicodeDecodeError) as error:
             raise GraderError(f"{path} cannot be read ({error}). Export it once more, as CSV in UTF-8.") from error
-        self._mark = "\ufeff" if text.startswith("\ufeff") else ""
-        text = text.removeprefix(self._mark)
-        self._separator = delimiter(text)
-        self._lines = list(_lines(text, self._separator))
+        self._lines = list(_lines(self._table.text, self._table.separator))
         if not self._lines:
             raise GraderError(f"{path} is empty. Export it once more.")
         self.header, *self.rows = ([_unquoted(cell) for cell in line] for line, _ in self._lines)
@@ -76,14 +73,15 @@ class Sheet:
 
     def write(self, path: Path) -> None:
         """Write the sheet."""
-        text = "".join(self._separator.join(line) + end for line, end in self._lines)
-        write_atomically(path, self._mark + text)
+        text = "".join(self._table.separator.join(line) + end for line, end in self._lines)
+        write_atomically(path, self._table.encoded(text))
 
 
 def _lines(text: str, separator: str) -> Iterator[tuple[list[str], str]]:
     """Yield each line's cells, with their quotes, and what ends the line."""
     # A quote that is not closed, or has something after it, is a letter like any other.
-    pattern = re.compile(rf'("(?:[^"]|"")*"|[^{separator}\r\n]*)({separator}|\r\n|\r|\n|\Z)')
+    mark = re.escape(separator)
+    pattern = re.compile(rf'("(?:[^"]|"")*"|[^{mark}\r\n]*)({mark}|\r\n|\r|\n|\Z)')
     cells: list[str] = []
     for found in pattern.finditer(text):
         cell, end = found.groups()

@@ -22,7 +22,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -118,6 +118,14 @@ class ClassFacts:
     added: tuple[str, ...] = ()
     course: str = ""
     """The course's name, as `grader.course.named` reads it."""
+    pattern: str = ""
+    """How the sources' files are named, "" if a platform says it."""
+    ledger: tuple[str, ...] = ()
+    """How the entries of the sources and the people add up."""
+    claimed: tuple[Person, ...] = ()
+    """Everyone of whom a list of times or states said that they handed in."""
+    zero_missing: bool = False
+    """A person has decided that whoever handed in nothing, or nothing that can be graded, gets 0."""
 
 
 class ClassFolder:
@@ -176,6 +184,17 @@ class ClassFolder:
         """Write class.yaml."""
         data = {"schema": _CLASS_SCHEMA} | _CONVERTER.unstructure(facts)
         write_atomically(self.path / CLASS, yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120))
+
+    def decide(self, *, zero_missing: bool) -> None:
+        """Write a person's decision about missing, empty and damaged hand-ins into class.yaml.
+
+        Raises:
+            GraderError: this is not a class folder, or another run writes to it.
+        """
+        facts = self.facts()
+        if facts.zero_missing != zero_missing:
+            with self.locked():
+                self.write_facts(replace(self.facts(), zero_missing=zero_missing))
 
     def record(self, name: str) -> Record | None:
         """Return how a submission was graded, None if it was not, or not to its end."""

@@ -21,6 +21,7 @@ CHANGEABLE: Mapping[str, str] = {
     "roster": "matches submissions with people again; each submission keeps its grade",
     "rubric": f"{_REGRADED} (`grader rescore CLASS --rubric FILE` judges the saved evidence instead, in seconds)",
     "seed": _REGRADED,
+    "pattern": "reads names of files otherwise; each submission keeps its grade, and may be matched with other people",
     "deadline": _DEDUCTIONS,
     "late": _DEDUCTIONS,
 }
@@ -41,6 +42,7 @@ class ClassSettings:
     deadline: dt.datetime | None
     late: str
     added: tuple[str, ...] = ()
+    pattern: str = ""
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -63,6 +65,7 @@ class Given:
     seed: int | None = None
     deadline: dt.datetime | None = None
     late: str | None = None
+    pattern: str | None = None
     added: tuple[str, ...] = ()
     change: Collection[str] = ()
 
@@ -106,7 +109,9 @@ def remembered(folder: ClassFolder) -> ClassSettings:
         text = (folder.path / RUBRIC).read_text(encoding="utf-8")
     except OSError as error:
         raise GraderError(f"The class's rubric {folder.path / RUBRIC} cannot be read ({error}).") from error
-    return ClassSettings(facts.source, facts.roster, text, facts.seed, facts.deadline, facts.late_rule, facts.added)
+    return ClassSettings(
+        facts.source, facts.roster, text, facts.seed, facts.deadline, facts.late_rule, facts.added, facts.pattern
+    )
 
 
 def _same(had: ClassSettings, name: str, value: object) -> bool:
@@ -142,4 +147,6 @@ def _words(settings: ClassSettings, name: str, other: ClassSettings) -> str:
         return f"the deadline {settings.deadline:%Y-%m-%d %H:%M}" if settings.deadline else "no deadline"
     if name == "late":
         return f'the late rule "{settings.late}"' if settings.late else "no late rule"
+    if name == "pattern" and not settings.pattern:
+        return "no pattern of names"
     return f"the {name} {getattr(settings, name)}"

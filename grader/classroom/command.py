@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
-from grader.classroom import after_grading, batch, class_folder, class_settings, plan, roster, times
+from grader.classroom import after_grading, batch, class_folder, class_settings, file_names, plan, roster, times
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.plan import Plan
 from grader.classroom.roster import Person
@@ -43,6 +43,11 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
         help="when submissions were handed in: a grading worksheet of Moodle, a list of submissions of Canvas (JSON), "
         "or a CSV with a column submitted; a roster with such a column is enough",
     )  # fmt: skip
+    parser.add_argument(
+        "--pattern", metavar="NAMES",
+        help=f"how files are named where the platform is not recognised: {', '.join(file_names.KNOWN)}, or words such "
+        "as {login}_{time}_{attempt} (docs/classes.md)",
+    )  # fmt: skip
     parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course, for a new class")
     parser.add_argument("--seed", type=int, help="decides speeds, places and noise (default 0)")
@@ -72,9 +77,11 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     parser.add_argument("--late", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
     parser.add_argument("--regrade", action="store_true", help="grade again what another version of the kit graded")
     parser.add_argument("--fresh", action="store_true", help="grade again what is graded already")
+    parser.add_argument("--despite-doubts", action="store_true", help="grade even if a doubt stops the class")
     parser.add_argument(
-        "--despite-doubts", action="store_true", help="grade even if it is doubtful whose most submissions are"
-    )
+        "--zero-missing", action=argparse.BooleanOptionalAction,
+        help="whoever handed in nothing, or nothing that can be graded, gets 0; without, a person decides each",
+    )  # fmt: skip
     parser.add_argument("--ros", type=Path, metavar="PREFIX", help="build and run packages with the ROS 2 in PREFIX")
     parser.set_defaults(run=_batch)
 
@@ -85,6 +92,8 @@ _INTERRUPTED = "grader: interrupted; what is finished is kept. The same command 
 def _time(text: str) -> dt.datetime:
     if (time := times.local_time(text)) is None:
         raise argparse.ArgumentTypeError(f"{text!r} is not a time; write it as 2026-11-20T23:59")
+    if twice := times.twice(text):
+        raise argparse.ArgumentTypeError(f"{text!r} {twice}")
     return time
 
 
@@ -110,6 +119,8 @@ def _batch(options: argparse.Namespace) -> int:
         regrade=options.regrade,
         fresh=options.fresh,
         despite_doubts=options.despite_doubts,
+        pattern=options.pattern,
+        zero_missing=options.zero_missing,
         cache=options.cache,
         jobs=options.jobs,
         minutes=options.minutes,

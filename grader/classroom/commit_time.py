@@ -19,9 +19,12 @@ def last_commit(repository: Path) -> dt.datetime | None:
     with tempdir.folder("repository") as scratch, submission_user.readable_by_sandboxes():
         # A copy, because a clone may be readable by its owner alone, and the sandbox's user is another one.
         copy = scratch / "git"
-        if not (repository / ".git").is_dir():
+        try:
+            if not (repository / ".git").is_dir():
+                return None
+            shutil.copytree(repository / ".git", copy, symlinks=True, copy_function=shutil.copyfile)
+        except OSError:  # the grading of this one says what cannot be read
             return None
-        shutil.copytree(repository / ".git", copy, symlinks=True, copy_function=shutil.copyfile)
         scratch.chmod(0o755)
         box = sandbox.Sandbox(read_only={copy: _INSIDE}, environment=_ENVIRONMENT)
         command = [*_GIT, "log", "-1", "--format=%cI", "--no-show-signature"]

@@ -13,23 +13,29 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, matching, platforms, retention, times
+from grader.classroom import commit_time, ledger, matching, platforms, retention, times
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
+from grader.classroom.ledger import Source
 from grader.classroom.matching import Match
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
+from grader.intake.containers import Reach
 from grader.intake.copy_plan import MB, SizeLimits
 from grader.intake.unpack import unpack
 
 # An export of 300 submissions of the largest size that intake takes.
-EXPORT_LIMITS = SizeLimits(total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000)
+EXPORT_LIMITS = SizeLimits(
+    total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000,
+    reach=Reach(entries=2_000_000, tar_bytes=20_000 * MB),
+)  # fmt: skip
 
 _NO_TIME = dt.datetime.min.replace(tzinfo=dt.UTC)
-_SLUG = re.compile(r"[^a-z0-9]+")
-_SHORT = 60
+_UNREADABLE = "unreadable: "  # instead of a hash
+_SHORT = 60  # bytes of an id
+_LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,8 @@ class Found:
         missing: the people of the roster without a submission, also those whom a doubt is about.
         notes: remarks on the export.
         doubts: what a person should look at before anything is graded.
+        ledger: how the entries of the exports and the people add up.
+        claimed: everyone of whom a list says that they handed in.
     """
 
     layout: str
@@ -49,10 +57,12 @@ class Found:
     missing: tuple[Person, ...] = ()
     notes: tuple[str, ...] = field(default=())
     doubts: tuple[Doubt, ...] = ()
+    ledger: tuple[str, ...] = ()
+    claimed: tuple[Person, ...] = ()
 
 
 @contextmanager
-def opened(source: Path) -> Iterator[Path]:
+def opened(source: Path) -> Iterator[Source]:
     """Yield the folder with a class's submissions; an archive is unpacked into a temporary one.
 
     Raises:
@@ -60,33 +70,38 @@ def opened(source: Path) -> Iterator[Path]:
         SubmissionError: the archive is damaged or too large.
     """
     if source.is_dir():
-        yield source
+        yield Source(source)
     elif source.is_file():
         with tempdir.folder("class") as folder:
-            unpack(source, folder / "export", EXPORT_LIMITS)
-            yield folder / "export"
+            unpacked = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
+            yield Source(folder / "export", unpacked.left_out, unpacked.shortened)
     else:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 
 
 def find(
-    root: Path,
+    root: Path | Source,
     roster: Sequence[Person] = (),
     earlier: Sequence[Entry] = (),
-    added: Sequence[Path] = (),
+    added: Sequence[Source] = (),
     known_times: Sequence[HandInTime] = (),
     timed: bool = False,
+    pattern: str = "",
+    claimed: Sequence[Person] = (),
 ) -> Found:
     """Return the submissions in the folder `root` and in those `added` to it, each with its people.
 
     Those of an `earlier` run keep their ids, and stay if they are in none of the folders any more. Of several
     submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
-    `known_times` are from beside the export; in a class that is `timed`, a submission without a time is a doubt.
+    `known_times` are from beside the export, and `claimed` are the people whom they named in earlier runs; in a class
+    that is `timed`, a submission without a time is a doubt. `pattern` says how the files are named.
 
     Raises:
         GraderError: there is no submission.
+        UsageError: the pattern is none.
     """
-    exports = [platforms.read(each) for each in (root, *added)]
+    source = root if isinstance(root, Source) else Source(root)
+    exports = [platforms.read(each, pattern) for each in (source, *added)]
     matches = matching.match([hand_in for export in exports for hand_in in export.hand_ins], roster)
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = retention.retained(earlier, drafts, roster)
@@ -101,10 +116,16 @@ def find(
         *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
         *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
         *matching.class_doubts(exports, named, roster, missing),
+        *ledger.lost(exports, roster, missing),
+        *(_unreadable(entry) for entry in named if entry.content.startswith(_UNREADABLE)),
         *(times.doubts(entries, known_times, exports[0].layout) if timed else ()),
+        *(times.doubled(each.hand_in.label, each.hand_in.twice) for each in matches if timed and each.hand_in.twice),
     ]
+    listed = ledger.claimed(known_times, roster, entries, claimed)
+    doubts += ledger.without(listed, entries, doubts)
     notes = tuple(note for export in exports for note in export.notes)
-    return Found(exports[0].layout, entries, missing, notes, tuple(doubts))
+    lines = ledger.lines(exports, listed, roster, entries, doubts)
+    return Found(exports[0].layout, entries, missing, notes, tuple(doubts), lines, listed.claimed)
 
 
 def content_hash(path: Path) -> str:
@@ -129,9 +150,36 @@ def content_hash(path: Path) -> str:
 
 
 def slug(text: str) -> str:
-    """Return `text` as lower case letters, digits and hyphens, "submission" if nothing is left of it."""
-    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
-    return _SLUG.sub("-", plain).strip("-")[:_SHORT].rstrip("-") or "submission"
+    """Return `text` as small letters, digits and hyphens, "submission" if nothing is left of it.
+
+    Accents are taken from Latin letters; those of other scripts stay what they are.
+    """
+    found = "".join(map(_plain, unicodedata.normalize("NFC", unicodedata.normalize("NFC", text).casefold())))
+    words = unicodedata.normalize("NFC", "-".join(re.findall(r"[^\s-]+", found)))
+    return words.encode()[:_SHORT].decode(errors="ignore").strip("-") or "submission"
+
+
+def _plain(char: str) -> str:
+    """Return a letter without its accents if it is a Latin one, a digit or a letter as it is, and else a hyphen."""
+    plain = unicodedata.normalize("NFKD", char).encode("ascii", "ignore").decode()
+    if plain:
+        return "".join(each if each.isalnum() else "-" for each in plain)
+    kind = unicodedata.category(char)[0]
+    return char if kind in "LN" or (kind == "M" and not _LATIN_MARK.match(char)) else "" if kind == "M" else "-"
+
+
+def _content(path: Path) -> str:
+    """Return what tells this hand-in from others; one that cannot be read is graded again once it can be."""
+    try:
+        return content_hash(path)
+    except OSError as error:
+        return f"{_UNREADABLE}{error.strerror}"
+
+
+def _unreadable(entry: Entry) -> Doubt:
+    why = entry.content.removeprefix(_UNREADABLE)
+    todo = "Make it readable for whoever runs this, and run it again; the others are graded all the same."
+    return Doubt(DoubtKind.UNREADABLE, entry.label, f"{entry.label} cannot be read: {why}.", todo, entry.id)
 
 
 def _draft(found: Match) -> Entry:
@@ -140,7 +188,7 @@ def _draft(found: Match) -> Entry:
         id="",
         label=hand_in.label,
         path=hand_in.path,
-        content=content_hash(hand_in.path),
+        content=_content(hand_in.path),
         people=tuple(found.people),
         matched=tuple(found.people.values()),
         submitted=commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted,

@@ -22,6 +22,8 @@ class DoubtKind(Enum):
     UNLINKED = "no account on the platform"
     GROUPS = "named after groups"
     LEFT_OUT = "cannot be graded"
+    LOST = "handed in, and not among the submissions"
+    UNREADABLE = "cannot be read"
 
 
 @dataclass(frozen=True)

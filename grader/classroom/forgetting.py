@@ -103,7 +103,7 @@ def still_named(folder: ClassFolder, named: re.Pattern[str]) -> list[str]:
 
 def _everyone(facts: ClassFacts) -> tuple[Person, ...]:
     listed = (person for entry in facts.entries for person in entry.people)
-    return tuple(dict.fromkeys((*listed, *facts.missing, *facts.roster)))
+    return tuple(dict.fromkeys((*listed, *facts.missing, *facts.roster, *facts.claimed)))
 
 
 def _person(name: str, facts: ClassFacts) -> Person | None:
@@ -128,6 +128,8 @@ def _without(facts: ClassFacts, person: Person, ids: Collection[str], named: re.
         entries=tuple(_entry_without(entry, person) for entry in kept),
         missing=others(facts.missing),
         roster=others(facts.roster),
+        claimed=others(facts.claimed),
+        ledger=tuple(filter(silent, facts.ledger)),
         notes=tuple(filter(silent, facts.notes)),
         doubts=tuple(replace(doubt, people=others(doubt.people)) for doubt in doubts),
     )

@@ -54,8 +54,9 @@ class RequirementPoints:
 class Row:
     """One person's line. `reached` is the sum of the requirements, `total` what lateness and people leave of it.
 
-    `total` is None where a platform should show no grade: excused, not graded yet, or an error of ours. `late` is in
-    words. `decided` are decisions on the submission, `private` what concerns this person alone.
+    `total` is None where a platform should show no grade: excused, not graded yet, an error of ours, or a hand-in that
+    is missing or cannot be graded, until a person decides that it is worth 0. `late` is in words. `decided` are
+    decisions on the submission, `private` what concerns this person alone.
     """
 
     person: Person
@@ -83,7 +84,9 @@ class Row:
     @property
     def final(self) -> bool:
         """Return whether nothing is left to be graded or decided."""
-        return self.state in (State.GRADED, State.REFUSED, State.MISSING, State.EXCUSED)
+        return self.state is State.EXCUSED or (
+            self.total is not None and self.state in (State.GRADED, State.REFUSED, State.MISSING)
+        )
 
     @property
     def figures(self) -> tuple[object, ...]:
@@ -172,7 +175,7 @@ def read(folder: ClassFolder) -> Gradebook:
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
         doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
-        rows[person.key] = [_missing(person, decisions, whole, doubt)]
+        rows[person.key] = [_missing(person, decisions, facts, whole, doubt)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
     return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
 
@@ -262,7 +265,9 @@ class _Graded:
         if state is State.REFUSED and self._no_package:
             state = State.PENDING
         adjustments = (*self._decided.adjustments, *about.adjustments)
-        state, total = _adjusted(state, reached - deduction, maximum, adjustments)
+        left = reached - deduction
+        decided = self._facts.zero_missing or self._decided.points
+        state, total = _adjusted(state, left if decided or state is not State.REFUSED else None, maximum, adjustments)
         if about.excused:
             state, total = State.EXCUSED, None
         row = Row(
@@ -296,19 +301,23 @@ def _unknown(entry: Entry, facts: ClassFacts) -> Person:
     return Person(name=entry.label, lms_id=entry.number, lms=facts.layout if entry.number else "")
 
 
-def _missing(person: Person, decisions: Decisions, whole: Rubric, doubt: Doubt | None) -> Row:
+def _missing(person: Person, decisions: Decisions, facts: ClassFacts, whole: Rubric, doubt: Doubt | None) -> Row:
     """Return the line of a person without a submission; nothing is final while one may be theirs."""
     about = decisions.about(person)
     state = State.PENDING if doubt else State.MISSING
-    state, total = _adjusted(state, NOTHING, _worth(whole), about.adjustments)
+    left = NOTHING if facts.zero_missing else None
+    state, total = _adjusted(state, left, _worth(whole), about.adjustments)
     if about.excused:
         state, total = State.EXCUSED, None
+    why = "nothing handed in"
+    if doubt:
+        why = doubt.what if doubt.kind is DoubtKind.LOST else f"a submission may be theirs: {doubt.label}"
     row = Row(
         person,
         state,
         max=_worth(whole),
         total=total,
-        why="" if about.excused else f"a submission may be theirs: {doubt.label}" if doubt else "nothing handed in",
+        why="" if about.excused else why,
         private=_private(about),
         comments=about.comments,
     )
@@ -316,11 +325,12 @@ def _missing(person: Person, decisions: Decisions, whole: Rubric, doubt: Doubt |
 
 
 def _adjusted(
-    state: State, left: Decimal, maximum: Decimal, adjustments: Sequence[Adjustment]
+    state: State, left: Decimal | None, maximum: Decimal, adjustments: Sequence[Adjustment]
 ) -> tuple[State, Decimal | None]:
     """Return the state and the total after people's adjustments in their order, a bonus last.
 
-    A total by a person is a grade whatever the grader could do; points and a bonus are not.
+    `left` is None where a person has to decide what it is worth. A total by a person is a grade whatever the grader
+    could do; points and a bonus are not.
     """
     total = None if state in (State.ERROR, State.PENDING) else left
     for each in sorted(adjustments, key=lambda adjustment: adjustment.change is Change.BONUS):

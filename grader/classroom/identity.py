@@ -19,6 +19,7 @@ ANY, SHORT = "any", "short name"
 """Kinds of claims beside the fields of Person: one of them all, and Canvas's name of a person in a file's name."""
 
 _UNIQUE = ("lms_id", "id", "email", "login")  # the surest first
+_SHORTEST_LOGIN = 3  # a shorter word may be anything
 _CALLED = {"lms_id": "number", "email": "e-mail", "overrides": "a decision in"}
 # What Moodle calls the people without a group, in its language packs (string defaultteam of mod_assign).
 _NO_TEAM = (
@@ -93,12 +94,20 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
         if team and person not in team:
             return _refused((person, *team), f"it names {person.label} and the team {teams[0]}")
         if wrong := next((other for other in claims if _contradicts(person, other)), None):
-            return _refused([person], f"the name is {person.label}'s, but {wrong.text} is not")
+            zeros = _but_for_zeros(person, wrong)
+            return _refused([person], f"the name is {person.label}'s, but {wrong.text} is {zeros or 'not'}")
         return Identified((person,), claim)
     if len(teams) > 1:
         return _refused(team, f"the teams {' and '.join(teams)} have this name")
     if team:
         return Identified(team, next(claim for claim in claims if _team([claim], people)[1]))
+    shortened = {who: claim for who in people for claim in claims if _but_for_zeros(who, claim)}
+    if shortened:
+        said = (f"{claim.value} is {who.label}'s {_but_for_zeros(who, claim)}" for who, claim in shortened.items())
+        return _refused(shortened, " and ".join(sorted(said)))
+    if logins := _logins(claims, people):
+        ((login, who),) = logins.items()
+        return _refused([who], f"its name fits nobody of the roster, but has the login {login} of {who.label} in it")
     return Identified(rivals=_sorted(who for who in people if any(_resembles(who, claim) for claim in claims)))
 
 
@@ -157,6 +166,28 @@ def _contradicts(person: Person, claim: Claim) -> bool:
     """Return whether the person has another number, id, e-mail or login than the claim says."""
     own = getattr(person, claim.kind) if claim.kind in _UNIQUE else ""
     return bool(own) and not _has(person, claim.kind, claim) and (claim.kind != "lms_id" or _same_lms(person, claim))
+
+
+def _but_for_zeros(person: Person, claim: Claim) -> str:
+    """Return the id or login that is the claim's but for zeros at the beginning, which spreadsheets take away."""
+    said = _plain(claim.value)
+    for kind in ("id", "login"):
+        own = getattr(person, kind)
+        if claim.kind in (kind, ANY) and _plain(own) != said and _plain(own).lstrip("0") == said.lstrip("0") != "":
+            return f"{kind} {own} but for zeros at its beginning"
+    return ""
+
+
+def _logins(claims: Iterable[Claim], people: Iterable[Person]) -> dict[str, Person]:
+    """Return the one login that is a word of a file's name, with its owner; nothing if there are several."""
+    names = [_plain(claim.value) for claim in claims if claim.kind == ANY]
+    found = {
+        who.login: who
+        for who in people
+        if len(who.login) >= _SHORTEST_LOGIN
+        and any(re.search(rf"(?<![^\W_]){re.escape(_plain(who.login))}(?![^\W_])", name) for name in names)
+    }
+    return found if len(found) == 1 else {}
 
 
 def _is_called(person: Person, claim: Claim) -> bool:

@@ -1,16 +1,20 @@
-"""Late rules, such as "10 % per started day, at most 3 days". Pure: times in, deductions out."""
+"""Late rules, such as "10 % per started day, at most 3 days". Pure: times in, deductions out.
+
+A day is one of the calendar of this machine's time zone: it ends at the deadline's time of the next day, also in the
+nights in which the clocks are changed. An hour has 60 minutes.
+"""
 
 from __future__ import annotations
 
 import datetime as dt
-import math
 import re
 from dataclasses import dataclass
 from decimal import Decimal
 
 from grader.errors import GraderError
 
-_UNITS = {"day": 86_400, "hour": 3_600}
+_DAY, _HOUR = "day", "hour"
+_MINUTE = dt.timedelta(minutes=1)
 _EXAMPLE = Decimal("0.8")  # of the maximum: a share at which "of the maximum" makes a difference
 _RULE = re.compile(
     r"(?P<amount>\d+(?:\.\d+)?)\s*(?P<kind>%|percent|points?)(?P<whole>\s+of\s+the\s+maximum)?"
@@ -29,25 +33,28 @@ class LateRule:
         amount: percent or points for each started unit.
         percent: whether `amount` is in percent, else it is in points.
         of_maximum: percent of the points that can be reached, instead of those that were.
-        unit_s: the length of a unit in seconds.
-        most_s: seconds after which a submission is not accepted, None for no end; counted from the end of the grace.
+        unit: "day" or "hour".
+        most: how many days or hours after the deadline, and its grace, a submission is accepted; None for no end.
         grace_s: seconds after the deadline that cost nothing.
     """
 
     amount: Decimal
     percent: bool = True
     of_maximum: bool = False
-    unit_s: int = _UNITS["day"]
-    most_s: int | None = None
+    unit: str = _DAY
+    most: tuple[int, str] | None = None
     grace_s: int = 0
 
     def units(self, submitted: dt.datetime, deadline: dt.datetime) -> int:
         """Return the started units by which a submission is late, 0 if it is in time."""
-        return max(0, math.ceil(self._late_s(submitted, deadline) / self.unit_s))
+        count = max(0, (submitted - deadline) // _length(self.unit) - 1)  # days differ in length by an hour or two
+        while submitted > self._end(deadline, count, self.unit):
+            count += 1
+        return count
 
     def too_late(self, submitted: dt.datetime, deadline: dt.datetime) -> bool:
         """Return whether a submission is not accepted any more."""
-        return self.most_s is not None and self._late_s(submitted, deadline) > self.most_s
+        return self.most is not None and submitted > self._end(deadline, *self.most)
 
     def deduction(
         self, submitted: dt.datetime, deadline: dt.datetime, points: Decimal, maximum: Decimal
@@ -61,8 +68,7 @@ class LateRule:
 
     def counted(self, units: int) -> str:
         """Return a number of units in words, such as "2 started days"."""
-        name = next(name for name, seconds in _UNITS.items() if seconds == self.unit_s)
-        return f"{units} started {name}{'' if units == 1 else 's'}"
+        return f"{units} started {self.unit}{'' if units == 1 else 's'}"
 
     def examples(self, deadline: dt.datetime, maximum: Decimal) -> list[str]:
         """Return three sentences that show what the rule does to 80 % of `maximum`, computed by the rule itself.
@@ -70,15 +76,18 @@ class LateRule:
         The first hand-in is a minute late; the others are at the end of what is accepted and a minute after it, or one
         and three units late if there is no end.
         """
-        minute = 60
-        ends = (self.unit_s, 3 * self.unit_s) if self.most_s is None else (self.most_s, self.most_s + minute)
+        first = self._end(deadline, 0, self.unit) + _MINUTE
+        if self.most is None:
+            others = [self._end(deadline, count, self.unit) for count in (1, 3)]
+        else:
+            others = [self._end(deadline, *self.most), self._end(deadline, *self.most) + _MINUTE]
         points = (maximum * _EXAMPLE).quantize(Decimal("0.01"))
-        return [self._example(deadline, self.grace_s + seconds, points, maximum) for seconds in (minute, *ends)]
+        return [self._example(deadline, submitted, points, maximum) for submitted in (first, *others)]
 
-    def _example(self, deadline: dt.datetime, late_s: int, points: Decimal, maximum: Decimal) -> str:
-        submitted = deadline + dt.timedelta(seconds=late_s)
+    def _example(self, deadline: dt.datetime, submitted: dt.datetime, points: Decimal, maximum: Decimal) -> str:
         taken = self.deduction(submitted, deadline, points, maximum).quantize(Decimal("0.01"))
         counted = "too late" if self.too_late(submitted, deadline) else self.counted(self.units(submitted, deadline))
+        late_s = int((submitted - deadline).total_seconds())
         after = ", ".join(
             f"{number} {name}{'' if number == 1 else 's'}"
             for number, name in ((late_s // 3600, "hour"), (late_s % 3600 // 60, "minute"))
@@ -89,8 +98,18 @@ class LateRule:
             f"of {points} points {taken} are deducted, {points - taken} are left"
         )
 
-    def _late_s(self, submitted: dt.datetime, deadline: dt.datetime) -> float:
-        return (submitted - deadline).total_seconds() - self.grace_s
+    def _end(self, deadline: dt.datetime, count: int, unit: str) -> dt.datetime:
+        """Return when so many units after the deadline, and the grace, are over."""
+        if unit == _HOUR or not count:
+            end = deadline + count * _length(unit)
+        else:
+            wall_clock = deadline.astimezone().replace(tzinfo=None) + dt.timedelta(days=count)
+            end = max(wall_clock.replace(fold=fold).astimezone(deadline.tzinfo) for fold in (0, 1))
+        return end + dt.timedelta(seconds=self.grace_s)
+
+
+def _length(unit: str) -> dt.timedelta:
+    return dt.timedelta(**{f"{unit}s": 1})
 
 
 def parse(text: str) -> LateRule:
@@ -109,7 +128,7 @@ def parse(text: str) -> LateRule:
         amount=Decimal(found["amount"]),
         percent=not found["kind"].lower().startswith("point"),
         of_maximum=found["whole"] is not None,
-        unit_s=_UNITS[found["unit"].lower()],
-        most_s=int(found["most"]) * _UNITS[found["most_unit"].lower()] if found["most"] else None,
+        unit=found["unit"].lower(),
+        most=(int(found["most"]), found["most_unit"].lower()) if found["most"] else None,
         grace_s=60 * int(found["grace"] or 0),
     )

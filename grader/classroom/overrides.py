@@ -35,11 +35,11 @@ import yaml
 from grader import yaml_reader
 from grader.classroom import regrades
 from grader.classroom.class_folder import ClassFacts, ClassFolder
-from grader.classroom.doubt import DoubtKind, too_many
+from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.regrades import Regrade
 from grader.classroom.roster import IDENTITY, Person
-from grader.classroom.times import local_time
+from grader.classroom.times import local_time, twice
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
 
@@ -186,8 +186,22 @@ def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
     doubts = tuple(doubt for doubt in facts.doubts if doubt.kind not in whose or doubt.entry not in assigned)
     if not too_many([entry for entry in entries if not entry.people and entry.id not in assigned], entries):
         doubts = tuple(doubt for doubt in doubts if doubt.kind is not DoubtKind.MOST_UNMATCHED)
+    doubts = tuple(each for doubt in doubts if (each := _undecided(doubt, decisions)))
     missing = tuple(who for who in everyone if who.key not in handed_in)
     return replace(facts, entries=entries, missing=missing, doubts=doubts)
+
+
+def _undecided(doubt: Doubt, decisions: Decisions) -> Doubt | None:
+    """Return a doubt without those to whom a person gave a total or an excuse; None if it was about nobody else."""
+    if doubt.kind is not DoubtKind.LOST or not doubt.people:
+        return doubt
+    about = {who: decisions.about(who) for who in doubt.people}
+    left = tuple(
+        who
+        for who, on in about.items()
+        if not on.excused and all(each.change is not Change.TOTAL for each in on.adjustments)
+    )
+    return replace(doubt, people=left) if left else None
 
 
 def _with(decided: Decisions, looked_at: Iterable[Regrade]) -> Decisions:
@@ -234,7 +248,8 @@ class _Reader(YamlReader):
             self.require_known(name, where, self._names, "a person of this class")
         if not found.people:
             names = " or ".join(f"{value} ({kind})" for kind, value in (person.key for person in found.rivals))
-            self.fail(where, f"{name} is {len(found.rivals)} people of this class; write {names}")
+            several = f"is {len(found.rivals)} people of this class" if found.rivals[1:] else f"is nobody: {found.why}"
+            self.fail(where, f"{name} {several}; write {names}")
         return found.people[0]
 
     def _submission(self, node: yaml.Node) -> SubmissionDecision:
@@ -302,4 +317,6 @@ class _Reader(YamlReader):
     def _time(self, node: yaml.Node) -> dt.datetime:
         if (time := local_time(self.text(node))) is None:
             self.fail(node, f"{self.text(node)} is not a time; write it as 2026-11-21T10:00")
+        if when := twice(self.text(node)):
+            self.fail(node, f"{self.text(node)} {when}; write which one")
         return time

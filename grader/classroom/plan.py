@@ -13,8 +13,10 @@ from statistics import mean
 
 from grader.classroom import cells, lateness
 from grader.classroom.class_folder import ClassFacts, Record, Status
+from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
+from grader.classroom.matching import GO_ON
 from grader.classroom.overrides import Decisions
 from grader.classroom.roster import Person
 from grader.sanitize import printable
@@ -32,6 +34,8 @@ class Action(Enum):
     GRADE = "graded"
     KEEP = "kept"
     LEAVE = "left as it is"
+    WAIT = "not graded yet"
+    """Nothing to grade, but a doubt says that there may be."""
     NOTHING = "nothing handed in"
 
 
@@ -89,7 +93,8 @@ class Plan:
 
     Attributes:
         rows: the submissions, and the people without any.
-        doubts: what to look at before, and what to do then.
+        doubts: what to look at before, and what to do then; `stops` are those of them that stop the class.
+        ledger: how the entries of the sources and the people add up.
         notes: remarks on the sources.
         late_rule: the late rule and three examples of what it does.
         seconds: an estimate of the run's wall time.
@@ -99,6 +104,8 @@ class Plan:
 
     rows: tuple[PlanRow, ...]
     doubts: tuple[str, ...]
+    stops: tuple[str, ...]
+    ledger: tuple[str, ...]
     notes: tuple[str, ...]
     late_rule: tuple[str, ...]
     seconds: float
@@ -151,17 +158,24 @@ def make(
     maximum: Decimal,
     at_a_time: int,
     minutes: int,
+    new: Iterable[Doubt],
 ) -> Plan:
     """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
+
+    `new` are the doubts that no run had before.
 
     `facts` are those with people's decisions applied, `maximum` are the points of the rubric.
     """
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
-    doubtful = {person.key: doubt.label for doubt in facts.doubts for person in doubt.people}
     for person in facts.missing:
-        why = f"unless {doubtful[person.key]} is theirs" if person.key in doubtful else ""
-        rows.append(PlanRow(Decision(Action.NOTHING, why), people=person.label))
+        doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
+        if doubt is None:
+            decision = Decision(Action.NOTHING, "0 points" if facts.zero_missing else "open until a person decides")
+        else:
+            theirs = doubt.kind is DoubtKind.LOST and not doubt.anyone
+            decision = Decision(Action.WAIT, doubt.what if theirs else f"unless {doubt.label} is theirs")
+        rows.append(PlanRow(decision, people=person.label))
     seconds = [record.seconds for record in records if record.status is Status.GRADED and record.seconds]
     todo = sum(row.decision.action is Action.GRADE for row in rows)
     each = mean(seconds) if seconds else SECONDS_EACH
@@ -175,6 +189,8 @@ def make(
     return Plan(
         rows=tuple(rows),
         doubts=doubts,
+        stops=tuple(doubt.text for doubt in new if doubt.stops),
+        ledger=facts.ledger,
         notes=facts.notes,
         late_rule=(facts.late_rule, *examples) if rule else (),
         seconds=each * todo / min(at_a_time, max(todo, 1)),
@@ -236,11 +252,12 @@ def _all(plan: Plan) -> Iterator[Sequence[str]]:
 def summary(plan: Plan) -> Iterator[str]:
     """Return the plan in a few lines: what is kept, what is to do and how long it takes, and every doubt in full."""
     todo, kept, left = plan.of(Action.GRADE), plan.of(Action.KEEP), plan.of(Action.LEAVE)
-    missing = plan.of(Action.NOTHING)
+    missing, waiting = plan.of(Action.NOTHING), plan.of(Action.WAIT)
     how_long = f", about {clock(plan.seconds)} with {plan.at_a_time} at a time" if todo else ""
     how_long += f", {plan.minutes} minutes for each at most" if todo else ""
     others = f", {len(left)} left as they are" if left else ""
-    yield f"{len(plan.rows) - len(missing)} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
+    count = len(plan.rows) - len(missing) - len(waiting)
+    yield f"{count} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
     causes = Counter(row.decision.why for row in todo)
     yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
     matched = Counter(each.means for row in plan.rows if row.entry for each in row.entry.matched)
@@ -250,6 +267,8 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"  {len(late)} late: {_some(late)}"
     if missing:
         yield f"  {len(missing)} people handed in nothing"
+    if waiting:
+        yield f"  {len(waiting)} people without a submission are not graded yet, because of a doubt"
     if other_kit := [row.entry.id for row in kept if row.entry and row.decision.other_kit]:
         yield f"  {len(other_kit)} kept from another kit: {_some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
@@ -258,8 +277,15 @@ def summary(plan: Plan) -> Iterator[str]:
         rule, *examples = plan.late_rule
         yield f"  late rule: {rule}{'' if examples else '; without a deadline nothing is late'}"
         yield from (f"    handed in {example}" for example in examples)
+    yield from (f"ledger: {line}" for line in plan.ledger)
     yield from (f"note: {note}" for note in plan.notes)
-    yield from (f"DOUBT: {doubt}" for doubt in plan.doubts)
+    yield from (f"DOUBT{', stops' if doubt in plan.stops else ''}: {doubt}" for doubt in plan.doubts)
+    if plan.stops:
+        yield f"{_count(plan.stops)} the class: nothing is graded before a person has looked, or says {GO_ON}."
+
+
+def _count(stops: Sequence[str]) -> str:
+    return "1 doubt stops" if len(stops) == 1 else f"{len(stops)} doubts stop"
 
 
 def _some(names: Sequence[str]) -> str:

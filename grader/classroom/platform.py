@@ -18,6 +18,7 @@ from grader.classroom.gradebook import Gradebook, Row, State
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import Person
 from grader.intake.containers import ARCHIVE_SUFFIXES
+from grader.intake.names import natural
 
 _CLOSED = (".rar", ".7z", ".gz", ".xz", ".bz2", ".zst")
 _SYSTEM_FILES = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
@@ -35,6 +36,7 @@ class HandIn:
         late: whether the export marks it as late.
         repository: the time is that of the last commit of the git repository `path`.
         others: what the export says if the name of the entry is read in other ways, for one person each.
+        twice: why the time could be another one, "" if it could not.
     """
 
     path: Path
@@ -44,6 +46,24 @@ class HandIn:
     late: bool = False
     repository: bool = False
     others: tuple[tuple[Claim, ...], ...] = ()
+    twice: str = ""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What an export has, or lists, and no submission has.
+
+    Attributes:
+        label: whose it is, or what it is called.
+        what: a sentence.
+        claims: as for HandIn.
+        sure: it is a hand-in or a part of one; otherwise only its name may be that of a person.
+    """
+
+    label: str
+    what: str
+    claims: tuple[tuple[Claim, ...], ...]
+    sure: bool = True
 
 
 @dataclass(frozen=True)
@@ -54,15 +74,17 @@ class Export:
         layout: the name of its layout.
         hand_ins: the submissions.
         notes: a remark on each entry that is none.
-        absent: submissions that the export lists, but does not hold; their paths mean nothing.
+        lost: what is no submission, or not a whole one, though it may be somebody's.
         foreign: the names of entries that look as if another platform had written them.
+        ledger: how the entries add up: submissions, files beside them, and what was left out.
     """
 
     layout: str
     hand_ins: tuple[HandIn, ...]
     notes: tuple[str, ...] = ()
-    absent: tuple[HandIn, ...] = ()
+    lost: tuple[Lost, ...] = ()
     foreign: tuple[str, ...] = ()
+    ledger: str = ""
 
 
 @dataclass(frozen=True)
@@ -146,6 +168,7 @@ class Platform:
         recognises: whether a folder with these entries is its export.
         read: the submissions in that folder.
         write: write the grades, and return remarks for the instructor.
+        own: the names of files that the platform itself adds to its export.
     """
 
     name: str
@@ -154,6 +177,7 @@ class Platform:
     recognises: Callable[[Path, Sequence[Path]], bool]
     read: Callable[[Path, Sequence[Path]], Export]
     write: Callable[[Delivery], list[str]]
+    own: tuple[str, ...] = ()
 
 
 def deliver(
@@ -185,16 +209,36 @@ def is_archive(path: Path) -> bool:
 
 
 def entries_of(root: Path) -> list[Path]:
-    """Return what is in a folder, sorted, without what file systems leave there."""
-    return sorted(e for e in root.iterdir() if e.name not in _SYSTEM_FILES and not e.name.startswith("."))
+    """Return what is in a folder, v9 before v10, without what file systems leave there."""
+    found = (each for each in root.iterdir() if each.name not in _SYSTEM_FILES and not each.name.startswith("."))
+    return sorted(found, key=lambda each: natural(each.name))
+
+
+def inside(folder: Path) -> list[Path]:
+    """Return the same of a folder in an export, nothing for a file and where it cannot be read."""
+    try:
+        return entries_of(folder)
+    except OSError:
+        return []
+
+
+def has(folder: Path, name: str) -> bool:
+    """Return whether there is such an entry in a folder; not where it cannot be read."""
+    try:
+        return (folder / name).exists()
+    except OSError:
+        return False
 
 
 def stem(path: Path) -> str:
     """Return the name of an archive without its suffix, or of a folder."""
-    suffix = next(
-        (s for s in sorted((*ARCHIVE_SUFFIXES, *_CLOSED), key=len, reverse=True) if path.name.lower().endswith(s)), ""
-    )
-    return path.name[: len(path.name) - len(suffix)] if suffix and path.is_file() else path.name
+    return without_suffix(path.name) if path.is_file() else path.name
+
+
+def without_suffix(name: str) -> str:
+    """Return a name without the suffix of an archive."""
+    suffixes = sorted((*ARCHIVE_SUFFIXES, *_CLOSED), key=len, reverse=True)
+    return name[: -len(next((suffix for suffix in suffixes if name.lower().endswith(suffix)), "")) or None]
 
 
 def named(name: str) -> tuple[tuple[Claim, ...], ...]:
@@ -217,22 +261,25 @@ def unfolded(paths: Sequence[Path]) -> list[Path]:
     """Return the paths; a folder that has nothing but files, one of them an archive, stands for its files."""
     found = []
     for path in paths:
-        found += list(entries_of(path)) if path.is_dir() and only_archives(path) else [path]
+        found += inside(path) if only_archives(path) else [path]
     return found
 
 
 def only_archives(folder: Path) -> bool:
     """Return whether a folder has nothing but files, one of them an archive."""
-    children = entries_of(folder) if folder.is_dir() else []
+    children = inside(folder)
     return bool(children) and all(child.is_file() for child in children) and any(map(is_archive, children))
 
 
 def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
-    """Return the one path to grade, the last archive or else the last folder, and a remark on the others."""
+    """Return the one path to grade, the last archive or else the last folder, and a remark on the others.
+
+    `paths` are in the order in which they were handed in, where a platform says that, or else as `entries_of` has them.
+    """
     ranked = sorted(paths, key=lambda path: (is_archive(path), path.is_dir()))
     chosen = ranked[-1]
     others = [path.name for path in paths if path != chosen]
-    return chosen, [f"{chosen.name} is graded, not {', '.join(others)}."] if others else []
+    return chosen, [f"{chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
 
 
 def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | None]:

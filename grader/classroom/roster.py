@@ -5,6 +5,7 @@ A gradebook of Canvas, a grading worksheet of Moodle in any language and a roste
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import itertools
@@ -29,6 +30,7 @@ IDENTITY = ("id", "lms_id", "login", "email")
 """The fields of a person that no two people share, the surest first."""
 _CANVAS = {"id", "sis login id"}  # "SIS User ID" is there only if the teacher may see it
 _GITHUB = {"identifier", "github_username"}
+_BEFORE = re.compile('\ufeff?(?:"?sep=(?P<separator>[^"\r\n])"?(?:\r\n|\r|\n))?', re.IGNORECASE)
 _TEST_STUDENT = "Student, Test"  # of Canvas, for teachers who look at their course as a student
 _SUFFIX = re.compile(r"(sn?r|jn?r|senior|junior|ii|iii|iv|v|vi|esq|esquire)\.?", re.IGNORECASE)  # as Canvas has them
 _FIRST_NAMES, _LAST_NAMES = ("first name", "firstname", "given name"), ("last name", "surname", "lastname")
@@ -89,10 +91,10 @@ def rows(path: Path) -> Iterator[tuple[int, Person, dict[str, str]]]:
         GraderError: it cannot be read, or has no usable column.
     """
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        table = Table.read(path)
     except (OSError, UnicodeDecodeError) as error:
         raise GraderError(f"The roster {path} cannot be read ({error}). Save it as CSV in UTF-8.") from error
-    lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text))
+    lines = csv.reader(io.StringIO(table.text, newline=""), delimiter=table.separator)
     header = [cell.strip() for cell in next(lines, [])]
     columns, lms = _columns(header), _lms(header)
     if not set(columns) & {"id", "name", "email", "login", "lms_id", "identifier"}:
@@ -106,10 +108,36 @@ def rows(path: Path) -> Iterator[tuple[int, Person, dict[str, str]]]:
             yield lines.line_num, person, dict(itertools.zip_longest(lowered, row[: len(lowered)], fillvalue=""))
 
 
-def delimiter(text: str) -> str:
-    """Return what separates the columns: spreadsheets of some countries write semicolons or tabs."""
-    first = text.partition("\n")[0]
-    return max(",;\t", key=first.count)
+@dataclass(frozen=True)
+class Table:
+    """The text of a CSV file. `before` it are a byte order mark, and Excel's line that says what separates cells."""
+
+    text: str
+    separator: str
+    before: str = ""
+    encoding: str = "utf-8"
+
+    @classmethod
+    def read(cls, path: Path) -> Table:
+        """Read a file in UTF-8, or in UTF-16 with its mark, as spreadsheets save "Unicode text".
+
+        Raises:
+            OSError: it cannot be read.
+            UnicodeDecodeError: it is in another encoding.
+        """
+        data = path.read_bytes()
+        marks = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+        encoding = next((name for mark, name in marks.items() if data.startswith(mark)), "utf-8")
+        text = data.decode(encoding)
+        found = _BEFORE.match(text)
+        before = found[0] if found else ""
+        first = text[len(before) :].partition("\n")[0]
+        separator = found["separator"] if found and found["separator"] else max(",;\t", key=first.count)
+        return cls(text[len(before) :], separator, before, encoding)
+
+    def encoded(self, text: str) -> bytes:
+        """Return another text as the bytes of such a file."""
+        return (self.before + text).encode(self.encoding)
 
 
 def first_name_first(name: str) -> str:

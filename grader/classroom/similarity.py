@@ -140,7 +140,7 @@ def of_class(
         )
     texts, notes = {}, []
     with ExitStack() as stack:
-        roots = {source: stack.enter_context(discovery.opened(folder.located(source))) for source in sources}
+        roots = {source: stack.enter_context(discovery.opened(folder.located(source))).folder for source in sources}
         scratch = stack.enter_context(tempdir.folder("similar"))
         for entry in facts.entries:
             if entry.absent:

@@ -30,7 +30,6 @@ from grader.yaml_reader import YamlReader
 
 FILE, TOTALS = "term.yaml", "totals.csv"
 _PERSON = ("id", "name", "email", "login")
-_OPEN = (State.TO_GRADE, State.INCOMPLETE, State.ERROR, State.PENDING)
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,7 @@ def _total(
             points[sheet.title] = None
         elif row is not None and row.state is State.EXCUSED:
             points[sheet.title] = None
-        elif row is not None and (row.total is None or row.state in _OPEN):
+        elif row is not None and not row.final:
             remarks.append(f"{sheet.title} is {row.state.value}")
             points[sheet.title] = None
         else:

@@ -26,11 +26,15 @@ _SHOWN = 10
 
 @dataclass(frozen=True)
 class HandInTime:
-    """When one person handed in: `when` is None if `text`, which the list says, cannot be read."""
+    """That one person handed in, and when: None if `text`, which the list says, cannot be read or says no time.
+
+    `twice` says why the time could be another one, "" if it could not.
+    """
 
     claims: tuple[Claim, ...]
     when: dt.datetime | None
     text: str
+    twice: str = ""
 
 
 def load(path: Path) -> tuple[HandInTime, ...]:
@@ -65,10 +69,18 @@ def doubts(entries: Sequence[Entry], times: Sequence[HandInTime], layout: str) -
             _SOURCES.get(layout, "Give their times with --times, or as `submitted:` in overrides.yaml."),
         )
     for time in times:
-        if time.when is None:
-            label = ", ".join(claim.text for claim in time.claims)
+        label = ", ".join(claim.text for claim in time.claims)
+        if time.twice:
+            yield doubled(label, time.twice)
+        elif time.when is None and time.text:
             what = f'The time "{time.text}" of {label} cannot be read.'
             yield Doubt(DoubtKind.NO_TIME, label, what, "Write it as 2026-11-20T23:59 into a CSV for --times.")
+
+
+def doubled(label: str, twice: str) -> Doubt:
+    """Return the doubt about a time that occurs twice."""
+    what = f"The time at which {label} handed in {twice}; the earlier one is taken."
+    return Doubt(DoubtKind.NO_TIME, label, what, "If it was the other, write that as `submitted:` in overrides.yaml.")
 
 
 _SOURCES = {
@@ -94,7 +106,10 @@ def _of_table(path: Path) -> Iterator[HandInTime]:
         column = names[sheet["submitted"]] if sheet and "submitted" in sheet else ""
         text = cells.get(column or next((name for name in _COLUMNS if name in cells), ""), "").strip()
         if text not in _NONE:
-            yield HandInTime(_claims(person), local_time(text) or worksheet.time(text), text)
+            when = local_time(text) or worksheet.time(text)
+            yield HandInTime(_claims(person), when, text, twice(text, when))
+        elif sheet and "status" in sheet and worksheet.is_handed_in(cells[names[sheet["status"]]]):
+            yield HandInTime(_claims(person), None, "")
 
 
 def _claims(person: Person) -> tuple[Claim, ...]:
@@ -125,3 +140,20 @@ def local_time(text: str) -> dt.datetime | None:
     except ValueError:
         return None
     return time if time.tzinfo else time.astimezone()
+
+
+def twice(text: str, when: dt.datetime | None = None) -> str:
+    """Return that a time without a zone occurs twice, when the clocks go back, "" if it does not.
+
+    `when` is what `text` was read as, if it is not of ISO 8601.
+    """
+    try:
+        time = dt.datetime.fromisoformat(text)
+    except ValueError:
+        time = when.replace(tzinfo=None) if when else None  # type: ignore[assignment]
+    if time is None or time.tzinfo:
+        return ""
+    first, second = time.replace(fold=0).astimezone(), time.replace(fold=1).astimezone()
+    if first >= second:  # behind a gap, when the clocks go forward, the second is the earlier one
+        return ""
+    return f"occurs twice, as {first.isoformat(timespec='minutes')} and {second.isoformat(timespec='minutes')}"

@@ -14,8 +14,10 @@ from pathlib import Path
 _FRESH = ".results-"
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write `text` to `path` in UTF-8, by way of a file beside it: a reader sees the old file or the new one.
+def write_atomically(path: Path, text: str | bytes) -> None:
+    """Write `text`, in UTF-8 if it is not bytes yet, to `path`.
+
+    It goes by way of a file beside that: a reader sees the old file or the new one.
 
     Raises:
         OSError: the folder cannot be written.
@@ -24,8 +26,8 @@ def write_atomically(path: Path, text: str) -> None:
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     beside = Path(name)
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
-            stream.write(text)
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(text.encode() if isinstance(text, str) else text)
         beside.chmod(0o644)  # mkstemp makes private files, but a web server must be able to read a report
         beside.replace(path)
     except BaseException:

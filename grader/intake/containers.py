@@ -6,32 +6,24 @@ crafted archive becomes a SubmissionError.
 
 from __future__ import annotations
 
-import bz2
-import lzma
 import os
 import stat
 import struct
 import tarfile
 import zipfile
-import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import IO, Any, NoReturn, Protocol
+from typing import IO, NoReturn
 
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.intake.names import MAX_DEPTH, tool_folder
+from grader.intake.streams import CappedStream, FollowedByMore, Readable, StreamTooLong, unpacker
 from grader.sanitize import printable
 from grader.words import mark, say
 
-# Longer listings are not read to the end. 20 times the files that may be kept: enough for those that are pruned.
-MAX_ENTRIES = 100_000
-# The size that a tar may unpack to, including pruned build trees and the headers.
-MAX_TAR_BYTES = 250 * 1024**2
-# An xz file declares its dictionary size, up to 4 GiB; `xz -9` needs 65 MiB.
-MAX_LZMA_MEMORY = 256 * 1024**2
 MAX_LINK_BYTES = 4096
 # After an entry's data a zip may repeat its sizes and checksum, in 24 bytes at most; before the first entry, 4 bytes
 # may mark an archive that was meant to be split.
@@ -42,6 +34,22 @@ MAX_LARGEST = 3  # files named when there is too much
 ARCHIVE_SUFFIXES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tbz2", ".tbz", ".tar.xz", ".txz")
 CLOSED_ARCHIVES = (".rar", ".7z", ".zst", ".iso")
 """Archives that are not opened."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far a container is read.
+
+    Attributes:
+        entries: longer listings are refused; 20 times the files that may be kept, which is enough for pruned ones.
+        tar_bytes: what a tar may unpack to, including pruned build trees and the headers.
+    """
+
+    entries: int = 100_000
+    tar_bytes: int = 250 * 1024**2
+
+
+SUBMISSION = Reach()
 
 
 class Kind(Enum):
@@ -67,14 +75,7 @@ class Entry:
     packed: int | None = None
 
 
-class Readable(Protocol):
-    """A stream of bytes."""
-
-    def read(self, size: int = -1, /) -> bytes:
-        """Return at most `size` bytes; b"" at the end."""
-
-
-def open_container(path: Path, leave_out: Collection[Path] = ()) -> Folder | Zip | Tar:
+def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = SUBMISSION) -> Folder | Zip | Tar:
     """Return the container at `path`, recognised by its content, not by its name.
 
     It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid
@@ -106,14 +107,14 @@ def open_container(path: Path, leave_out: Collection[Path] = ()) -> Folder | Zip
         raise SubmissionError(
             say("{name} is an empty file.", name=shown), say("Zip the package folder and submit again.")
         )
-    unpacker = _unpacker(head)
+    unpack = unpacker(head)
     zipped = head.startswith(b"PK") and zipfile.is_zipfile(path)
-    if unpacker is not None and zipped:
+    if unpack is not None and zipped:
         raise _two_archives(path.name)
-    if unpacker is not None:
-        return Tar(path, unpacker)
+    if unpack is not None:
+        return Tar(path, unpack, reach)
     if zipped:
-        return Zip(path)
+        return Zip(path, reach)
     if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
         raise SubmissionError(
             say("{name} is damaged, or of a kind that cannot be opened.", name=shown),
@@ -147,8 +148,8 @@ class Folder:
         for folder, folders, files, handle in os.fwalk(self._path, onerror=_raise, follow_symlinks=False):
             inside = os.path.relpath(folder, self._path)
             prefix = "" if inside == "." else inside + "/"
-            if len(found) + len(files) + len(folders) > MAX_ENTRIES:
-                raise _too_many(self.name)
+            if len(found) + len(files) + len(folders) > SUBMISSION.entries:
+                raise _too_many(self.name, SUBMISSION)
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(sorted(files))]
             links = [name for name in sorted(folders) if stat.S_ISLNK(os.lstat(name, dir_fd=handle).st_mode)]
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(links)]
@@ -200,14 +201,15 @@ class Folder:
 class Zip:
     """A zip archive."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, reach: Reach = SUBMISSION) -> None:
         self.name = path.name
         self._path = path
+        self._reach = reach
 
     def entries(self) -> list[Entry]:
         """Return the entries of the central directory."""
-        if _count(self._path, b"PK\x01\x02") > MAX_ENTRIES:
-            raise _too_many(self.name)
+        if _count(self._path, b"PK\x01\x02") > self._reach.entries:
+            raise _too_many(self.name, self._reach)
         with self._open() as archive, _damage(self.name):
             self._require_one(archive)
             return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
@@ -228,9 +230,9 @@ class Zip:
                 raise _two_archives(self.name)
 
     def _entry(self, archive: zipfile.ZipFile, index: int, info: zipfile.ZipInfo) -> Entry:
-        mode = info.external_attr >> 16
+        mode, name = info.external_attr >> 16, _name(info)
         if info.is_dir():
-            return Entry(index, info.filename, Kind.FOLDER)
+            return Entry(index, name, Kind.FOLDER)
         if info.flag_bits & 1:
             raise SubmissionError(
                 say("{name} is protected by a password.", name=printable(self.name)),
@@ -241,10 +243,10 @@ class Zip:
             if info.file_size <= MAX_LINK_BYTES:
                 with archive.open(info) as file:
                     target = file.read(MAX_LINK_BYTES)
-            return Entry(index, info.filename, Kind.LINK, target=os.fsdecode(target))
+            return Entry(index, name, Kind.LINK, target=os.fsdecode(target))
         plain = stat.S_IFMT(mode) in (0, stat.S_IFREG)
         kind = Kind.FILE if plain else Kind.SPECIAL
-        return Entry(index, info.filename, kind, info.file_size, stat.S_IMODE(mode), packed=info.compress_size)
+        return Entry(index, name, kind, info.file_size, stat.S_IMODE(mode), packed=info.compress_size)
 
     def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
         """Yield the wanted files."""
@@ -261,12 +263,23 @@ class Zip:
             return zipfile.ZipFile(self._path)
 
 
+def _name(info: zipfile.ZipInfo) -> str:
+    """Return an entry's name, as UTF-8 where its bytes are that, even without the flag; macOS leaves it out."""
+    if info.flag_bits & 0x800:
+        return info.filename
+    try:
+        return info.filename.encode("cp437").decode()
+    except UnicodeError:
+        return info.filename
+
+
 class Tar:
     """A tar archive, compressed or not. Read only from front to back, so a crafted offset cannot make it loop."""
 
-    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable]) -> None:
+    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable], reach: Reach = SUBMISSION) -> None:
         self.name = path.name
         self._path = path
+        self._reach = reach
         self._unpacker = unpacker
 
     def entries(self) -> list[Entry]:
@@ -274,15 +287,15 @@ class Tar:
         found: list[Entry] = []
         try:
             for index, member, _ in self._members():
-                if index >= MAX_ENTRIES:
-                    raise _too_many(self.name)
+                if index >= self._reach.entries:
+                    raise _too_many(self.name, self._reach)
                 found.append(_tar_entry(index, member))
-        except _StreamTooLong:
+        except StreamTooLong:
             raise SubmissionError(
                 say(
                     "{name} unpacks to more than {most} MB. The largest of its first files are {largest}.",
                     name=printable(self.name),
-                    most=MAX_TAR_BYTES // 1024**2,
+                    most=self._reach.tar_bytes // 1024**2,
                     largest=largest({entry.name: entry.size for entry in found}),
                 ),
                 say("Submit the package folder only, without recordings, build trees and virtual environments."),
@@ -301,7 +314,7 @@ class Tar:
     def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with self._path.open("rb") as file:
             with _damage(self.name):
-                stream = _CappedStream(self._unpacker(file), MAX_TAR_BYTES)
+                stream = CappedStream(self._unpacker(file), self._reach.tar_bytes)
                 archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
             # Typeshed asks for more than read(), which is all that a stream needs.
             with archive:
@@ -348,83 +361,6 @@ class _MemberStream:
             return self._stream.read(size)
 
 
-class _StreamTooLong(Exception):
-    """A stream is longer than its limit."""
-
-
-class _CappedStream:
-    """A stream that raises _StreamTooLong instead of reading more than `max_bytes`."""
-
-    def __init__(self, stream: Readable, max_bytes: int) -> None:
-        self._stream = stream
-        self._left = max_bytes
-
-    def read(self, size: int = -1) -> bytes:
-        if size < 0 or size > self._left:
-            raise _StreamTooLong
-        data = self._stream.read(size)
-        self._left -= len(data)
-        return data
-
-
-class _PackedStream:
-    """What a compressed file unpacks to. Several streams in one file are read as one, as gzip, bzip2 and xz do."""
-
-    def __init__(self, file: IO[bytes], new: Callable[[], Any], magic: bytes) -> None:
-        self._file = file
-        self._new = new
-        self._magic = magic
-        self._decompressor = new()
-        self._packed = b""
-
-    def read(self, size: int = -1) -> bytes:
-        while not self._decompressor.eof or self._begin_next():
-            # zlib hands back what it has not used yet; the others keep it, and say when they need more.
-            hungry = not self._packed and getattr(self._decompressor, "needs_input", True)
-            packed = self._file.read(64 * 1024) if hungry else self._packed
-            if hungry and not packed:
-                raise EOFError("the packed stream ends early")
-            data: bytes = self._decompressor.decompress(packed, size)
-            self._packed = getattr(self._decompressor, "unconsumed_tail", b"")
-            if data:
-                return data
-        return b""
-
-    def _begin_next(self) -> bool:
-        """Begin with the stream that follows; False if there is none. Zero bytes between streams are padding."""
-        rest = self._decompressor.unused_data.lstrip(b"\0")
-        while len(rest) < len(self._magic) and (block := self._file.read(64 * 1024)):
-            rest = (rest + block).lstrip(b"\0")
-        if not rest:
-            return False
-        if not rest.startswith(self._magic):
-            raise _FollowedByMore
-        self._decompressor, self._packed = self._new(), rest
-        return True
-
-
-class _FollowedByMore(Exception):
-    """A compressed stream is followed by something that is not such a stream."""
-
-
-_PACKED: dict[bytes, Callable[[], Any]] = {
-    b"\x1f\x8b": lambda: zlib.decompressobj(wbits=31),
-    b"BZh": bz2.BZ2Decompressor,
-    b"\xfd7zXZ\x00": lambda: lzma.LZMADecompressor(memlimit=MAX_LZMA_MEMORY),
-}
-"""The compressions that a tar may have, by the first bytes of the file."""
-
-
-def _unpacker(head: bytes) -> Callable[[IO[bytes]], Readable] | None:
-    """Return the function that decompresses a tar that starts with `head`; None if it is not a tar."""
-    for magic, new in _PACKED.items():
-        if head.startswith(magic):
-            return lambda file: _PackedStream(file, new, magic)
-    if head[257:262] == b"ustar":
-        return lambda file: file
-    return None
-
-
 def _two_archives(name: str) -> SubmissionError:
     return SubmissionError(
         say(
@@ -440,9 +376,9 @@ def _damage(name: str) -> Iterator[None]:
     """Turn any exception of a library into a SubmissionError that says that the archive `name` is damaged."""
     try:
         yield
-    except (KitError, _StreamTooLong):
+    except (KitError, StreamTooLong):
         raise
-    except _FollowedByMore:
+    except FollowedByMore:
         raise _two_archives(name) from None
     except NotImplementedError as error:
         raise SubmissionError(
@@ -478,9 +414,9 @@ def largest(sizes: Mapping[str, int]) -> str:
     return ", ".join(f"{printable(name)} ({max(1, sizes[name] // 1024**2)} MB)" for name in names)
 
 
-def _too_many(name: str) -> SubmissionError:
+def _too_many(name: str, reach: Reach) -> SubmissionError:
     return SubmissionError(
-        say("{name} contains more than {most} files.", name=printable(name), most=MAX_ENTRIES),
+        say("{name} contains more than {most} files.", name=printable(name), most=reach.entries),
         say("Submit the package folder only, without build trees and virtual environments."),
     )
 

@@ -10,13 +10,14 @@ from dataclasses import dataclass, field
 
 from grader.errors import SubmissionError
 from grader.evidence import Flag
-from grader.intake.containers import Entry, Kind, largest
+from grader.intake.containers import SUBMISSION, Entry, Kind, Reach, largest
 from grader.intake.names import (
     MAX_DEPTH,
     MAX_NAME_BYTES,
     MAX_PATH_BYTES,
     collision_key,
     safe_name,
+    shortened,
     tool_file,
     tool_folder,
 )
@@ -44,11 +45,25 @@ class SizeLimits:
     # Text is packed 3 to 10 times smaller; a map or a log of one value 200 times, but those are small.
     ratio: int = 100
     ratio_applies_above_bytes: int = 5 * MB
+    reach: Reach = SUBMISSION
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An entry that is not copied, by its name in the container, and why. `link` also says that of a device or pipe."""
+
+    name: str
+    why: str
+    link: bool = False
 
 
 @dataclass(frozen=True)
 class CopyPlan:
-    """What to copy: `files` maps an entry's index to its path, `copies` a path to the file that it is a copy of."""
+    """What to copy: `files` maps an entry's index to its path, `copies` a path to the file that it is a copy of.
+
+    `folders` are to be made even if nothing is in them; `left_out` are all entries that tools have not made and that
+    are not copied; `shortened` are the names that were too long.
+    """
 
     files: dict[int, str] = field(default_factory=dict)
     executable: frozenset[str] = frozenset()
@@ -56,6 +71,9 @@ class CopyPlan:
     bytes: int = 0
     flags: tuple[Flag, ...] = ()
     notes: tuple[str, ...] = ()
+    folders: tuple[str, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    shortened: tuple[str, ...] = ()
 
 
 class _Refused(Exception):
@@ -66,30 +84,38 @@ class _Refused(Exception):
         self.kind = kind
 
 
-def plan_copy(name: str, entries: Sequence[Entry], limits: SizeLimits, packed_bytes: int | None = None) -> CopyPlan:
+def plan_copy(
+    name: str, entries: Sequence[Entry], limits: SizeLimits, packed_bytes: int | None = None, *, export: bool = False
+) -> CopyPlan:
     """Return which of `entries` to copy, and where.
 
     The order of the entries makes no difference, but for those of the very same name: the last of them counts, as for
-    `unzip` and `tar`. `name` is that of the container; `packed_bytes` the size of the archive, None for a folder.
+    `unzip` and `tar`. `name` is that of the container; `packed_bytes` the size of the archive, None for a folder. In
+    an instructor's `export` of several hand-ins, what tools have made is kept, and long names are shortened.
 
     Raises:
         SubmissionError: together they are more than `limits` allow.
     """
-    planner = _Planner(limits)
+    planner = _Planner(limits, export)
     planner.add(entries)
     total = sum(planner.sizes.values())
     _check_limits(name, planner.sizes, limits, packed_bytes)
     remarks = planner.remarks
     return CopyPlan(
-        planner.files, frozenset(planner.executable), planner.copies, total, tuple(remarks.flags), tuple(remarks.notes)
-    )
+        planner.files, frozenset(planner.executable), planner.copies, total, tuple(remarks.flags), tuple(remarks.notes),
+        tuple(planner.folders), tuple(planner.left_out), tuple(planner.shortened),
+    )  # fmt: skip
 
 
 class _Planner:
     """Collects the files and copies of a CopyPlan, and a remark on each entry that is left out."""
 
-    def __init__(self, limits: SizeLimits) -> None:
+    def __init__(self, limits: SizeLimits, export: bool) -> None:
         self.remarks = _Remarks()
+        self.left_out: list[LeftOut] = []
+        self.folders: list[str] = []
+        self.shortened: list[str] = []
+        self._export = export
         self.files: dict[int, str] = {}
         self.copies: dict[str, str] = {}
         self.executable: set[str] = set()
@@ -101,12 +127,15 @@ class _Planner:
         paths: dict[int, str] = {}
         for entry in entries:
             with self._remarking(entry):
-                paths[entry.index] = _clean(entry)
-        pruned = _pruned_folders(list(paths.values()))
+                paths[entry.index] = path = _clean(entry, self._export)
+                if self._export and path != _safe(entry.name):
+                    self.shortened.append(entry.name)
+        pruned = set() if self._export else _pruned_folders(list(paths.values()))
         kept = sorted(
-            (e for e in entries if e.index in paths and not _is_pruned(paths[e.index], pruned)),
+            (e for e in entries if e.index in paths and (self._export or not _is_pruned(paths[e.index], pruned))),
             key=lambda e: paths[e.index],
         )
+        folders = [path for e in kept if e.kind is Kind.FOLDER and (path := paths[e.index]) and self._export]
         kept = self._last_of_each_name(kept, paths)
         for entry in kept:
             if entry.kind is not Kind.HARD_LINK:
@@ -116,6 +145,7 @@ class _Planner:
             if entry.kind is Kind.HARD_LINK:
                 with self._remarking(entry):
                     self._add_copy(entry, paths[entry.index])
+        self.folders += [path for path in folders if not any(each in self.sizes for each in (path, *_folders(path)))]
         self.remarks.flags += _look_alikes(self.sizes)[: MAX_REMARKS - len(self.remarks.flags)]
         if pruned:
             names = ", ".join(printable(path, 80) for path in sorted(pruned)[:8])
@@ -141,6 +171,8 @@ class _Planner:
             yield
         except _Refused as refusal:
             self.remarks.add(refusal, entry)
+            link = entry.kind in (Kind.LINK, Kind.HARD_LINK, Kind.SPECIAL)
+            self.left_out.append(LeftOut(entry.name, str(refusal), link))
 
     def _add_file(self, entry: Entry, path: str) -> None:
         _accept(entry, path, self._limits)
@@ -152,7 +184,7 @@ class _Planner:
             self.executable.add(path)
 
     def _add_copy(self, entry: Entry, path: str) -> None:
-        original = _clean(Entry(0, entry.target, Kind.FILE))
+        original = _clean(Entry(0, entry.target, Kind.FILE), self._export)
         if original not in self.sizes:
             words = mark("hard link to {target}, which is not in the submission")
             raise _Refused("link", say(words, target=printable(entry.target)))
@@ -162,26 +194,33 @@ class _Planner:
         self.sizes[path] = self.sizes[original]
 
 
-def _clean(entry: Entry) -> str:
-    """Return the entry's path made of safe names."""
+def _clean(entry: Entry, export: bool) -> str:
+    """Return the entry's path made of safe names; of an `export`, with long names shortened."""
     # Old Windows tools write backslashes; read as separators, they cannot smuggle a `..` past the check below.
     raw = entry.name.replace("\\", "/")
     if raw.startswith("/") or (len(raw) > 1 and raw[1] == ":" and raw[0].isalpha()):
         raise _Refused("absolute path", say("its path is absolute; it was left out"))
-    parts = [part for part in raw.split("/") if part not in ("", ".")]
+    parts = [part for part in _safe(raw).split("/") if part]
     if ".." in parts:
         raise _Refused("traversal", say("its path leads out of the submission with '..'; it was left out"))
-    parts = [safe_name(part) for part in parts]
+    if export:
+        parts = [shortened(part) for part in parts]
     path = "/".join(parts)
+    times = 3 if export else 1  # a submission of full depth lies in folders of the export
     if (
-        len(parts) > MAX_DEPTH
-        or len(path.encode()) > MAX_PATH_BYTES
+        len(parts) > times * MAX_DEPTH
+        or len(path.encode()) > times * MAX_PATH_BYTES
         or any(len(part.encode()) > MAX_NAME_BYTES for part in parts)
     ):
         raise _Refused("", say("its name is too long or too deep; it was left out"))
     if not parts and entry.kind is not Kind.FOLDER:
         raise _Refused("name", say("it has no name; it was left out"))
     return path
+
+
+def _safe(name: str) -> str:
+    """Return an entry's name as a path of printable names."""
+    return "/".join(safe_name(part) for part in name.replace("\\", "/").split("/") if part not in ("", "."))
 
 
 def _accept(entry: Entry, path: str, limits: SizeLimits) -> None:

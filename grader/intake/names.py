@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import unicodedata
 
 # Made by tools, never written by a student, and often large. Left out of every submission.
@@ -17,11 +19,31 @@ _TOOL_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 MAX_NAME_BYTES = 200  # file systems allow 255, and the grader adds suffixes
 MAX_PATH_BYTES = 1000  # the kernel allows 4096; CMake and colcon add their own folders
 MAX_DEPTH = 20  # folders
+_END_BYTES = 60  # of a shortened name: a suffix, or a platform's number and word behind a person's name
 
 
 def safe_name(part: str) -> str:
     """Return the file name `part` with unprintable characters written as %XX."""
     return "".join(char if char.isprintable() else f"%{ord(char):02X}" for char in part)
+
+
+def shortened(name: str) -> str:
+    """Return a file name as it is, or, if it is too long, its beginning, a hash of it all, and its end.
+
+    A platform writes whose a file is at the beginning, and at the end is what tells what it is.
+    """
+    if len(name.encode()) <= MAX_NAME_BYTES:
+        return name
+    tag = f"~{hashlib.sha256(name.encode()).hexdigest()[:8]}~"
+    begin = name.encode()[: MAX_NAME_BYTES - _END_BYTES - len(tag)].decode(errors="ignore")
+    return begin + tag + name.encode()[-_END_BYTES:].decode(errors="ignore")
+
+
+def natural(name: str) -> tuple[tuple[str, int], ...]:
+    """Return a key that sorts names as people do: v9 before v10."""
+    parts = re.split(r"([0-9]+)", name)
+    numbers = (*(int(digits) for digits in parts[1::2]), -1)
+    return tuple(zip(parts[::2], numbers, strict=True))
 
 
 def collision_key(path: str) -> str:

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
-from grader.intake.containers import Entry, Folder, Kind, Readable, open_container
-from grader.intake.copy_plan import SizeLimits, plan_copy
+from grader.intake.containers import Entry, Folder, Kind, open_container
+from grader.intake.copy_plan import LeftOut, SizeLimits, plan_copy
+from grader.intake.streams import Readable
 from grader.sanitize import printable
 from grader.words import say
 
@@ -23,11 +24,16 @@ BLOCK = 256 * 1024
 
 @dataclass(frozen=True)
 class Unpacked:
-    """The result of unpacking one container: remarks, and what is left of the limits for archives inside."""
+    """The result of unpacking one container: remarks, and what is left of the limits for archives inside.
+
+    `left_out` and `shortened` are those of CopyPlan.
+    """
 
     flags: tuple[Flag, ...]
     notes: tuple[str, ...]
     left: SizeLimits
+    left_out: tuple[LeftOut, ...] = ()
+    shortened: tuple[str, ...] = ()
 
 
 def unpack(
@@ -37,24 +43,27 @@ def unpack(
     *,
     leave_out: Path | None = None,
     check: Callable[[str, Sequence[Entry], int], None] | None = None,
+    export: bool = False,
 ) -> Unpacked:
     """Copy the files of the folder or archive `source` into the empty folder `into`.
 
     The folder `leave_out` inside `source` is not copied. `check` is called with the name and the entries before
-    anything is copied, and with the bytes that are allowed.
+    anything is copied, and with the bytes that are allowed. `export` is as for `plan_copy`.
 
     Raises:
         SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
         GraderError: `into` cannot be written, or `source` cannot be read.
     """
-    container = open_container(source, leave_out=[into, *([leave_out] if leave_out else [])])
+    container = open_container(source, [into, *([leave_out] if leave_out else [])], limits.reach)
     packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
     entries = container.entries()
     if check is not None:
         check(container.name, entries, limits.total_bytes)
-    plan = plan_copy(container.name, entries, limits, packed_bytes)
+    plan = plan_copy(container.name, entries, limits, packed_bytes, export=export)
     with _disk_errors(into):
         into.mkdir(parents=True, exist_ok=True)
+        for folder in plan.folders:
+            (into / folder).mkdir(parents=True, exist_ok=True)
     declared = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
     for index, stream in container.contents(plan.files.keys()):
         path = plan.files[index]
@@ -78,7 +87,7 @@ def unpack(
         total_bytes=limits.total_bytes - plan.bytes,
         files=limits.files - len(plan.files) - len(plan.copies),
     )
-    return Unpacked(plan.flags, plan.notes, left)
+    return Unpacked(plan.flags, plan.notes, left, plan.left_out, plan.shortened)
 
 
 def _write(path: Path, stream: Readable, max_bytes: int, executable: bool) -> int:

@@ -64,3 +64,14 @@ def refusal(source: Path, into: Path) -> str:
         open_submission(source, into, COURSE)
     assert not into.exists(), "a refused submission leaves nothing behind"
     return str(refused.value)
+
+
+def without_flag(data: bytes) -> bytes:
+    """Return a zip without the flag for UTF-8 in its headers."""
+    changed = bytearray(data)
+    for signature, offset in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        at = data.find(signature)
+        while at >= 0:
+            changed[at + offset + 1] &= ~0x08
+            at = data.find(signature, at + 1)
+    return bytes(changed)

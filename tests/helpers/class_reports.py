@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
@@ -68,6 +69,12 @@ def judge(found: Evidence, out: Path, hand_in: HandIn | None = None, *, pictures
 
 
 GRADED = Ending(Status.GRADED, seconds=10.0)
+
+
+def graded(order: Order) -> Ending:
+    """Stand in for a grading in which all points are reached."""
+    (Path(order.out) / "report.json").write_text(json.dumps(report()))
+    return GRADED
 
 
 class Workers:

@@ -12,8 +12,10 @@ import datetime as dt
 import io
 import os
 import re
+import stat
 import subprocess
 import unicodedata
+import warnings
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -198,10 +200,10 @@ _DAYS = ("Montag", "Dienstag", "Mittwoch", "Donnerstag", "Freitag", "Samstag", "
 COMMENT = 'Well done, "Jane"; see me.'
 
 
-def worksheet(path: Path, language: str = "en", groups: bool = False) -> None:
+def worksheet(path: Path, language: str = "en", groups: bool = False, people: Iterable[Student] = ROSTER) -> None:
     """Write Moodle's offline grading worksheet: from Moodle, or as a German spreadsheet saves it."""
     rows: list[tuple[str, ...]] = [_WORKSHEET[language]]
-    for who in ROSTER:
+    for who in people:
         local = who.submitted.astimezone()
         when = (
             f"{local:%A}, {local.day} {local:%B %Y}, {local:%I:%M %p}"
@@ -232,6 +234,39 @@ def _sheet(path: Path, rows: Iterable[Iterable[str]], separator: str, line_end: 
     stream = io.StringIO()
     csv.writer(stream, delimiter=separator, lineterminator=line_end).writerows(rows)
     path.write_bytes(b"\xef\xbb\xbf" + stream.getvalue().encode())
+
+
+# A class of 30 as Moodle exports it, of which the archive's entries are hard to keep
+
+
+THIRTY = tuple(Student(n, f"Given{n}", f"Family{n}") for n in range(101, 131))
+GONE = {101: "..", 102: "link", 103: "absolute", 104: "twice", 105: "not there"}
+LONG = {106: "a" * 260 + ".zip", 107: "\u0440\u043e\u0431\u043e\u0442 " * 21 + ".zip"}
+"""What entries are called that no file system takes; 271 bytes and more."""
+
+
+def lossy(folder: Path) -> None:
+    """Write `export.zip` and `worksheet.csv`: of 30 who handed in, five have entries that cannot be unpacked."""
+    folder.mkdir(exist_ok=True)
+    with zipfile.ZipFile(folder / "export.zip", "w") as archive, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # by zipfile, for duplicate names
+        for who in THIRTY:
+            place = f"{moodle_name(who)}_{who.moodle}_assignsubmission_file"
+            match GONE.get(who.n):
+                case None:
+                    archive.writestr(f"{place}/{LONG.get(who.n, 'robot.zip')}", package(token(who)))
+                case "..":
+                    archive.writestr(f"{place}/..\\robot.zip", package(token(who)))
+                case "link":
+                    link = zipfile.ZipInfo(place)
+                    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+                    archive.writestr(link, "/media/usb/robot")
+                case "absolute":
+                    archive.writestr(f"/{place}/robot.zip", package(token(who)))
+                case "twice":
+                    archive.writestr(f"{place}/robot.zip", package("of another"))
+                    archive.writestr(f"{place}/robot.zip", package(token(who)))
+    worksheet(folder / "worksheet.csv", people=THIRTY)
 
 
 # Canvas

@@ -8,7 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from grader.classroom.platform import Export, Platform, entries_of, is_archive
+from grader.classroom import file_names, ledger
+from grader.classroom.ledger import Source
+from grader.classroom.platform import Export, Platform, entries_of, has, inside, is_archive
 from grader.errors import GraderError
 
 
@@ -18,23 +20,24 @@ def all_platforms() -> Mapping[str, Platform]:
     return {module.PLATFORM.name: module.PLATFORM for module in modules}
 
 
-def read(root: Path) -> Export:
-    """Return the submissions in the folder `root`.
+def read(source: Source, pattern: str = "") -> Export:
+    """Return the submissions in a folder, and account for all its entries; names are as a `pattern` says, if any.
 
     Raises:
         GraderError: the folder is one package, or holds no submission.
+        UsageError: the pattern is none.
     """
-    root = _innermost(root)
+    root = _innermost(source.folder)
     entries = entries_of(root)
     names = {entry.name for entry in entries}
     if "package.xml" in names or "src" in names:
         raise GraderError(f"{root} is a single submission. Grade it with `grader grade {root} --out OUT`.")
-    platform = _recognised(root, entries)
-    export = platform.read(root, entries)
+    platform = file_names.platform(pattern) if pattern else _recognised(root, entries)
+    export = ledger.account(platform.read(root, entries), platform, root, source)
     if platform.layout == "plain":
         foreign = (entry.name for entry in entries if _recognised(root, [entry]).layout != "plain")
         export = replace(export, foreign=tuple(foreign))
-    if not export.hand_ins:
+    if not export.hand_ins and not any(each.sure for each in export.lost):
         raise GraderError(
             f"{root} holds no submission: neither an archive nor a folder. "
             "Name the folder or the archive that the learning platform exported."
@@ -44,8 +47,9 @@ def read(root: Path) -> Export:
 
 def _recognised(root: Path, entries: Sequence[Path]) -> Platform:
     """Return the platform that wrote the folder; `plain`, which takes any, is asked last."""
-    *others, plain = sorted(all_platforms().values(), key=lambda platform: platform.layout == "plain")
-    return next((platform for platform in others if platform.recognises(root, entries)), plain)
+    *known, plain = sorted(all_platforms().values(), key=lambda platform: platform.layout == "plain")
+    found = next((platform for platform in known if platform.recognises(root, entries)), None)
+    return found or file_names.recognised(root, entries) or plain
 
 
 def _innermost(root: Path) -> Path:
@@ -54,8 +58,8 @@ def _innermost(root: Path) -> Path:
         len(entries := entries_of(root)) == 1
         and entries[0].is_dir()
         and _recognised(root, entries).layout == "plain"
-        and not any((entries[0] / name).exists() for name in ("package.xml", "src"))
-        and any(is_archive(child) or child.is_dir() for child in entries_of(entries[0]))
+        and not any(has(entries[0], name) for name in ("package.xml", "src"))
+        and any(is_archive(child) or child.is_dir() for child in inside(entries[0]))
         and not _holds_package(entries[0])
     ):
         root = entries[0]
@@ -64,5 +68,5 @@ def _innermost(root: Path) -> Path:
 
 def _holds_package(folder: Path) -> bool:
     """Return whether a folder has a package at most one folder further down: then it is a submission by itself."""
-    children = [child for child in entries_of(folder) if child.is_dir()]
-    return len(children) == 1 and any((children[0] / name).exists() for name in ("package.xml", "src"))
+    children = [child for child in inside(folder) if child.is_dir()]
+    return len(children) == 1 and any(has(children[0], name) for name in ("package.xml", "src"))

@@ -14,7 +14,7 @@ from typing import Any
 
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.identity import Claim
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, others
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, has, others
 from grader.classroom.words import losses
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable
@@ -125,7 +125,7 @@ def _line(text: str) -> str:
 
 def _read(root: Path, entries: Sequence[Path]) -> Export:
     """`assignment-login/`, clones of GitHub Classroom's repositories. All the names begin with the assignment's."""
-    clones = [entry for entry in entries if (entry / ".git").exists()]
+    clones = [entry for entry in entries if has(entry, ".git")]
     names = [clone.name for clone in clones]
     prefix = f"{root.name.removesuffix('-submissions')}-" if root.name.endswith("-submissions") else ""
     guessed = not prefix or not all(name.startswith(prefix) for name in names)
@@ -149,7 +149,7 @@ def _claims(name: str, prefix: str, guessed: bool) -> tuple[tuple[Claim, ...], .
 
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
-    return any((entry / ".git").exists() for entry in entries)
+    return any(has(entry, ".git") for entry in entries)
 
 
 def _deliver(delivery: Delivery) -> list[str]:

@@ -13,7 +13,17 @@ import yaml
 
 from grader.classroom.gradebook import Gradebook, RequirementPoints, Row
 from grader.classroom.identity import Claim
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, one_of, only_archives, others, unfolded
+from grader.classroom.platform import (
+    Delivery,
+    Export,
+    HandIn,
+    Lost,
+    Platform,
+    one_of,
+    only_archives,
+    others,
+    unfolded,
+)
 from grader.classroom.words import losses
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
@@ -44,7 +54,7 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str
         "extra_data": {"state": row.state.value, "late": row.late_units, "flags": row.flags},
     }
     # The score overrides the sum of the tests: it has the deduction for lateness.
-    found["score"] = float(row.total) if row.total is not None else 0.0
+    found["score"] = float(row.total or 0)
     if report and isinstance(report.get("wall_seconds"), int | float):
         found["execution_time"] = round(report["wall_seconds"], 1)
     return found
@@ -64,9 +74,9 @@ def _test(each: RequirementPoints, number: str, title: str, measured: dict[str, 
 
 
 def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
-    """Write ID/results.json for each submission below `folder`, and return the paths."""
+    """Write ID/results.json for each submission that has points below `folder`, and return the paths."""
     written = []
-    for row in book.teams.values():
+    for row in (row for row in book.teams.values() if row.total is not None):
         path = folder / row.submission / "results.json"
         found = results(row, book.rubric, reports.get(row.submission))
         write_atomically(path, json.dumps(found, indent=2, allow_nan=False) + "\n")
@@ -90,8 +100,13 @@ def _read(root: Path, entries: Sequence[Path]) -> Export:
             notes += [f"{entry.name}: {remark}" for remark in remarks]
             known = described[entry.name]
             hand_ins.append(replace(known, path=path, label=known.label or entry.name))
-    absent = [hand_in for name, hand_in in described.items() if name not in {entry.name for entry in entries}]
-    return Export("gradescope", tuple(hand_ins), tuple(notes), tuple(absent))
+    present = {entry.name for entry in entries}
+    lost = [
+        Lost(each.label, f"The export lists a submission of {each.label}, but does not hold it.", each.claims)
+        for name, each in described.items()
+        if name not in present
+    ]
+    return Export("gradescope", tuple(hand_ins), tuple(notes), tuple(lost))
 
 
 class _RubyLoader(yaml.SafeLoader):
@@ -137,7 +152,8 @@ def _recognises(root: Path, _entries: Sequence[Path]) -> bool:
 
 def _deliver(delivery: Delivery) -> list[str]:
     write_all(delivery.book, delivery.reports, delivery.out)
-    return delivery.book.apart()
+    without = [f"{row.submission} ({row.state.value})" for row in delivery.book.teams.values() if row.total is None]
+    return [*delivery.book.apart(), *[f"no points yet, so no results.json: {', '.join(without)}"] * bool(without)]
 
 
-PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _deliver)
+PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _deliver, (_METADATA,))

@@ -32,8 +32,9 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
     """Return what makes a class: team07 of two graded, boek refused, eost handed in nothing."""
 
     def make(
-        overrides: str = "", late_rule: str = "", submitted: dt.datetime | None = None, **changed: Any
-    ) -> ClassFolder:
+        overrides: str = "", late_rule: str = "", submitted: dt.datetime | None = None, *,
+        zero_missing: bool = False, **changed: Any,
+    ) -> ClassFolder:  # fmt: skip
         folder = ClassFolder(tmp_path / "class")
         folder.path.mkdir()
         entries = (
@@ -45,7 +46,7 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
         folder.write_facts(
             ClassFacts(
                 "Robots", "export.zip", "plain", hashlib.sha256(text.encode()).hexdigest(), "k", "0", "", 0,
-                entries, (EVA,), (), DEADLINE, late_rule,
+                entries, (EVA,), (), DEADLINE, late_rule, zero_missing=zero_missing,
             )
         )  # fmt: skip
         for name, status, why in (("team07", Status.GRADED, ""), ("boek", Status.REFUSED, "boek.zip is empty.")):

@@ -206,8 +206,8 @@ def test_an_archive_is_opened_as_a_class(tmp_path):
     with zipfile.ZipFile(tmp_path / "export.zip", "w") as archive:
         archive.writestr("export/team01.zip", b"x" * 11_000_000)
         archive.writestr("export/team02.zip", b"y")
-    with discovery.opened(tmp_path / "export.zip") as root:
-        assert [entry.id for entry in discovery.find(root).entries] == ["team01", "team02"]
+    with discovery.opened(tmp_path / "export.zip") as source:
+        assert [entry.id for entry in discovery.find(source).entries] == ["team01", "team02"]
 
 
 def test_a_missing_source_is_a_sentence(tmp_path):
@@ -220,7 +220,15 @@ def test_a_missing_source_is_a_sentence(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "name"),
-    [("Müller, Jörg", "muller-jorg"), ("../../etc", "etc"), ("日本", "submission"), ("Team 7!", "team-7")],
+    [
+        ("Müller, Jörg", "muller-jorg"),
+        ("../../etc", "etc"),
+        ("日本", "日本"),
+        ("李-小龙", "李-小龙"),
+        ("Петров, Йосиф", "петров-йосиф"),
+        ("!", "submission"),
+        ("Team 7!", "team-7"),
+    ],
 )
 def test_an_id_is_safe_as_a_folders_name(text, name):
     assert discovery.slug(text) == name

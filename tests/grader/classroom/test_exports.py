@@ -30,7 +30,7 @@ def rows(path: Path) -> list[list[str]]:
 
 @pytest.fixture
 def book(class_of_four):
-    return gradebook.read(class_of_four(EXCUSED))
+    return gradebook.read(class_of_four(EXCUSED, zero_missing=True))
 
 
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "＝"])
@@ -153,7 +153,7 @@ def filled(platform, book, tmp_path, text: str, title: str = "") -> tuple[str, l
 
 
 def test_a_gradebook_that_canvas_exported_is_filled_in_and_nothing_else_changes(class_of_four, tmp_path):
-    text, notes = filled(canvas, gradebook.read(class_of_four()), tmp_path, CANVAS_EXPORT, "Robots")
+    text, notes = filled(canvas, gradebook.read(class_of_four(zero_missing=True)), tmp_path, CANVAS_EXPORT, "Robots")
     assert text == CANVAS_EXPORT.replace("A,9,,90", "A,9,98.00,90").replace("A,8,55,80", "A,8,0.00,80")
     assert notes == [
         "not known to the gradebook; their lines stay as they were: Nobody, Known",
@@ -224,7 +224,7 @@ OURS = (
 
 def test_moodles_worksheet_is_filled_in_and_what_a_person_wrote_stays(class_of_four, tmp_path):
     """A comment was overwritten, a missing person's grade became 0, and mark and line ends were lost."""
-    folder = class_of_four()
+    folder = class_of_four(zero_missing=True)
     text, notes = filled(moodle, gradebook.read(folder), tmp_path, MOODLE_SHEET)
     wanted = MOODLE_SHEET.replace('Submitted",,', 'Submitted",98.00,').replace("Submitted,55.00", "Submitted,0.00")
     wanted = wanted.replace('""please"".</p>"', f'""please"".</p><br>{OURS[0]}"')

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from helpers.class_reports import report
 
+from grader import cli
 from grader.classroom import gradebook
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.gradebook import Gradebook, Row, State, rounded
@@ -25,7 +26,7 @@ def row(book: Gradebook, key: str) -> Row:
 
 
 def test_a_team_is_expanded_to_its_members_and_nobody_is_missing(class_of_four):
-    book = gradebook.read(class_of_four())
+    book = gradebook.read(class_of_four(zero_missing=True))
     assert [(r.person.id, r.state, r.total) for r in book.rows] == [
         ("s1", State.GRADED, Decimal("98.00")),
         ("s2", State.GRADED, Decimal("98.00")),
@@ -34,6 +35,34 @@ def test_a_team_is_expanded_to_its_members_and_nobody_is_missing(class_of_four):
     ]
     assert "is empty" in row(book, "s3").comment
     assert "nothing handed in" in row(book, "s4").comment
+
+
+def test_a_zero_needs_a_person(class_of_four):
+    """0.00 went to the platform for whoever was lost on the way, and for a zip that was damaged by the network."""
+    folder = class_of_four()
+    for who in ("s3", "s4"):
+        found = row(gradebook.read(folder), who)
+        assert (found.total, found.final) == (None, False)
+    folder.overrides.write_text(
+        "submissions: {boek: {adjust: {total: 0, why: a picture in a zip, by: Ada}}}\n"
+        "people: {s4: {adjust: {total: 0, why: not seen all term, by: Ada}}}\n"
+    )
+    for who in ("s3", "s4"):
+        found = row(gradebook.read(folder), who)
+        assert (found.total, found.final) == (0, True)
+
+
+def test_a_zero_for_all_that_are_missing_is_remembered_and_taken_back(class_of_four, capsys):
+    folder = class_of_four()
+    command = ["gradebook", str(folder.path)]
+    assert cli.main(command) == 0
+    said = capsys.readouterr().out
+    assert "no grade before a person decides: Bo Ek (cannot be graded), Eva Ost (nothing handed in)" in said
+    assert cli.main([*command, "--zero-missing"]) == 0
+    assert "no grade before" not in capsys.readouterr().out
+    assert [row(gradebook.read(folder), who).total for who in ("s3", "s4")] == [0, 0]
+    assert cli.main([*command, "--no-zero-missing"]) == 0
+    assert [row(gradebook.read(folder), who).total for who in ("s3", "s4")] == [None, None]
 
 
 @pytest.mark.parametrize(
@@ -151,7 +180,9 @@ def test_a_total_by_a_person_is_a_grade_for_who_handed_in_nothing(class_of_four)
 
 def test_a_scale_turns_totals_into_grades(class_of_four):
     scale = "scale:\n  - {grade: '1.0', percent: 95}\n  - {grade: '5.0', percent: 0}\n"
-    book = gradebook.read(class_of_four("people: {s4: {excused: {why: ill, by: Ada}}}", rubric=SCALED + scale))
+    book = gradebook.read(
+        class_of_four("people: {s4: {excused: {why: ill, by: Ada}}}", rubric=SCALED + scale, zero_missing=True)
+    )
     assert [(r.person.id, r.grade) for r in book.rows] == [("s1", "1.0"), ("s2", "1.0"), ("s3", "5.0"), ("s4", "")]
     assert row(book, "s1").comment == "grade 1.0"
 
@@ -201,7 +232,7 @@ def test_a_single_refusal_has_a_reason_advice_and_no_points():
 
 def test_who_may_own_an_unmatched_submission_has_not_handed_in_nothing(class_of_four):
     """Everyone whom an ambiguous submission might belong to had 0.00 in the platform."""
-    folder = class_of_four()
+    folder = class_of_four(zero_missing=True)
     facts = folder.facts()
     doubt = Doubt(DoubtKind.AMBIGUOUS, "Eva Ost", "", "", "boek", facts.missing)
     for doubts, state in (((), State.MISSING), ((doubt,), State.PENDING)):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import datetime as dt
+import time
 from decimal import Decimal
 
 import pytest
 
-from grader.classroom import lateness
+from grader import cli
+from grader.classroom import lateness, times
 from grader.errors import GraderError
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
@@ -91,3 +93,61 @@ def test_times_of_other_zones_are_compared_as_moments():
 def test_what_is_no_rule_is_refused_with_examples(text):
     with pytest.raises(GraderError, match=r"is not a late rule\. Examples"):
         lateness.parse(text)
+
+
+@pytest.fixture
+def berlin(monkeypatch):
+    """The clocks go back on 25 October 2026 at three, and forward on 28 March 2027 at two."""
+    monkeypatch.setenv("TZ", "Europe/Berlin")
+    time.tzset()
+    yield
+    monkeypatch.undo()
+    time.tzset()
+
+
+@pytest.mark.parametrize(
+    ("deadline", "submitted", "days"),
+    [
+        ("2026-10-24T23:59", "2026-10-25T23:30", 1),
+        ("2026-10-24T23:59", "2026-10-25T23:59", 1),
+        ("2026-10-24T23:59", "2026-10-26T00:00", 2),
+        ("2027-03-27T23:59", "2027-03-28T23:59", 1),
+        ("2027-03-27T23:59", "2027-03-29T00:00", 2),
+        ("2026-10-24T23:59", "2027-03-28T23:30", 155),
+    ],
+)
+def test_days_are_those_of_the_calendar_also_when_the_clocks_are_changed(berlin, deadline, submitted, days):
+    """Half an hour before the end of the first day, over the night with 25 hours, were two days."""
+    rule = lateness.parse("10 % per started day, at most 3 days")
+    due, when = times.local_time(deadline), times.local_time(submitted)
+    assert rule.units(when, due) == days
+    assert rule.too_late(when, due) is (days > 3)
+    assert lateness.parse("1 % per started hour").units(due + dt.timedelta(hours=25), due) == 25
+
+
+def test_the_examples_of_the_plan_are_those_of_the_calendar(berlin):
+    rule = lateness.parse("10 % per started day, at most 1 days")
+    said = rule.examples(times.local_time("2026-10-24T23:59"), Decimal("100.00"))
+    assert said[1].startswith("2026-10-25 23:59, 25 hours after the deadline: 1 started day;")
+    assert said[2].startswith("2026-10-26 00:00, 25 hours, 1 minute after the deadline: too late;")
+
+
+def test_a_time_that_occurs_twice_is_a_doubt(berlin, tmp_path):
+    from grader.classroom import discovery
+    from grader.classroom.roster import Person
+
+    (tmp_path / "e").mkdir()
+    (tmp_path / "e" / "boek.zip").write_text("x")
+    (tmp_path / "times.csv").write_text("login,submitted\nboek,2026-10-25T02:30\n")
+    known = times.load(tmp_path / "times.csv")
+    (doubt,) = discovery.find(tmp_path / "e", [Person(login="boek")], (), (), known, timed=True).doubts
+    assert "occurs twice, as 2026-10-25T02:30+02:00 and 2026-10-25T02:30+01:00" in doubt.what
+    assert not times.twice("2026-10-25T02:30+01:00")
+    assert not times.twice("2026-10-25T03:30")
+    assert not times.twice("2027-03-28T02:30"), "that hour is left out"
+
+
+def test_a_deadline_that_occurs_twice_is_refused(berlin, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["batch", str(tmp_path), "--deadline", "2026-10-25T02:30", "--plan"])
+    assert "occurs twice" in capsys.readouterr().err

@@ -9,6 +9,7 @@ import pytest
 
 from grader.classroom import platforms
 from grader.classroom.identity import SHORT, Claim
+from grader.classroom.ledger import Source
 from grader.classroom.platform import Export
 from grader.errors import GraderError
 
@@ -22,7 +23,7 @@ def layout(root: Path, *names: str) -> Export:
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.touch()
-    return platforms.read(root)
+    return platforms.read(Source(root))
 
 
 def test_moodle_has_a_folder_for_each_participant(tmp_path):

@@ -15,7 +15,7 @@ from helpers.archives import PACKAGE, below, member, refusal, tarred, write, zip
 from helpers.course import COURSE
 
 from grader.errors import SubmissionError
-from grader.intake import containers
+from grader.intake.containers import Reach
 from grader.intake.copy_plan import SizeLimits
 from grader.intake.submission import open_submission
 
@@ -236,10 +236,11 @@ def test_an_archive_inside_counts_against_the_same_limits(tmp_path: Path, into: 
 
 
 def test_a_zip_with_too_many_entries_is_not_read(tmp_path: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(containers, "MAX_ENTRIES", 50)
+    limits = SizeLimits(reach=Reach(entries=50))
     source = zipped(tmp_path / "a.zip", {f"f{i}": "" for i in range(51)})
     monkeypatch.setattr(zipfile.ZipFile, "infolist", lambda _: pytest.fail("the entries were read"))
-    assert "more than 50 files" in refusal(source, into)
+    with pytest.raises(SubmissionError, match="more than 50 files"):
+        open_submission(source, into, COURSE, limits)
 
 
 def test_a_file_longer_than_declared_is_refused(tmp_path: Path, into: Path):

@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 
 import pytest
-from helpers.archives import PACKAGE, below, member, refusal, tarred, write, zipped
+from helpers.archives import PACKAGE, below, member, refusal, tarred, without_flag, write, zipped
 from helpers.course import COURSE
 
 from grader.errors import GraderError
@@ -27,6 +27,20 @@ def test_a_package_folder_is_found_at_its_root(handed_in: Path, into: Path):
 def test_a_tar_is_opened_however_it_is_packed(tmp_path: Path, into: Path, mode: str):
     source = tarred(tmp_path / "team", [(member(n), t.encode()) for n, t in below("pkg/").items()], mode)
     assert open_submission(source, into, COURSE).package == into / "pkg"
+
+
+@pytest.mark.parametrize("name", ["r\u00e9sum\u00e9.md", "\u8bf4\u660e.md", "plain.md"])
+def test_names_of_a_zip_that_are_utf_8_are_read_as_that(tmp_path: Path, into: Path, name: str):
+    """macOS and others set no flag for it; a README with an accent had another name in the report."""
+    whole = zipped(tmp_path / "x.zip", {**PACKAGE, name: "x"}).read_bytes()
+    (tmp_path / "a.zip").write_bytes(without_flag(whole))
+    assert name in open_submission(tmp_path / "a.zip", into, COURSE).intake.files
+
+
+def test_names_of_a_zip_that_are_not_utf_8_stay_as_the_format_has_them(tmp_path: Path, into: Path):
+    whole = zipped(tmp_path / "x.zip", {**PACKAGE, "M?ller.md": "x"}).read_bytes()
+    (tmp_path / "a.zip").write_bytes(whole.replace(b"M?ller.md", b"M\x81ller.md"))
+    assert "M\u00fcller.md" in open_submission(tmp_path / "a.zip", into, COURSE).intake.files
 
 
 def test_a_zip_with_extra_folder_levels_and_mac_litter_is_opened(tmp_path: Path, into: Path):

@@ -1,0 +1,202 @@
+"""Read from the names of files whose they are, and when, by a pattern: for platforms without a module of their own.
+
+The patterns of Blackboard, Brightspace and ILIAS are those of real exports: kwurst/bb-file-cleanup for the first, the
+dropbox tools on GitHub for the second, and ILIAS 5 to 9 itself (class.ilExSubmission.php, downloadAllAssignmentFiles).
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from grader.classroom import worksheet
+from grader.classroom.identity import Claim
+from grader.classroom.platform import (
+    Delivery,
+    Export,
+    HandIn,
+    Platform,
+    inside,
+    is_archive,
+    one_of,
+    others,
+    stem,
+    unfolded,
+)
+from grader.classroom.times import local_time, twice
+from grader.errors import UsageError
+from grader.intake.names import natural
+
+KNOWN: Mapping[str, str] = {
+    "blackboard": "*_{login}_attempt_{time}[_{file}]",
+    "brightspace": "{number} - {name} - {time}[ - {file}]",
+    "ilias": "*_{login}_{number}",
+}
+"""The patterns that have a name."""
+_OWN: Mapping[str, tuple[str, ...]] = {"brightspace": ("index.html",)}
+_RECOGNISED = ("blackboard", "brightspace")  # nothing else is named so; `Doe_Jane_jdoe_12` may be anything
+
+_WHO = {"login": "login", "id": "id", "email": "email", "name": "name", "team": "team", "number": "lms_id"}
+_FIELDS = dict.fromkeys(_WHO, r"\S+?") | {
+    "name": ".+?", "team": ".+?", "number": r"\d[\d-]*", "time": r".*?\d\d.*?", "attempt": r"\d+", "file": ".+",
+}  # fmt: skip
+_PART = re.compile(r"\{(?P<field>\w*)\}|(?P<sign>[*\[\]])|(?P<text>[^{}*\[\]]+|.)", re.DOTALL)
+_DIGITS = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)\D{0,2}(\d\d)\D?(\d\d)(?:\D?(\d\d))?")
+_FORMATS = ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p", "%b %d, %Y %I:%M %p", "%d %B, %Y %H%M")  # of Brightspace
+
+
+@dataclass(frozen=True)
+class _Named:
+    """What a name says."""
+
+    claims: tuple[Claim, ...]
+    when: dt.datetime | None
+    attempt: str
+    entry: Path
+    twice: str = ""
+
+    @property
+    def order(self) -> tuple[object, ...]:
+        return (self.when.timestamp() if self.when else 0.0, natural(self.attempt))
+
+
+class Pattern:
+    """How files are named, such as `{login}_{time}_{attempt}`; `*` is anything, `[ ]` is around what may be absent."""
+
+    def __init__(self, text: str) -> None:
+        """Read a pattern, or the name of a known one.
+
+        Raises:
+            UsageError: it is none, or says nothing of a person.
+        """
+        self.name = text if text in KNOWN else "pattern"
+        fields, regex, before, self._separator = [], "", "", ""
+        for part in _PART.finditer(KNOWN.get(text, text)):
+            field = part["field"]
+            if field is not None:
+                if field not in _FIELDS or field in fields:
+                    raise _refusal(text)
+                if field == "login" and before.startswith("*"):
+                    self._separator = before[1:]
+                fields.append(field)
+                regex, before = regex + f"(?P<{field}>{_FIELDS[field]})", ""
+            elif part["sign"]:
+                regex, before = regex + {"*": ".+?", "[": "(?:", "]": ")?"}[part["sign"]], part["sign"]
+            else:
+                regex, before = regex + re.escape(part["text"]), before + part["text"]
+        try:
+            self._regex = re.compile(regex, re.DOTALL | re.IGNORECASE)
+        except re.error:
+            raise _refusal(text) from None
+        if not set(fields) & set(_WHO):
+            raise _refusal(text)
+
+    def read(self, entry: Path) -> _Named | None:
+        """Return what a name says, with its suffix or without; None if it is not as the pattern has it."""
+        bare = entry.name if entry.is_dir() else stem(entry) if is_archive(entry) else entry.stem
+        for name in dict.fromkeys((bare, entry.name)):
+            found = self._regex.fullmatch(name)
+            said = {field: text.strip() for field, text in found.groupdict().items() if text} if found else {}
+            when = _time(said["time"]) if "time" in said else None
+            if said and ("time" not in said or when):
+                doubled = twice(said.get("time", ""), when)
+                return _Named(tuple(self._claims(said)), when, said.get("attempt", ""), entry, doubled)
+        return None
+
+    def recognises(self, entries: Sequence[Path]) -> bool:
+        """Return whether most of the entries are named so."""
+        return 2 * sum(self.read(entry) is not None for entry in entries) > len(entries)
+
+    def _claims(self, said: Mapping[str, str]) -> Iterator[Claim]:
+        for field, kind in _WHO.items():
+            value = said.get(field, "")
+            if field == "login" and self._separator:
+                # Of `Lab_3_jane_doe` any end may be the login: which one, the roster says.
+                parts = value.split(self._separator)
+                yield from (Claim(kind, self._separator.join(parts[at:])) for at in range(len(parts) - 1, -1, -1))
+            elif value:
+                # Behind a hyphen Brightspace has the number of the submission.
+                yield Claim(kind, value.partition("-")[0], self.name) if kind == "lms_id" else Claim(kind, value)
+
+
+def platform(text: str) -> Platform:
+    """Return what reads an export by a pattern; it writes no grades.
+
+    Raises:
+        UsageError: the pattern is none.
+    """
+    pattern = Pattern(text)
+
+    def recognises(_root: Path, entries: Sequence[Path]) -> bool:
+        return pattern.recognises(entries)
+
+    own = _OWN.get(pattern.name, ())
+    return Platform(pattern.name, pattern.name, "", recognises, partial(_read, pattern), _nothing, own)
+
+
+def recognised(root: Path, entries: Sequence[Path]) -> Platform | None:
+    """Return the known pattern by which the entries are named, if it is one that cannot be meant otherwise."""
+    return next((each for each in map(platform, _RECOGNISED) if each.recognises(root, entries)), None)
+
+
+def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
+    people: dict[tuple[Claim, ...], list[_Named]] = {}
+    odd = []
+    for entry in (member for each in entries for member in _members(pattern, each)):
+        if found := pattern.read(entry):
+            people.setdefault(found.claims, []).append(found)
+        elif entry.name not in _OWN.get(pattern.name, ()):
+            odd.append(entry)
+    hand_ins, notes = others(odd)
+    for claims, parts in people.items():
+        attempts: dict[tuple[object, ...], list[_Named]] = {}
+        for part in sorted(parts, key=lambda part: part.order):
+            attempts.setdefault(part.order, []).append(part)
+        label = next((claim.value for claim in claims if claim.kind == "name"), claims[0].value)
+        *earlier, last = attempts.values()
+        for attempt in attempts.values() if last[0].when else [last]:
+            path, remarks = one_of(unfolded([part.entry for part in attempt]))
+            notes += [f"{label}: {remark}" for remark in remarks]
+            hand_ins.append(HandIn(path, label, (claims,), attempt[0].when, twice=attempt[0].twice))
+        if earlier and not last[0].when:
+            left = ", ".join(part.entry.name for attempt in earlier for part in attempt)
+            notes.append(f"{label}: attempt {last[0].attempt} is graded, the last one, not {left}.")
+    return Export(pattern.name, tuple(hand_ins), tuple(notes))
+
+
+def _members(pattern: Pattern, entry: Path) -> Sequence[Path]:
+    """Return an entry, or the folders in that of a team, which ILIAS writes for its members."""
+    children = inside(entry) if entry.is_dir() and pattern.read(entry) is None else []
+    return children if children and all(pattern.read(child) for child in children) else [entry]
+
+
+def _time(text: str) -> dt.datetime | None:
+    """Return a time in a file's name, in the time zone of this machine; None for other text."""
+    try:
+        if found := _DIGITS.fullmatch(text):
+            year, month, day, hour, minute, second = (int(part or 0) for part in found.groups())
+            return dt.datetime(year, month, day, hour, minute, second).astimezone()
+    except ValueError:
+        return None
+    for form in _FORMATS:
+        try:
+            return dt.datetime.strptime(text, form).astimezone()
+        except ValueError:
+            continue
+    return local_time(text) or worksheet.time(text)
+
+
+def _nothing(_delivery: Delivery) -> list[str]:
+    return []
+
+
+def _refusal(text: str) -> UsageError:
+    return UsageError(
+        f'--pattern "{text}" does not say how files are named.',
+        f"Write {', '.join(KNOWN)}, or the name with {', '.join(f'{{{field}}}' for field in _FIELDS)} in it, each once "
+        "and at least one of the person; * stands for anything, [ ] is around what may be absent.",
+    )

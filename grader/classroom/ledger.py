@@ -1,0 +1,237 @@
+"""Account for every entry of an export, and for everyone of whom a list says that they handed in.
+
+Nobody's hand-in disappears: what cannot be accounted for is a doubt that stops the class.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.entry import Entry
+from grader.classroom.identity import identify
+from grader.classroom.platform import Export, HandIn, Lost, Platform, entries_of, named, without_suffix
+from grader.classroom.roster import Person
+from grader.classroom.times import HandInTime
+from grader.errors import GraderError
+from grader.intake.copy_plan import LeftOut
+from grader.intake.names import safe_name, shortened
+from grader.sanitize import printable
+
+_SYSTEM = re.compile(r"\._|\.(DS_Store|directory|localized|git\w*|venv|vscode|idea)$")
+_SHOWN = 3
+_MOST_DOUBTS = 20
+
+
+@dataclass(frozen=True)
+class Source:
+    """A folder with a class's submissions: one that was given, or what an archive unpacked to.
+
+    `left_out` are the entries of the archive that are not in the folder, `shortened` are the names that were too long.
+    """
+
+    folder: Path
+    left_out: tuple[LeftOut, ...] = ()
+    shortened: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Gone:
+    """An entry that was left out, and its path in the folder with the submissions."""
+
+    entry: LeftOut
+    path: tuple[str, ...]
+
+
+def account(export: Export, platform: Platform, root: Path, source: Source) -> Export:
+    """Return the export with its ledger, and with all that it has lost. `root` is the folder with its entries."""
+    entries = {entry.name for entry in entries_of(root)} - set(platform.own)
+    used = {hand_in.path.relative_to(root).parts[0] for hand_in in export.hand_ins}
+    why = {name: note for name in entries - used for note in export.notes if _is_named(name, note)}
+    beside = {name for name, note in why.items() if "is graded" in note}
+    odd = sorted(entries - used - beside)
+    hidden = sorted(each.name for each in root.iterdir() if each.name.startswith(".") and not _SYSTEM.match(each.name))
+    loose = [
+        Lost(name, f"{printable(name)} is neither an archive nor a folder.", named(Path(name).stem), name not in why)
+        for name in odd
+    ]
+    loose += [
+        Lost(name, f"{printable(name)} is hidden.", named(without_suffix(name[1:])), sure=False) for name in hidden
+    ]
+    gone = _groups(source, root.relative_to(source.folder).parts)
+    left = [*odd, *hidden, *(top for top in gone if top not in entries)]
+    within = sum(len(several) for top, several in gone.items() if top in entries)
+    ledger = f"{len(entries) + len(left) - len(odd)} entries = {len(entries & used)} with a hand-in"
+    ledger += f" + {len(beside)} beside one of the same people" if beside else ""
+    ledger += f" + {len(left)} left out: {_some([printable(name, 80) for name in left])}" if left else ""
+    ledger += f"; inside them {within} left out" if within else ""
+    notes = [f"{printable(name, 100)}: its name is too long, and was shortened." for name in source.shortened]
+    lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
+    return replace(export, ledger=ledger, lost=lost, notes=(*export.notes, *notes))
+
+
+def _is_named(name: str, note: str) -> bool:
+    """Return whether a remark names an entry, and not a longer name with that at its end."""
+    return any(f" {name}{after}" in f" {note}" for after in (" is ", ",", "."))
+
+
+def _groups(source: Source, inside: Sequence[str]) -> dict[str, list[_Gone]]:
+    """Return what unpacking left out, by its topmost name below the folders `inside` which the submissions are."""
+    groups: dict[str, list[_Gone]] = {}
+    for each in source.left_out:
+        raw = [part for part in each.name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
+        parts = tuple(shortened(safe_name(part)) for part in raw if not part.endswith(":")) or ("?",)
+        below = parts[len(inside) :] if parts[: len(inside)] == tuple(inside) else parts
+        groups.setdefault((below or parts)[0], []).append(_Gone(each, below or parts))
+    return groups
+
+
+def _unpacked(export: Export, platform: Platform, root: Path, groups: Mapping[str, Sequence[_Gone]]) -> Iterator[Lost]:
+    """Yield what unpacking an archive has left out, together for each whose it may be.
+
+    A link inside a hand-in is left out of every submission; it is lost if there is nothing else, or an archive.
+    """
+    shadows = _shadows(platform, groups)
+    for top, several in groups.items():
+        shadow = shadows.get(top)
+        known = [each for each in export.hand_ins if each.path.is_relative_to(root / top) or _same(each, shadow)]
+        if known and all(each.entry.link and without_suffix(each.path[-1]) == each.path[-1] for each in several):
+            continue
+        hand_in = known[0] if known else shadow
+        label = hand_in.label if hand_in else without_suffix(top)
+        what = "; ".join(f"{printable(each.entry.name, 120)}: {each.entry.why}" for each in several[:_SHOWN])
+        more = f"; and {len(several) - _SHOWN} more" if len(several) > _SHOWN else ""
+        yield Lost(
+            label,
+            f"{'A part of the hand-in' if known else 'The hand-in'} of {label} was left out: {what}{more}.",
+            hand_in.claims if hand_in else named(without_suffix(top)),
+        )
+
+
+def _same(hand_in: HandIn, shadow: HandIn | None) -> bool:
+    return shadow is not None and hand_in.claims == shadow.claims
+
+
+def _shadows(platform: Platform, groups: Mapping[str, Sequence[_Gone]]) -> dict[str, HandIn]:
+    """Return what the platform would read of hand-ins with these names, if they were there."""
+    with tempfile.TemporaryDirectory(prefix="names-") as folder:
+        root = Path(folder)
+        for top, several in groups.items():
+            path = root / top
+            if any(len(each.path) > 1 for each in several):
+                path.mkdir()
+                path = path / several[0].path[-1]
+            path.touch()
+        entries = entries_of(root)
+        if not entries or not platform.recognises(root, entries):
+            return {}
+        try:
+            found = platform.read(root, entries).hand_ins
+        except GraderError:
+            return {}
+        return {each.path.relative_to(root).parts[0]: each for each in found}
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+
+
+def lost(exports: Sequence[Export], roster: Sequence[Person], missing: Collection[Person]) -> Iterator[Doubt]:
+    """Yield a doubt on each hand-in, or part of one, that an export has or lists and no submission has."""
+    for each in (each for export in exports for each in export.lost):
+        found = [identify(claims, roster) for claims in each.claims]
+        people = tuple(person for who in found for person in who.people or who.rivals)
+        if each.sure or set(people) & set(missing):
+            yield Doubt(
+                DoubtKind.LOST,
+                each.label,
+                each.what,
+                "Export once more, or unpack the archive by hand, give it another name there and name the folder as "
+                "the source. Until then whoever it may concern has no grade.",
+                people=people,
+                anyone=each.sure and not people,
+                stops=True,
+            )
+
+
+@dataclass(frozen=True)
+class HandedIn:
+    """Who should have a hand-in, by lists.
+
+    Attributes:
+        claimed: everyone of whom a list says that they handed in.
+        strangers: how many lines of lists fit nobody.
+    """
+
+    claimed: tuple[Person, ...]
+    strangers: int
+
+
+def claimed(
+    times: Sequence[HandInTime], roster: Sequence[Person], entries: Sequence[Entry], earlier: Sequence[Person]
+) -> HandedIn:
+    """Return everyone of whom a list says that they handed in, those of `earlier` runs' lists among them."""
+    everyone = roster or tuple(dict.fromkeys(person for entry in entries for person in entry.people))
+    known = {person.key: person for person in everyone}
+    found: list[Person] = []
+    strangers = 0
+    for time in times:
+        who = identify(time.claims, everyone)
+        if len(who.people) == 1:
+            found.append(who.people[0])
+        elif not roster and not who.rivals:
+            found.append(Person(**{claim.kind: claim.value for claim in time.claims}, lms=_lms(time)))
+        else:
+            strangers += 1
+    before = [known.get(person.key, person) for person in earlier if not roster or person.key in known]
+    return HandedIn(tuple(dict.fromkeys((*found, *before))), strangers)
+
+
+def _lms(time: HandInTime) -> str:
+    return next((claim.lms for claim in time.claims if claim.lms), "")
+
+
+def without(handed_in: HandedIn, entries: Sequence[Entry], doubts: Sequence[Doubt]) -> Iterator[Doubt]:
+    """Yield a doubt on everyone who handed in by a list, and has no submission.
+
+    It stops the class, unless the submission may be one of those that another doubt is about.
+    """
+    have = {person.key for entry in entries for person in entry.people}
+    doubtful = {person.key for doubt in doubts for person in doubt.people}
+    lacking = [who for who in handed_in.claimed if who.key not in have and who.key not in doubtful]
+    stops = len(lacking) > sum(doubt.anyone for doubt in doubts)
+    todo = "Export once more, or see whether it is there under another name. Until then there is no grade."
+    if len(lacking) > _MOST_DOUBTS:
+        names = _some([person.label for person in lacking])
+        what = f"{len(lacking)} people handed in by the list, and the export has nothing of theirs: {names}."
+        yield Doubt(DoubtKind.LOST, names, what, todo, people=tuple(lacking), stops=stops)
+        return
+    for person in lacking:
+        what = f"{person.label} handed in by the list, and the export has nothing of theirs."
+        yield Doubt(DoubtKind.LOST, person.label, what, todo, people=(person,), stops=stops)
+
+
+def lines(
+    exports: Sequence[Export], handed_in: HandedIn, roster: Sequence[Person], entries: Sequence[Entry],
+    doubts: Sequence[Doubt],
+) -> tuple[str, ...]:  # fmt: skip
+    """Return how entries and people add up."""
+    said = [f"{export.layout}: {export.ledger}" for export in exports]
+    have = {person.key for entry in entries for person in entry.people}
+    waiting = {person.key for doubt in doubts for person in (roster if doubt.anyone else doubt.people)} - have
+    if roster:
+        here = sum(person.key in have for person in roster)
+        open_ = sum(person.key in waiting for person in roster)
+        rest = len(roster) - here - open_
+        said.append(f"roster: {len(roster)} people = {here} with a hand-in + {open_} in doubt + {rest} without")
+    if handed_in.claimed or handed_in.strangers:
+        here = sum(person.key in have for person in handed_in.claimed)
+        total = len(handed_in.claimed) + handed_in.strangers
+        rest = len(handed_in.claimed) - here
+        more = f" + {handed_in.strangers} of nobody in the roster" if handed_in.strangers else ""
+        said.append(f"list: {total} people handed in = {here} with a hand-in + {rest} without{more}")
+    return tuple(said)
