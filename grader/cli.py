@@ -26,7 +26,7 @@ from grader.errors import (
 from grader.host import atomic, namespaces, ros_env, shortage, supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S
-from grader.words import mark, say
+from grader.words import counted, mark, say
 
 if TYPE_CHECKING:
     from grader.scoring.rubric import Rubric
@@ -422,7 +422,7 @@ def _release(options: argparse.Namespace) -> int:
     course = find(options.course)
     os.environ[VARIABLE] = str(course.folder)  # what the notebooks give and ask for goes by it
     written = release(options.out, course, solutions=not options.without_solutions)
-    print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
+    print(f"{counted(len(written.files), 'file')}, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
     return EXIT_GRADED
 
@@ -498,7 +498,7 @@ def _print_stores(folder: Path) -> None:
 
 def _listed(whole: Rubric) -> str:
     """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
-    ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria]
+    ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria if c.requirements]
     return ", ".join(f"{first}{say(' to ')}{last}" for first, last in ends)
 
 

@@ -206,6 +206,7 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
         source=report.fingerprint(source),
         wall_seconds=seconds,
         refused=provenance.now(),
+        rubric_title=settings.rubric.title,
     )
 
 

@@ -43,6 +43,11 @@ def one_line(text: str, limit: int = NAME_LIMIT) -> str:
     return _visible(_cut(text, limit))
 
 
+def prose(text: str, limit: int = LINE_LIMIT) -> str:
+    """Return a text of several lines as one line: a blank in place of each line break, the rest as by `one_line`."""
+    return one_line(" ".join(text.split()), limit)
+
+
 def lines(text: str, limit: int = TEXT_LIMIT, *, tail: bool = False) -> str:
     """Return `text` with its line breaks, each line and the whole cut to size, with invisible characters escaped.
 

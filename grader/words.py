@@ -73,6 +73,11 @@ def say_count(one: str, many: str, /, n: int, **fields: object) -> str:
     return _FILLS.vformat(ngettext(one, many, n), (), {"n": n, **fields})
 
 
+def counted(n: int, one: str, many: str = "") -> str:
+    """Return a number with its noun, for what is only ever said in English: "1 pair", "2 pairs"."""
+    return f"{n} {one if n == 1 else many or f'{one}s'}"
+
+
 def some(names: Sequence[str], most: int = MOST_SHOWN, between: str = ", ") -> str:
     """Return the first names, and how many more there are: `some(paths, 2)` for "a, b and 3 more"."""
     rest = say(" and {n} more", n=len(names) - most) if len(names) > most else ""

@@ -63,6 +63,21 @@ def read(path: Path) -> yaml.Node | None:
         raise GraderError(f"{path} cannot be read ({error}).") from error
 
 
+@contextlib.contextmanager
+def noted(mistakes: list[str]) -> Iterator[None]:
+    """Add the mistake that ends the block to a list, so that what follows it is read, too."""
+    try:
+        yield
+    except GraderError as error:
+        mistakes.append(str(error))
+
+
+def require_none(mistakes: list[str]) -> None:
+    """Raise all mistakes that were noted as one error, a line for each; nothing if there are none."""
+    if mistakes:
+        raise GraderError("\n".join(mistakes))
+
+
 class YamlReader:
     """Walks the nodes of one file. Its methods raise GraderError for what is not as it should be."""
 
@@ -70,20 +85,23 @@ class YamlReader:
         self._path = path
 
     def mapping(self, node: yaml.Node, allowed: tuple[str, ...] = ()) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
-        """Yield a mapping's keys as text, their nodes and their values."""
+        """Yield a mapping's keys as text, their nodes and their values; the mistakes of all keys are named at once."""
         if isinstance(node, yaml.ScalarNode) and node.value in ("", "null", "~"):
             return
         if not isinstance(node, yaml.MappingNode):
             self.fail(node, "a mapping is expected here, such as `name: value`")
         seen: set[str] = set()
-        for key, value in node.value:
-            name = self.text(key)
-            if allowed:
-                self.require_known(name, key, allowed, "allowed here")
-            if name in seen:
-                self.fail(key, f"{name} is written twice; join the two")
-            seen.add(name)
-            yield name, key, value
+        wrong: list[str] = []
+        for key, _ in node.value:
+            with noted(wrong):
+                name = self.text(key)
+                if allowed:
+                    self.require_known(name, key, allowed, "allowed here")
+                if name in seen:
+                    self.fail(key, f"{name} is written twice; join the two")
+                seen.add(name)
+        require_none(wrong)
+        yield from ((self.text(key), key, value) for key, value in node.value)
 
     def fields(
         self, node: yaml.Node, where: yaml.Node, needed: tuple[str, ...], what: str, optional: tuple[str, ...] = ()
@@ -103,14 +121,12 @@ class YamlReader:
 
     def every(self, node: yaml.Node, make: Callable[[yaml.Node], T]) -> tuple[T, ...]:
         """Return what `make` makes of each item of a list; the mistakes of all items are named at once."""
-        made, wrong = [], []
+        made: list[T] = []
+        wrong: list[str] = []
         for item in self.items(node):
-            try:
+            with noted(wrong):
                 made.append(make(item))
-            except GraderError as error:
-                wrong.append(str(error))
-        if wrong:
-            raise GraderError("\n".join(wrong))
+        require_none(wrong)
         return tuple(made)
 
     def text(self, node: yaml.Node) -> str:
@@ -154,7 +170,9 @@ def value(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
     """Return the value of a mapping's key, or an item of a list; None if there is none."""
     if isinstance(node, yaml.MappingNode):
         return next((value for name, value in node.value if name.value == key), None)
-    return node.value[key] if isinstance(node, yaml.SequenceNode) and isinstance(key, int) else None
+    if isinstance(node, yaml.SequenceNode) and isinstance(key, int):
+        return next(iter(node.value[key : key + 1]), None)
+    return None
 
 
 def line_of(node: yaml.Node) -> int:

@@ -42,6 +42,10 @@ COLUMNS = {
 }
 
 
+THRESHOLDS_NOTE = "thresholds"
+"""The note with the distances that plots have a line for: names to metres. Without it they have the default ones."""
+
+
 class RecordingError(Exception):
     """A recording is not readable; the message says why."""
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sim.geometry import Pose
 from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart, extreme_points
 from sim.recording import Recording
-from sim.views import COLORS, THRESHOLDS
+from sim.views import COLORS, thresholds_of
 
 MAX_FRAMES = 1200  # one minute at 20 Hz; longer runs are thinned out
 MAX_SCANS = 400
@@ -79,7 +79,7 @@ class Replay:
             "scan_angles": _rounded(r.scan_angles[beams], 4),
             "scans": base64.b64encode(centimetres.tobytes()).decode(),
             "contacts": [round(c.time, 3) for c in r.contacts],
-            "thresholds": THRESHOLDS,
+            "thresholds": dict(thresholds_of(r)),
             "obstacles": [
                 {
                     "since": p.since,

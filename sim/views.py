@@ -20,7 +20,7 @@ from matplotlib.patches import Polygon as PolygonPatch
 
 from sim.geometry import Point, Pose
 from sim.obstacles import CirclePart, Obstacle, Path, PolygonPart, SegmentPart
-from sim.recording import Recording
+from sim.recording import THRESHOLDS_NOTE, Recording
 from sim.simulator import Simulator
 from sim.transform import moved_to
 from sim.world import World
@@ -102,10 +102,16 @@ def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None
     if turn is not None:
         draw_turn_rate(turn, recording)
     if distance is not None:
-        draw_distances(distance, recording, THRESHOLDS if thresholds is None else thresholds)
+        draw_distances(distance, recording, thresholds_of(recording) if thresholds is None else thresholds)
     figure.suptitle(_run_title(recording, at))
     _add_caveat(figure, recording)
     return figure
+
+
+def thresholds_of(recording: Recording) -> Mapping[str, float]:
+    """Return the thresholds that plots of a recording show: those in its notes, or the default ones."""
+    found: Mapping[str, float] = recording.notes.get(THRESHOLDS_NOTE, THRESHOLDS)
+    return found
 
 
 def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first", "second")) -> View:

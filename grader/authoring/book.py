@@ -25,6 +25,7 @@ from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
 from grader.notebook.workspace import course
 from grader.scoring.rubric import Rubric, load
+from grader.words import counted
 
 PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
 PAGE = KIT / "docs" / "course.md"
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         names = notebook_source.select(options.notebooks, folder)
         if options.verb == "nbgrader":
             written = nbgrader.write(names, rubric, options.out, folder)
-            print(f"{len(written)} files below {options.out}")
+            print(f"{counted(len(written), 'file')} below {options.out}")
             return 0
         done = [_run_verb(options, name, rubric, folder) for name in names]
     except KitError as error:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import difflib
+import importlib
 import re
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +20,7 @@ from grader.authoring import held_back, package_edits
 from grader.checks import checks_run
 from grader.classroom import sections
 from grader.course import Course, handout, load
-from grader.course.reader import CONTRACT, modules
+from grader.course.reader import CONTRACT, module_names, modules
 from grader.errors import GraderError
 from grader.notebook.checkpoints import Checkpoint
 from grader.scoring import rubric
@@ -51,8 +53,31 @@ def mistakes(folder: Path) -> list[str]:
     try:
         course = load(folder)
     except GraderError as error:
-        return shortened(folder.resolve(), [str(error)])
+        return shortened(folder.resolve(), [str(error), *_without_contract(folder.resolve())])
     return shortened(course.folder, _Reading(course).mistakes())
+
+
+def _without_contract(folder: Path) -> Iterator[str]:
+    """Yield the mistakes in the files of a course whose course.yaml or contract cannot be read."""
+    for path in filter(Path.is_file, [folder / "rubric.yaml"]):
+        try:
+            rubric.load(path)
+        except GraderError as error:
+            yield str(error)
+    for path in sorted(folder.glob("worlds/*.yaml")):
+        yield from _world(path)
+    for path in sorted([*folder.glob("trials/*.py"), *folder.glob("checks/*.py")]):
+        try:
+            ast.parse(path.read_text(encoding="utf-8"), path)
+        except SyntaxError as error:
+            yield f"{_place(error, folder)}: {type(error).__name__}: {error}"
+
+
+def _world(path: Path) -> Iterator[str]:
+    try:
+        load_world(path)
+    except WorldError as error:
+        yield str(error)
 
 
 def read_rubric(course: Course) -> Rubric:
@@ -60,13 +85,18 @@ def read_rubric(course: Course) -> Rubric:
     return rubric.load(course.rubric, checks_run.known(course))
 
 
+def worth(whole: Rubric) -> dict[str, float | None]:
+    """Return the points of each requirement."""
+    return {requirement.id: requirement.points for requirement in whole.requirements}
+
+
 def edits(course: Course) -> list[Path]:
     """Return the files of a course's known-bad edits."""
     return sorted((course.folder / "known_bad").glob("*.yaml"))
 
 
-def known_bad(path: Path, course: Course, whole: Rubric | None) -> KnownBad:
-    """Return the known-bad edit in a file. Without the rubric its requirements are not checked.
+def known_bad(path: Path, course: Course, worth: Mapping[str, float | None]) -> KnownBad:
+    """Return the known-bad edit in a file. `worth` has the points of each requirement, None where they are not known.
 
     Raises:
         GraderError: it names what does not exist, does not fit the solution, or loses more than there is.
@@ -77,17 +107,19 @@ def known_bad(path: Path, course: Course, whole: Rubric | None) -> KnownBad:
     files = [file.relative_to(course.solution).as_posix() for file in course.solution.rglob("*") if file.is_file()]
     given = reader.fields(root, root, ("file", "old", "new", "loses"), "a known-bad edit")
     file, old, new = (reader.text(given[name]) for name in ("file", "old", "new"))
-    reader.require_known(file, given["file"], files, "a file of the solution")
-    text = (course.solution / file).read_text(encoding="utf-8")
-    if (count := text.count(old)) != 1:
-        wrong = f"`old` occurs {count} times in {file} of the solution, not once"
-        reader.fail(given["old"], wrong + ("" if count else _nearest_line(old, text)))
-    loses = {}
+    loses: dict[str, float] = {}
+    wrong: list[str] = []
+    with yaml_reader.noted(wrong):
+        reader.require_known(file, given["file"], files, "a file of the solution")
+        text = (course.solution / file).read_text(encoding="utf-8")
+        if (count := text.count(old)) != 1:
+            said = f"`old` occurs {count} times in {file} of the solution, not once"
+            reader.fail(given["old"], said + ("" if count else _nearest_line(old, text)))
     for name, key, value in reader.mapping(given["loses"]):
-        if whole is not None:
-            reader.require_known(name, key, [r.id for r in whole.requirements], "a requirement of the rubric")
-        most = whole.requirement(name).points if whole is not None else None
-        loses[name] = float(reader.points(value, most, name))
+        with yaml_reader.noted(wrong):
+            reader.require_known(name, key, worth, "a requirement of the rubric")
+            loses[name] = float(reader.points(value, worth[name], name))
+    yaml_reader.require_none(wrong)
     if not any(loses.values()):
         reader.fail(given["loses"], "an edit that loses nothing shows nothing; write `loses: {ID: points}`")
     return KnownBad(path, file, old, new, loses)
@@ -108,12 +140,13 @@ class _Reading:
 
     def mistakes(self) -> Iterator[str]:
         """Yield all mistakes. What was made of a file with a mistake is not asked for more."""
+        of_solution: tuple[Callable[[], Iterator[str]], ...] = (self._layout, self._known_bad, self._notebooks)
         if not (self.course.solution / "package.xml").is_file():
-            place = _line(self.course.folder / "course.yaml", "solution")
-            yield f"{place}: there is no package in {self.course.solution}; the other files are read when there is"
-            return
-        parts = (self._layout, self._rubric, self._checks, self._methods, self._trials, self._held_back, self._worlds)
-        for part in (*parts, self._known_bad, self._functions, self._notebooks, self._handout):
+            place, lacking = _line(self.course.folder / "course.yaml", "solution"), self.course.solution
+            yield f"{place}: there is no package in {lacking}; what refers to its files is read when there is"
+            of_solution = ()
+        parts = (self._rubric, self._checks, self._methods, self._trials, self._held_back, self._worlds)
+        for part in (*parts, self._functions, self._handout, *of_solution):
             try:
                 yield from part()
             except GraderError as error:
@@ -123,16 +156,20 @@ class _Reading:
 
     @cached_property
     def whole(self) -> Rubric | None:
-        """Return the rubric, None if it cannot be read."""
-        try:
-            return read_rubric(self.course)
-        except (GraderError, SyntaxError):
-            return None
+        """Return the rubric, as far as it goes if it names checks that do not exist; None if it cannot be read."""
+        for read in (read_rubric, lambda course: rubric.load(course.rubric)):
+            with contextlib.suppress(GraderError, SyntaxError):
+                return read(self.course)
+        return None
 
-    @property
-    def ids(self) -> list[str]:
-        """Return the ids of the requirements."""
-        return [requirement.id for requirement in self.whole.requirements] if self.whole else []
+    @cached_property
+    def worth(self) -> dict[str, float | None]:
+        """Return the points of each requirement; where the rubric cannot be read, all ids in it without points."""
+        if self.whole is not None:
+            return worth(self.whole)
+        paths = [self.course.rubric, *([self.course.extends.rubric] if self.course.extends else [])]
+        texts = "".join(path.read_text(encoding="utf-8") for path in paths if path.is_file())
+        return dict.fromkeys(re.findall(r"(?m)^ *- id: *[\"']?(\w+)", texts))
 
     def _layout(self) -> Iterator[str]:
         for path in self.course.layout:
@@ -140,32 +177,43 @@ class _Reading:
                 yield f"{_line(self.course.path(CONTRACT), path)}: the solution has no {path}"
 
     def _rubric(self) -> Iterator[str]:
-        try:
-            whole = read_rubric(self.course)
-        except SyntaxError:  # named by _checks
+        wrong: list[str] = []
+        with yaml_reader.noted(wrong):
+            try:
+                read_rubric(self.course)
+            except SyntaxError:  # of a check, named by _checks
+                rubric.load(self.course.rubric)
+        yield from wrong
+        if self.course.notebooks == Path() or self.whole is None:
             return
-        if self.course.notebooks == Path():
-            return
-        places = {requirement.section: requirement.id for requirement in whole.requirements if requirement.section}
+        places = {requirement.section: requirement.id for requirement in self.whole.requirements if requirement.section}
         there = sections.read(places, self.course.notebooks)
         for place, name in places.items():
             if place not in there:
-                wrong = f"no notebook in {self.course.notebooks} has the section of {name}, {place}"
-                yield f"{_line(self.course.rubric, place)}: {wrong}"
+                lacking = f"no notebook in {self.course.notebooks} has the section of {name}, {place}"
+                yield f"{_line(self.course.rubric, place)}: {lacking}"
+
+    def _imported(self, *folders: Path) -> Iterator[str]:
+        """Yield which modules in folders of the course cannot be imported."""
+        for name in module_names(*folders):
+            try:
+                importlib.import_module(name)
+            except Exception as error:
+                yield f"{_place(error, self.course.folder)}: {type(error).__name__}: {error}"
 
     def _checks(self) -> Iterator[str]:
         """Yield the checks that no requirement has, and the names in them that do not exist."""
         for folder in (self.course.folder, self.course.held_back):
-            modules(folder / "checks")
-        for path in self._files("checks", "check_*.py"):
-            for check in ast.parse(path.read_text(encoding="utf-8")).body:
+            yield from self._imported(folder / "checks")
+        for path, tree in self._parsed("checks", "check_*.py"):
+            for check in tree.body:
                 if isinstance(check, ast.FunctionDef) and check.name.startswith("test_") and self.whole:
                     yield from self._check(path, check, self.whole)
 
     def _check(self, path: Path, check: ast.FunctionDef, whole: Rubric) -> Iterator[str]:
         id_, needs = f"{path.stem}::{check.name}", checks_run.needs(self.course, path.stem)
         judged = [r.id for r in whole.requirements if id_ in {check.id for check in r.checks}]
-        if not judged:
+        if not judged and self._names_all_checks:
             wrong = f'no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
             yield f"{path}, line {check.lineno}: {wrong}"
         if not ast.get_docstring(check):
@@ -176,7 +224,7 @@ class _Reading:
                     yield from self._service(name, path, call.lineno)
                 case ast.Call(
                     ast.Attribute(ast.Name("judge"), "trial" | "started" | "graph"), [ast.Constant(str(name)), *_]
-                ):
+                ) if self._plans is not None:
                     plan, where = self._plans.get(name), f"{path}, line {call.lineno}"
                     if plan is None:
                         yield f"{where}: {unknown(name, self._plans, 'a trial')}"
@@ -196,19 +244,35 @@ class _Reading:
         ):  # fmt: skip
             text = (KIT / "grader" / file).read_text(encoding="utf-8")
             known = sorted(set(re.findall(r"(?:    def |self\.)([a-z]\w*)", text)))
-            for path in self._files(place, "*.py"):
-                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for path, tree in self._parsed(place, "*.py"):
+                for node in ast.walk(tree):
                     match node:
                         case ast.Attribute(ast.Name(name), method) if name == whose and method not in known:
                             yield f"{path}, line {node.lineno}: {unknown(method, known, f'something that {whose} has')}"
 
     @cached_property
-    def _plans(self) -> dict[str, TrialPlan]:
-        return catalog.trials(self.course)
+    def _names_all_checks(self) -> bool:
+        """Return whether the rubric names only checks that exist; else one that it lacks may be meant by another."""
+        with contextlib.suppress(GraderError, SyntaxError):
+            return bool(read_rubric(self.course))
+        return False
+
+    @cached_property
+    def _plans(self) -> dict[str, TrialPlan] | None:
+        """Return the trials, None if not all can be read."""
+        try:
+            return catalog.trials(self.course)
+        except Exception:  # named by _trials
+            return None
 
     def _trials(self) -> Iterator[str]:
+        broken = list(self._imported(*(layer / "trials" for layer in self.course.layers)))
+        broken += self._imported(self.course.held_back / "trials")
+        yield from broken
+        if self._plans is None and not broken:
+            catalog.trials(self.course)  # says what is wrong
         own = {path.stem for path in self.course.files("worlds", "*.yaml")}
-        for plan in self._plans.values():
+        for plan in (self._plans or {}).values():
             code = plan.script.__code__
             if self.course.extends and not Path(code.co_filename).is_relative_to(self.course.folder):
                 continue
@@ -216,12 +280,12 @@ class _Reading:
             if not plan.serves and not plan.kind:
                 yield f"{place} serves no requirement; name those whose checks read it: @trial(serves=[...])"
             for name in plan.serves:
-                if self.ids and name not in self.ids:
-                    yield f"{place}: {unknown(name, self.ids, 'a requirement of the rubric')}"
+                if self.worth and name not in self.worth:
+                    yield f"{place}: {unknown(name, self.worth, 'a requirement of the rubric')}"
             if plan.world not in {*own, *world_names()}:
                 yield f"{place}: {unknown(plan.world, [*own, *world_names()], 'a world')}"
-        for path in self._files("trials", "*.py"):
-            for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for path, tree in self._parsed("trials", "*.py"):
+            for call in ast.walk(tree):
                 match call:
                     case ast.Call(ast.Attribute(ast.Name("stage"), "call"), [ast.Constant(str(name)), *_]):
                         yield from self._service(name, path, call.lineno)
@@ -230,20 +294,24 @@ class _Reading:
         """Return the "trials", "checks" or "worlds" in the course's folder, those that are held back, too."""
         return [path for path in self.course.files(kind, pattern) if path.is_relative_to(self.course.folder)]
 
+    def _parsed(self, kind: str, pattern: str) -> Iterator[tuple[Path, ast.Module]]:
+        """Yield the Python files among them that are Python; the others are named where they are imported."""
+        for path in self._files(kind, pattern):
+            with contextlib.suppress(SyntaxError):
+                yield path, ast.parse(path.read_text(encoding="utf-8"))
+
     def _held_back(self) -> Iterator[str]:
-        yield from held_back.problems(self.course)
+        if self.whole is not None and self._plans is not None:
+            yield from held_back.problems(self.course)
 
     def _worlds(self) -> Iterator[str]:
         for path in self._files("worlds", "*.yaml"):
-            try:
-                load_world(path)
-            except WorldError as error:
-                yield str(error)
+            yield from _world(path)
 
     def _known_bad(self) -> Iterator[str]:
         for path in edits(self.course):
             try:
-                known_bad(path, self.course, self.whole)
+                known_bad(path, self.course, self.worth)
             except GraderError as error:
                 yield str(error)
 
@@ -259,16 +327,22 @@ class _Reading:
             return
         reader = YamlReader(path)
         parts = reader.fields(root, root, (), "", ("notebooks", "needs", "later", "stand_ins", "edits"))
+        wrong: list[str] = []
         for part in ("needs", "stand_ins"):
-            for name, key, _ in reader.mapping(parts[part]) if part in parts and self.ids else ():
-                reader.require_known(name, key, self.ids, "a requirement of the rubric")
+            for name, key, _ in reader.mapping(parts[part]) if part in parts and self.worth else ():
+                with yaml_reader.noted(wrong):
+                    reader.require_known(name, key, self.worth, "a requirement of the rubric")
         written = sorted(path.stem for path in self.course.notebooks.glob("[0-9][0-9]_*.ipynb"))
         for name, key, value in reader.mapping(parts["notebooks"]) if "notebooks" in parts else ():
-            reader.require_known(name, key, written, f"a notebook in {self.course.notebooks}")
-            kinds = reader.fields(value, key, (), "", tuple(field.name for field in fields(Checkpoint)))
-            for file in [file for kind in kinds.values() for file in reader.items(kind)]:
-                if not (self.course.solution / reader.text(file)).is_file():
-                    yield f"{path}, line {yaml_reader.line_of(file)}: the solution has no {reader.text(file)}"
+            with yaml_reader.noted(wrong):
+                reader.require_known(name, key, written, f"a notebook in {self.course.notebooks}")
+                kinds = reader.fields(value, key, (), "", tuple(field.name for field in fields(Checkpoint)))
+                for file in [file for kind in kinds.values() for file in reader.items(kind)]:
+                    if not (self.course.solution / reader.text(file)).is_file():
+                        wrong.append(
+                            f"{path}, line {yaml_reader.line_of(file)}: the solution has no {reader.text(file)}"
+                        )
+        yield from wrong
 
     def _handout(self) -> Iterator[str]:
         if self.whole is None:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from grader.course import find
-from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED
+from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED, UsageError
 from grader.progress import Progress
+from grader.words import counted
 
 
 def add(verbs: Any) -> None:
@@ -30,13 +31,17 @@ def add(verbs: Any) -> None:
     parser.add_argument("folder", nargs="?", **of_course)
     parser.add_argument("--course", **of_course)
     parser.add_argument("--static", action="store_true", help="only read the files; takes a second")
+    parser.add_argument(
+        "--seeds", type=int, default=1, metavar="N",
+        help="grade the solution and each edit with N seeds, and name those with which an edit passes",
+    )  # fmt: skip
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     parser.set_defaults(run=_check_course, interrupted="the course was not tried to the end.", for_authors=True)
     parser = verbs.add_parser(
         "new-course",
         help="lay out a course of your own",
         description="Lay out a small course that works, with comments that say what each part is for.",
-        epilog="Example:  grader new-course mycourse --package door_opener",
+        epilog="Example:  grader new-course mycourse --package door_opener --node opener --service open_door",
     )
     parser.add_argument("folder", type=Path, help="a folder that does not exist yet, or is empty")
     which = parser.add_mutually_exclusive_group()
@@ -45,6 +50,8 @@ def add(verbs: Any) -> None:
     which.add_argument(
         "--extends", choices=["kit"], help="keep the kit's own course; change points and words, add requirements"
     )
+    parser.add_argument("--node", default="", metavar="NAME", help="the name of its node")
+    parser.add_argument("--service", default="", metavar="NAME", help="the name of the node's service")
     parser.set_defaults(run=_new_course)
     parser = verbs.add_parser(
         "new",
@@ -54,6 +61,7 @@ def add(verbs: Any) -> None:
     )
     parser.add_argument("what", choices=["requirement"])
     parser.add_argument("id", help="its id, which no other requirement has")
+    parser.add_argument("--held-back", action="store_true", help="students see its title, text and points only")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
     parser.set_defaults(run=_new, for_authors=True)
 
@@ -61,6 +69,8 @@ def add(verbs: Any) -> None:
 def _check_course(options: argparse.Namespace) -> int:
     from grader.authoring import check_course
 
+    if options.seeds < 1:
+        raise UsageError("--seeds must be 1 or more.")
     folder: Path = options.folder or options.course or find().folder
     found = check_course.mistakes(folder)
     notes: tuple[str, ...] = ()
@@ -69,14 +79,16 @@ def _check_course(options: argparse.Namespace) -> int:
         from grader.authoring import course_trials
 
         progress = Progress()
-        tried = course_trials.run(find(folder), options.cache or building.cache_folder(), progress.say)
+        tried = course_trials.run(find(folder), options.cache or building.cache_folder(), progress.say, options.seeds)
         progress.done()
         found, notes = list(tried.problems), tried.notes
+    elif not options.static:
+        notes = ("nothing was graded yet; that comes when the files are in order",)
     for line in found:
         print(line)
     for line in notes:
         print(f"note: {line}")
-    count = f"{len(found)} mistake{'s' if len(found) > 1 else ''}" if found else "nothing is wrong"
+    count = counted(len(found), "mistake") if found else "nothing is wrong"
     print(f"{folder}: {count}{' with its files' if options.static else ''}")
     return EXIT_NOT_GRADED if found else EXIT_GRADED
 
@@ -85,10 +97,15 @@ def _new_course(options: argparse.Namespace) -> int:
     from grader.authoring import new_course
 
     folder: Path = options.folder
+    if (options.node or options.service) and (options.kit or options.extends):
+        raise UsageError("--node and --service are for the small course.", "Leave out --from and --extends.")
     if options.extends:
         course = new_course.extend_kits_own(folder)
     else:
-        course = new_course.copy_kits_own(folder) if options.kit else new_course.lay_out(folder, options.package)
+        names = {"node": options.node, "service": options.service}
+        course = (
+            new_course.copy_kits_own(folder) if options.kit else new_course.lay_out(folder, options.package, **names)
+        )
     print(
         f"{folder} is a course in which students write the package {course.package}. Next:\n"
         f"    grader check-course --static {folder}    # reads its files\n"
@@ -105,7 +122,7 @@ def _new(options: argparse.Namespace) -> int:
     from grader.authoring import new_requirement
 
     course = find(options.course)
-    for path in new_requirement.add(course, options.id):
+    for path in new_requirement.add(course, options.id, held_back=options.held_back):
         print(os.path.relpath(path))
     print(f"Fill in what says TODO, then type: grader check-course {os.path.relpath(course.folder)}")
     return EXIT_GRADED

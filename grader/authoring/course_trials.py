@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,8 +15,10 @@ from grader.host import tempdir
 from grader.scoring.scorecard import CheckResult, Outcome, Scorecard
 from grader.settings import Settings
 
-SEEDS = (0, 1)
+SEEDS = 2
+"""With how many seeds the solution is graded at least."""
 _TESTS_OF_ITS_OWN = ("student tests", "mutation")
+_BY_SEED = ("trials", "functions")
 
 
 @dataclass(frozen=True)
@@ -27,60 +29,101 @@ class Tried:
     notes: tuple[str, ...] = ()
 
 
-def run(course: Course, cache: Path, progress: Callable[[str], None]) -> Tried:
+def run(course: Course, cache: Path, progress: Callable[[str], None], seeds: int = 1) -> Tried:
     """Grade the solution by two seeds and each known-bad edit, and return what was not as it should be.
 
+    With more `seeds` both are tried with seed 0 and those after it, in what trials and functions serve.
     An edit is graded on all requirements but those of the package's own tests, which are there to notice it.
     """
     settings = Settings(check_course.read_rubric(course), cache, course, keep=True)
-    trying = _Trying(settings, progress)
+    trying = _Trying(settings, progress, seeds)
     problems = list(trying.solution())
-    if problems:
-        return Tried(tuple(problems), ("the known-bad edits were not tried: the solution has to get all points first",))
-    edits = [check_course.known_bad(path, course, settings.rubric) for path in check_course.edits(course)]
-    problems = [line for edit in edits for line in trying.edit(edit)]
+    worth = check_course.worth(settings.rubric)
+    edits = [check_course.known_bad(path, course, worth) for path in check_course.edits(course)]
+    problems += [line for edit in edits for line in trying.edit(edit)]
     own = {path.stem for path in course.files("checks", "check_*.py") if path.is_relative_to(course.folder)}
-    never = [check.id for check in settings.rubric.checks if check.module in own and check.id not in trying.failed]
-    notes = [f"no known-bad edit fails {check}, so nothing shows that it can fail" for check in never]
+    earned = [r for r in settings.rubric.requirements if r.id not in trying.lost]
+    never = [c.id for r in earned for c in r.checks if c.module in own and c.id not in trying.failed]
+    notes = trying.notes
+    if edits and trying.untried == len(edits):
+        notes = ["no known-bad edit was tried: the solution itself loses points of all that they are about"]
+    notes += [f"no known-bad edit fails {check}, so nothing shows that it can fail" for check in never]
     if not edits:
         notes = ["there is no known-bad edit in known_bad/, so nothing shows that a check can fail"]
     return Tried(tuple(check_course.shortened(course.folder, problems)), tuple(notes))
 
 
 class _Trying:
-    """Grades packages of one course. `failed` are the checks that some edit has failed."""
+    """Grades packages of one course.
 
-    def __init__(self, settings: Settings, progress: Callable[[str], None]) -> None:
-        self.settings, self.progress = settings, progress
+    `lost` are the requirements that the solution does not get in full, `failed` the checks that some edit has failed,
+    `notes` say what was not tried; `untried` counts the edits of which nothing was.
+    """
+
+    def __init__(self, settings: Settings, progress: Callable[[str], None], seeds: int) -> None:
+        self.settings, self.progress, self.seeds = settings, progress, seeds
         self.failed: set[str] = set()
+        self.lost: set[str] = set()
+        self.notes: list[str] = []
+        self.untried = 0
+        self._by_seed = self._served(_BY_SEED)
 
     def solution(self) -> Iterator[str]:
         """Yield where the solution loses points, and what depends on the seed."""
-        course = self.settings.course
-        first, second = SEEDS
-        before = _results(self._graded("the solution", course.solution, first))
+        solution = self.settings.course.solution
+        try:
+            card = self._graded("the solution", solution, 0)
+        except SubmissionError as error:
+            yield f"the solution is refused: {error}"
+            self.lost = {requirement.id for requirement in self.settings.rubric.requirements}
+            return
+        self.lost = {score.requirement.id for score in card.requirements if score.lost}
+        before = _results(card)
         for name, result in before.items():
             if result.outcome is not Outcome.PASSED:
                 yield f"the solution loses points: {name}: {_words(result)}"
-        by_seed = [source.serves(self.settings) for source in SOURCES if source.name in ("trials", "functions")]
-        again = self._graded(f"the solution, seed {second}", course.solution, second, frozenset().union(*by_seed))
-        for name, result in _results(again).items():
-            if result.outcome is not before[name].outcome:
-                about = f"the trial {result.trial}" if result.trial else "what is asked"
-                yield f"{about} depends on the seed: {name} passes with one of {SEEDS} alone: {_words(result)}"
+        others: dict[str, dict[int, CheckResult]] = {}
+        for seed in range(1, max(self.seeds, SEEDS)) if self._by_seed else ():
+            again = self._graded(f"the solution, seed {seed}", solution, seed, self._by_seed)
+            for name, result in _results(again).items():
+                if result.outcome is not before[name].outcome:
+                    others.setdefault(name, {})[seed] = result
+        for name, found in others.items():
+            result = next(iter(found.values()))
+            about = f"the trial {result.trial}" if result.trial else "what is asked"
+            first = before[name].outcome.value.replace("_", " ")
+            yield f"{about} depends on the seed: {name}: {first} with seed 0, with {_seeds(found)} {_words(result)}"
 
     def edit(self, edit: check_course.KnownBad) -> Iterator[str]:
-        """Yield how an edit's losses differ from what it says."""
-        own = [source.serves(self.settings) for source in SOURCES if source.name in _TESTS_OF_ITS_OWN]
+        """Yield how an edit's losses differ from what it says; what the solution itself loses is not compared."""
         everything = {requirement.id for requirement in self.settings.rubric.requirements if requirement.checks}
-        judged = everything - frozenset().union(*own) | edit.loses.keys()
+        judged = (everything - self._served(_TESTS_OF_ITS_OWN) | edit.loses.keys()) - self.lost
+        if left := sorted(edit.loses.keys() & self.lost):
+            path = edit.path.relative_to(self.settings.course.folder)
+            self.notes.append(f"{path} was not tried for {', '.join(left)}, of which the solution itself loses points")
+        if not judged & edit.loses.keys():
+            self.untried += 1
+            return
         with tempdir.folder("known-bad") as folder:
             package = edit.made(self.settings.course.solution, folder)
             try:
-                card = self._graded(edit.path.name, package, SEEDS[0], judged)
+                card = self._graded(edit.path.name, package, 0, judged)
+                yield from self._compared(edit, card, judged)
+                passed: dict[str, list[int]] = {}
+                wanted = {name for name, points in edit.loses.items() if points} & self._by_seed & judged
+                for seed in range(1, self.seeds) if wanted else ():
+                    again = self._graded(f"{edit.path.name}, seed {seed}", package, seed, wanted)
+                    for score in again.requirements:
+                        if score.requirement.id in wanted and score.outcome is Outcome.PASSED:
+                            passed.setdefault(score.requirement.id, []).append(seed)
             except SubmissionError as error:
                 yield f"{edit.path}: it is refused, which loses everything: {error}"
                 return
+        for name, lucky in passed.items():
+            luck = f"with {_seeds(lucky)} of {self.seeds}: a package like this passes by luck"
+            yield f"{edit.path}: {name} is not lost {luck}"
+
+    def _compared(self, edit: check_course.KnownBad, card: Scorecard, judged: Collection[str]) -> Iterator[str]:
         self.failed |= {n for n, r in _results(card).items() if r.outcome in (Outcome.FAILED, Outcome.PARTIAL)}
         for score in card.requirements:
             name, wanted = score.requirement.id, edit.loses.get(score.requirement.id, 0.0)
@@ -88,6 +131,11 @@ class _Trying:
             if name in judged and abs(lost - wanted) > 0.005:
                 why = "; ".join(f"{result.id}: {_words(result)}" for result in score.lost)
                 yield f"{edit.path}: {name} should lose {wanted:g} and loses {lost:g}{f': {why}' if why else ''}"
+
+    def _served(self, sources: Collection[str]) -> frozenset[str]:
+        """Return the requirements that these sources of evidence serve."""
+        found = (source.serves(self.settings) for source in SOURCES if source.name in sources)
+        return frozenset(name for names in found for name in names)
 
     def _graded(self, what: str, package: Path, seed: int, only: Iterable[str] = ()) -> Scorecard:
         settings = replace(
@@ -103,3 +151,8 @@ def _results(card: Scorecard) -> dict[str, CheckResult]:
 
 def _words(result: CheckResult) -> str:
     return f"{result.outcome.value.replace('_', ' ')}: {result.because or result.seen}"
+
+
+def _seeds(numbers: Iterable[int]) -> str:
+    *others, last = map(str, numbers)
+    return f"the seeds {', '.join(others)} and {last}" if others else f"seed {last}"

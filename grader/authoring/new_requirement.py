@@ -37,7 +37,7 @@ _CHECK = '''"""{id}: TODO what is judged. All that `judge` can say is in docs/ow
 from grader.checks.judge import Judge
 
 
-def test_touches_nothing(judge: Judge) -> None:
+def test_{stem}_touches_nothing(judge: Judge) -> None:
     """TODO what holds, as students read it: the robot touches nothing."""
     trial = judge.trial("{stem}")
     touched = ", ".join(f"{{touch.obstacle}} at {{touch.t:.1f}} s" for touch in trial.touches)
@@ -45,11 +45,10 @@ def test_touches_nothing(judge: Judge) -> None:
 '''
 _ENTRY = """\
 - id: {id}
-  title: TODO a few words
+{held_back}  title: TODO a few words
   text: TODO what the node has to do, as students read it.
-  section: {section}
-  checks:
-    - {{id: "check_{stem}::test_touches_nothing", points: 1}}
+{section}  checks:
+    - {{id: "check_{stem}::test_{stem}_touches_nothing", points: 1}}
 """
 _KNOWN_BAD = """\
 # TODO how this node fails to do what {id} asks. Until `new` breaks it, `grader check-course` says that nothing is lost.
@@ -60,12 +59,14 @@ loses: {{{id}: 1}}
 """
 
 
-def add(course: Course, name: str) -> list[Path]:
+def add(course: Course, name: str, *, held_back: bool = False) -> list[Path]:
     """Add the requirement `name` to the rubric's first criterion, and return the files that were written or changed.
+
+    What judges one that is to be held back goes into the course's folder for that.
 
     Raises:
         UsageError: there is such a requirement, trial, check or edit, or this is not a name for one.
-        GraderError: the rubric cannot be read or inserted into.
+        GraderError: the rubric cannot be read or inserted into, or there is no node to try.
     """
     whole, stem = check_course.read_rubric(course), name.lower()
     if not re.fullmatch(r"[A-Za-z]\w*", name):
@@ -73,53 +74,83 @@ def add(course: Course, name: str) -> list[Path]:
     scripts = "".join(path.read_text(encoding="utf-8") for path in course.files("trials", "*.py"))
     if name in {requirement.id for requirement in whole.requirements} or f"def {stem}(" in scripts:
         raise UsageError(f"There is a requirement or a trial called {name}; nothing was written.", "Choose another id.")
-    module = next(iter(course.nodes.values())).module
-    old = _line_to_change((course.solution / module).read_text(encoding="utf-8"))
+    module, old = _line_to_change(course)
     service = next((service for node in course.nodes.values() for service in node.services), "")
+    sections = [requirement.section for requirement in whole.requirements if requirement.section]
+    first = [requirement.section for criterion in whole.criteria[:1] for requirement in criterion.requirements]
+    section = [*sections[:1], *filter(None, first)][-1:]
     words = {
         "id": name,
         "stem": stem,
-        "section": json.dumps(whole.criteria[0].requirements[-1].section, ensure_ascii=False),
+        "held_back": "  held_back: true\n" if held_back else "",
+        "section": "".join(f"  section: {json.dumps(each, ensure_ascii=False)}\n" for each in section),
         "call": f'\n    # stage.call("{service}", ...)' if service else "",
         "file": module,
         "old": json.dumps(old, ensure_ascii=False),
         "new": json.dumps(f"{old}  # TODO", ensure_ascii=False),
     }
-    files = {f"trials/{stem}.py": _TRIAL, f"checks/check_{stem}.py": _CHECK, f"known_bad/{stem}.yaml": _KNOWN_BAD}
-    paths = {course.folder / path: text.format(**words) for path, text in files.items()}
-    if there := [path for path in paths if path.exists()]:
+    home = course.held_back if held_back else course.folder
+    files = {home / f"trials/{stem}.py": _TRIAL, home / f"checks/check_{stem}.py": _CHECK}
+    files |= {course.folder / f"known_bad/{stem}.yaml": _KNOWN_BAD}
+    taken = [*course.files("checks", f"check_{stem}.py"), *files]
+    if there := [path for path in taken if path.exists()]:
         raise UsageError(f"There is {there[0]}; nothing was written.", "Choose another id.")
     rubric = _inserted(course.rubric, _ENTRY.format(**words))
-    for path, text in (paths | {course.rubric: rubric}).items():
-        path.parent.mkdir(exist_ok=True)
+    for path, text in ({path: text.format(**words) for path, text in files.items()} | {course.rubric: rubric}).items():
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    return [*paths, course.rubric]
+    return [*files, course.rubric]
 
 
-def _line_to_change(text: str) -> str:
-    """Return a line that a module has once, if there is one that publishes something."""
-    lines = [line.strip() for line in text.splitlines()]
-    once = [line for line in lines if len(line) > 3 and text.count(line) == 1 and not line.startswith(("#", '"'))]
-    return next((line for line in once if ".publish(" in line), once[-1])
+def _line_to_change(course: Course) -> tuple[str, str]:
+    """Return a node's module and a line that it has once: one that publishes something, if there is one.
+
+    Raises:
+        GraderError: the solution has no such line.
+    """
+    for module in (node.module for node in course.nodes.values() if (course.solution / node.module).is_file()):
+        text = (course.solution / module).read_text(encoding="utf-8")
+        lines = [line.strip() for line in text.splitlines()]
+        once = [line for line in lines if len(line) > 3 and text.count(line) == 1 and not line.startswith(("#", '"'))]
+        if once:
+            return module, next((line for line in once if ".publish(" in line), once[-1])
+    raise GraderError(f"The solution, {course.solution}, has no node that an edit could break. Write one first.")
 
 
 def _inserted(path: Path, entry: str) -> str:
-    """Return the rubric's text with an entry at the end of its first criterion; comments stay where they are."""
+    """Return the rubric's text with an entry at the end of its first criterion; comments stay where they are.
+
+    Raises:
+        GraderError: there is no criterion, or its requirements are written in brackets.
+    """
     text = path.read_text(encoding="utf-8").rstrip("\n") + "\n"
-    root = yaml_reader.compose(path, text)
-    criterion = yaml_reader.value(yaml_reader.value(root, "criteria"), 0)
+    criterion = yaml_reader.value(yaml_reader.value(yaml_reader.compose(path, text), "criteria"), 0)
     listed = yaml_reader.value(criterion, "requirements")
-    if not isinstance(listed, yaml.SequenceNode) or listed.flow_style:
-        raise GraderError(f"{path}: write the requirements of the first criterion one below the other, each with `- `.")
+    if (
+        not isinstance(criterion, yaml.MappingNode)
+        or not isinstance(listed, yaml.SequenceNode)
+        or (listed.flow_style and (listed.value or criterion.flow_style))
+    ):
+        raise GraderError(
+            f"{path}: the first criterion has no list of requirements, one below the other, each with `- `. "
+            "Write `requirements: []` for an empty one."
+        )
     lines = text.splitlines(keepends=True)
-    end = listed.end_mark.line
-    while not lines[end - 1].strip() or lines[end - 1].lstrip().startswith("#"):  # they are about what comes next
-        end -= 1
-    blank = [] if lines[listed.value[-1].start_mark.line - 1].strip() else ["\n"]
-    indent = " " * listed.start_mark.column
-    lines[end:end] = [*blank, *(indent + line for line in entry.splitlines(keepends=True))]
     typed = yaml_reader.value(criterion, "points")
     if typed is not None:
-        row, first, last = typed.start_mark.line, typed.start_mark.column, typed.end_mark.column
-        lines[row] = f"{lines[row][:first]}{float(lines[row][first:last]) + 1:g}{lines[row][last:]}"
+        row, cell = typed.start_mark.line, slice(typed.start_mark.column, typed.end_mark.column)
+        points = f"{float(lines[row][cell]) + 1:g}"
+        lines[row] = lines[row][: cell.start] + points + lines[row][cell.stop :]
+    if listed.value:
+        end, indent = listed.end_mark.line, listed.start_mark.column
+        while not lines[end - 1].strip() or lines[end - 1].lstrip().startswith("#"):  # they are about what comes next
+            end -= 1
+        blank = [] if lines[listed.value[-1].start_mark.line - 1].strip() else ["\n"]
+    else:
+        first, last, blank = listed.start_mark, listed.end_mark, []
+        indent = criterion.start_mark.column + 2
+        left = lines[first.line][: first.column].rstrip() + lines[last.line][last.column :]
+        lines[first.line : last.line + 1] = [left]
+        end = first.line + 1
+    lines[end:end] = [*blank, *(" " * indent + line for line in entry.splitlines(keepends=True))]
     return "".join(lines)

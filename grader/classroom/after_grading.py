@@ -44,7 +44,7 @@ from grader.report.standing import DATA
 from grader.sanitize import printable
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
-from grader.words import some
+from grader.words import counted, some
 
 _SHOWN = 10
 Run = Callable[[argparse.Namespace], int]
@@ -189,7 +189,10 @@ def _gradebook(options: argparse.Namespace) -> int:
     for note in platform.write(delivery):
         print(f"note: {printable(note)}")
     states = Counter(row.state.value for row in book.rows)
-    print(f"{len(book.rows)} people: " + ", ".join(f"{count} {state}" for state, count in states.most_common()))
+    print(
+        f"{counted(len(book.rows), 'person', 'people')}: "
+        + ", ".join(f"{count} {state}" for state, count in states.most_common())
+    )
     if waiting := [row for row in book.rows if row.state in (State.MISSING, State.REFUSED) and not row.final]:
         names = some([f"{row.person.label} ({row.state.value})" for row in waiting], _SHOWN)
         print(f"no grade before a person decides: {printable(names, 400)}")
@@ -234,7 +237,9 @@ def _rescore(options: argparse.Namespace) -> int:
     for change in done.changes:
         print(f"{change.submission:<20} {change.requirement:<4} {_points(change.before)} -> {_points(change.after)}")
     changed = len({change.submission for change in done.changes})
-    print(f"{done.judged} submissions judged again in {progress.seconds:.1f} s; {changed} have other points")
+    judged = counted(done.judged, "submission")
+    have = f"{changed} {'has' if changed == 1 else 'have'} other points"
+    print(f"{judged} judged again in {progress.seconds:.1f} s; {have}")
     return EXIT_GRADED
 
 
@@ -268,7 +273,9 @@ def _similar(course_texts: Callable[[], Mapping[str, str]], options: argparse.Na
     for note in alike.notes:
         print(f"note: {note}")
     usual = f"in half of them at most {alike.usual:.0%} of a package is in the other one, too"
-    print(f"{alike.compared} pairs; {usual}" if alike.compared else "No two packages have anything to compare.")
+    print(
+        f"{counted(alike.compared, 'pair')}; {usual}" if alike.compared else "No two packages have anything to compare."
+    )
     for pair in alike.pairs:
         print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
     print(f"Places: {similarity.write(folder, alike)}")
@@ -374,7 +381,8 @@ def _write_term(found: term.Term, out: Path) -> int:
     for doubt in totals.doubts:
         print(f"doubt: {printable(doubt, 300)}")
     whole = sum(line.total is not None for line in totals.lines)
-    print(f"{len(totals.lines)} people, {whole} with a total of at most {totals.max:f}; {len(totals.doubts)} doubts")
+    people, doubts = counted(len(totals.lines), "person", "people"), counted(len(totals.doubts), "doubt")
+    print(f"{people}, {whole} with a total of at most {totals.max:f}; {doubts}")
     print(f"Totals: {out}")
     return EXIT_GRADED
 

@@ -86,6 +86,7 @@ def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
             place = out / SUBMISSIONS / submissions[entry.id]
             place.mkdir(parents=True)
             result = hand_ins.read_back(folder.submission(entry.id), book.rubric, named(facts.course))
+            result = replace(result, submission=submissions[entry.id])  # which was the name of a file
             report.write(sanitize.changed(result, hide, _OURS), place, hand_in=sanitize.changed(known, hide, _OURS))
             for path in (place / for_students.FOLDER).glob("*"):
                 path.replace(place / path.name)

@@ -17,7 +17,7 @@ from typing import Protocol
 
 from grader import sandbox
 from grader.checks import checks_run
-from grader.classroom import cluster, discovery, hand_ins, overrides, plan
+from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.class_settings import ClassSettings, Given, settle
 from grader.classroom.doubt import Doubt, require_certain
@@ -180,8 +180,10 @@ def run(
             else local(options.jobs or jobs_here())
         )
         with workforce as grade:
-            loop = _Loop(folder, grade, listener, len(facts.entries))
+            page = overview.LivePage(folder)
+            loop = _Loop(folder, grade, listener, len(facts.entries), page)
             interrupted = loop.run(todo)
+            page.write()
     records = [folder.current(entry, facts) for entry in facts.entries]
     states = [record.status for record in records if record is not None]
     return Summary(
@@ -371,8 +373,11 @@ def local(jobs: int) -> Iterator[Workforce]:
 class _Loop:
     """Hands jobs out, keeps the results, and tries once more, alone, what failed for reasons of ours."""
 
-    def __init__(self, folder: ClassFolder, workforce: Workforce, listener: ProgressListener, total: int) -> None:
+    def __init__(
+        self, folder: ClassFolder, workforce: Workforce, listener: ProgressListener, total: int, page: overview.LivePage
+    ) -> None:
         self._folder = folder
+        self._page = page
         self._workforce = workforce
         self._listener = listener
         self._total = total
@@ -427,6 +432,7 @@ class _Loop:
         self._seconds.append(ending.seconds)
         self._graded |= ending.status is Status.GRADED
         self._listener.finished(record, self._progress(waiting, slots))
+        self._page.write_if_due()
 
     def _progress(self, waiting: int, slots: int) -> Progress:
         """Return where the run is; the time that is left is known once something was graded."""

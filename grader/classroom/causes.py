@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from grader.sanitize import one_line
+from grader.sanitize import prose
 from grader.scoring.rubric import Requirement, Rubric
 
 _WORDS = 240  # characters of a message
@@ -59,9 +59,9 @@ class Topic:
         return list(dict.fromkeys(requirement.section for requirement in self.requirements.values()))
 
     @property
-    def frequent(self) -> list[Message]:
-        """Return the messages, those to most submissions first."""
-        return sorted(self.messages.values(), key=lambda message: (-len(message.lost), -message.points))
+    def dearest(self) -> list[Message]:
+        """Return the messages, those that cost most first."""
+        return sorted(self.messages.values(), key=lambda message: (-round(message.points, 6), -len(message.lost)))
 
     def add(self, submission: str, words: str, lost: float, *requirements: Requirement) -> None:
         """Count a loss of a submission."""
@@ -72,7 +72,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class Causes:
-    """What a class lost points for, what most submissions share first.
+    """What a class lost points for, the dearest first.
 
     Attributes:
         first: causes from which the losses of several requirements of a submission follow, and refusals.
@@ -101,7 +101,7 @@ def count(reports: Mapping[str, Mapping[str, Any]], rubric: Rubric) -> Causes:
                 words = without_numbers(check["because"])
                 not_reached.setdefault(words, Topic(words)).add(submission, words, lost, requirement)
             else:
-                title = one_line(check["sentence"].replace("`", "") or check["id"])
+                title = prose(check["sentence"].replace("`", "") or check["id"])
                 topic = failed.setdefault(check["id"], Topic(title))
                 topic.add(submission, without_numbers(check["seen"]), lost, requirement)
     return Causes(*(tuple(sorted(found.values(), key=_rank)) for found in (first, failed, not_reached)))
@@ -109,7 +109,7 @@ def count(reports: Mapping[str, Mapping[str, Any]], rubric: Rubric) -> Causes:
 
 def without_numbers(words: str) -> str:
     """Return a message on one line with "…" for each number, so that it is the same for everyone whom it concerns."""
-    text = _CUT.sub("…", _NUMBER.sub("…", one_line(words.replace("`", ""))))
+    text = _CUT.sub("…", _NUMBER.sub("…", prose(words.replace("`", ""))))
     return text if len(text) <= _WORDS else f"{text[:_WORDS]}…"
 
 
@@ -134,5 +134,5 @@ def _named(words: str, report: Mapping[str, Any], known: Mapping[str, Requiremen
     return []
 
 
-def _rank(topic: Topic) -> tuple[int, float]:
-    return -len(topic.submissions), -topic.points
+def _rank(topic: Topic) -> tuple[float, int]:
+    return -round(topic.points, 6), -len(topic.submissions)

@@ -13,6 +13,7 @@ from grader.classroom import lateness
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
+from grader.words import counted
 
 _REGRADED = "makes all grades void: every submission is graded again"
 _DEDUCTIONS = "changes only the deductions for lateness"
@@ -140,7 +141,9 @@ def _words(settings: ClassSettings, name: str, other: ClassSettings) -> str:
     if name == "roster":
         only = [person.label for person in settings.roster if person not in other.roster]
         more = f", {', '.join(only[:5])}{' and others' if only[5:] else ''} only there" if only else ""
-        return f"a roster of {len(settings.roster)} people{more}" if settings.roster else "no roster"
+        return (
+            f"a roster of {counted(len(settings.roster), 'person', 'people')}{more}" if settings.roster else "no roster"
+        )
     if name == "rubric":
         return f"a rubric with the hash {settings.rubric_hash[:12]}"
     if name == "deadline":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import datetime as dt
-import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from grader.classroom.roster import Person
 from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, KitError, UsageError
 from grader.progress import Progress
 from grader.sanitize import printable
+from grader.words import counted
 
 
 def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
@@ -160,10 +160,10 @@ def _run_batch(
     summary = batch.run(options.source, options.out, people, wanted, console)
     console.clear()
     words = (
-        f"{summary.entries} submissions: {summary.graded} graded, {summary.refused} cannot be graded, "
+        f"{counted(summary.entries, 'submission')}: {summary.graded} graded, {summary.refused} cannot be graded, "
         f"{summary.errors} with an error of the kit or machine"
         + (f"; {summary.kept} of them were graded before" if summary.kept else "")
-        + (f"; {summary.missing} people handed in nothing" if summary.missing else "")
+        + (f"; {counted(summary.missing, 'person', 'people')} handed in nothing" if summary.missing else "")
     )
     print(words)
     console.log(words)
@@ -207,8 +207,7 @@ class _Console:
 
     def say(self, text: str) -> None:
         """Show a line that stays, and log it."""
-        self.clear()
-        print(text, file=sys.stderr, flush=True)
+        self._progress.keep(text)
         self.log(text)
 
     def log(self, text: str) -> None:

@@ -21,6 +21,7 @@ from grader.host import tempdir
 from grader.host.atomic import write_atomically
 from grader.report import for_students
 from grader.scoring import rubric
+from grader.words import counted
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,9 @@ def _lines_of(path: Path, named: re.Pattern[str]) -> Iterator[Step]:
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True) if path.exists() else []
     kept = [line for line in lines if not named.search(line)]
     if kept != lines:
-        yield Step(f"{len(lines) - len(kept)} lines of {path.name}", lambda: write_atomically(path, "".join(kept)))
+        yield Step(
+            f"{counted(len(lines) - len(kept), 'line')} of {path.name}", lambda: write_atomically(path, "".join(kept))
+        )
 
 
 def _people_wrote(

@@ -6,15 +6,17 @@ import base64
 import datetime as dt
 import hashlib
 import math
+import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from grader.classroom import causes, regrades, sections, similarity
+from grader.classroom import causes, gradebook, regrades, sections, similarity
 from grader.classroom.causes import Causes
 from grader.classroom.class_folder import OVERVIEW, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.doubt import Doubt
@@ -23,28 +25,31 @@ from grader.classroom.regrades import Regrade
 from grader.classroom.sections import Section
 from grader.classroom.similarity import Group, render_page
 from grader.host.atomic import write_atomically
-from grader.sanitize import lines, one_line
+from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Figure
 from grader.scoring.scorecard import level
+from grader.words import counted
 
 HERE = Path(__file__).parent
 SECTIONS = "sections.html"
 _BARS = 10
 _SLOWEST = 5
+_PAGE_SHARE = 50  # times as long as the page took is waited before it is written again
 
 
 @dataclass(frozen=True)
 class Line:
-    """One submission in the table: `share` of the points, and of each requirement's, in percent or None."""
+    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded."""
 
     row: Row
     people: str
     remarks: str
-    criteria: tuple[Decimal, ...]
+    criteria: tuple[Decimal | None, ...]
     cells: tuple[tuple[str, int | None], ...]
     level: str
-    seconds: float
+    seconds: float | None
     linked: bool
+    """Whether it has a report."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +114,11 @@ class Overview:
     missing: tuple[str, ...]
 
     @property
+    def linked(self) -> frozenset[str]:
+        """Return the submissions that have a report."""
+        return frozenset(line.row.submission for line in self.lines if line.linked)
+
+    @property
     def doubts(self) -> tuple[Doubt, ...]:
         """Return what a person should look at: what stops a class first."""
         return tuple(sorted(self.facts.doubts, key=lambda doubt: not doubt.stops))
@@ -127,6 +137,29 @@ class Overview:
     def median(self) -> float:
         """Return the median of the totals, 0 without any."""
         return float(median(self.totals)) if self.totals else 0.0
+
+
+class LivePage:
+    """The page of a class that is being graded: written as that goes on, but not so often that it takes long."""
+
+    def __init__(self, folder: ClassFolder) -> None:
+        """Write the page of a class that is about to be graded."""
+        self._folder = folder
+        self._next = 0.0
+        self.write()
+
+    def write(self) -> None:
+        """Write the page. What is wrong meanwhile, as in overrides.yaml, is said at the end and stops no grading."""
+        begun = time.monotonic()
+        with suppress(Exception):
+            write(self._folder, gradebook.read(self._folder))
+        now = time.monotonic()
+        self._next = now + _PAGE_SHARE * (now - begun)
+
+    def write_if_due(self) -> None:
+        """Write the page, unless the last time was a moment ago."""
+        if time.monotonic() >= self._next:
+            self.write()
 
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
@@ -153,7 +186,11 @@ def summarise(folder: ClassFolder, book: Gradebook, *, for_student: bool = False
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
     said = {name: folder.report(name, for_student=for_student) for name, record in records.items() if record}
     reports = {name: said.get(name) or {} for name in records}
-    found = tuple(_line(rows, book, records.get(name)) for name, rows in sorted(teams.items()) if rows[0].submission)
+    found = tuple(
+        _line(rows, book, records.get(name), bool(reports.get(name)))
+        for name, rows in sorted(teams.items())
+        if rows[0].submission
+    )
     totals = tuple(
         line.row.total for line in found if line.row.total is not None and line.row.state is not State.REFUSED
     )
@@ -188,18 +225,20 @@ def render(overview: Overview, book: Gradebook) -> str:
 
 def _page(template: str, **shown: Any) -> str:
     style = (HERE / "overview.css").read_text(encoding="utf-8")
-    return render_page(template, style=style, style_hash=_hash(style), line=one_line, **shown)
+    return render_page(
+        template, style=style, style_hash=_hash(style), line=one_line, prose=prose, counted=counted, **shown
+    )
 
 
 def _hash(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
-def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
+def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: bool) -> Line:
     row = book.teams[rows[0].submission]
     points = {each.id: each for each in row.requirements}
     criteria = tuple(
-        sum((points[r.id].points or NOTHING for r in criterion.requirements if r.id in points), NOTHING)
+        _sum(points[r.id].points for r in criterion.requirements if r.id in points)
         for criterion in book.rubric.criteria
     )
     cells = tuple(
@@ -208,8 +247,9 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
     )
     people = ", ".join(one_line(each.person.label) for each in rows)
     reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
-    remarks = "; ".join(dict.fromkeys(each.comment for each in rows if each.comment))
-    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else 0.0, record is not None)
+    said = (each.comment.removeprefix(each.state.value).removeprefix("; ") for each in rows)  # the state is beside it
+    remarks = "; ".join(dict.fromkeys(filter(None, said)))
+    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else None, linked)
 
 
 def _league(
@@ -222,7 +262,7 @@ def _league(
     if not figures:
         return ()
     keyed = []
-    for line in (line for line in found if line.linked):
+    for line in (line for line in found if line.seconds is not None):
         checks = [check for r in reports.get(line.row.submission, {}).get("requirements", ()) for check in r["checks"]]
         measured = {name: value for check in checks for name, value in check.get("figures", {}).items()}
         own = tuple(measured.get(figure.name) for figure in figures)
@@ -234,6 +274,12 @@ def _league(
     keys = [key for key, _, _ in keyed]
     ranked = [Standing(1 + sum(other < key for other in keys), line, own) for key, line, own in keyed]
     return tuple(sorted(ranked, key=lambda standing: standing.rank))
+
+
+def _sum(points: Iterable[Decimal | None]) -> Decimal | None:
+    """Return the sum of the points that there are, None if there are none yet."""
+    given = [each for each in points if each is not None]
+    return sum(given, NOTHING) if given else None
 
 
 def _share(points: Decimal | None, maximum: Decimal) -> int | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from grader.classroom.gradebook import Row
-from grader.sanitize import one_line
+from grader.sanitize import prose
 
 _SEEN = 160  # characters of what was seen
 
@@ -18,17 +18,17 @@ def losses(requirement: dict[str, Any]) -> Iterator[str]:
             continue
         yield f"{check['sentence'] or check['id']}: {check['outcome'].replace('_', ' ')}"
         for name in ("seen", "expected", "try", "because"):
-            if check.get(name):
-                yield f"  {name:<9} {check[name]}"
+            for number, line in enumerate(str(check.get(name) or "").splitlines()):
+                yield f"  {'' if number else name:<9} {line}"
 
 
 def short(row: Row, report: dict[str, Any] | None) -> list[str]:
     """Return a short comment: the total, what people decided, the first cause, and what was seen where points went."""
     lines = [f"{row.total} of {row.max} points" if row.final and row.total is not None else "no grade"]
-    lines += [row.comment] if row.comment else []
+    lines += [prose(row.comment)] if row.comment else []
     cause = (report or {}).get("cause", {})
     if cause.get("sentence"):
-        lines.append(f"First cause: {one_line(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
+        lines.append(f"First cause: {prose(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
     measured = {each["id"]: each for each in (report or {}).get("requirements", ())}
     unreached = []
     for each in row.requirements:
@@ -38,7 +38,7 @@ def short(row: Row, report: dict[str, Any] | None) -> list[str]:
         if said.get("outcome") == "not_reached" and not each.override:
             unreached.append(each)
         else:
-            seen = "" if each.override else one_line(str(said.get("seen", "")), _SEEN)
+            seen = "" if each.override else prose(str(said.get("seen", "")), _SEEN)
             lines.append(f"{each.id}: {f'{seen}, ' if seen else ''}{each.max - each.points} of {each.max} points lost")
     if unreached:
         lost = sum(each.max for each in unreached)

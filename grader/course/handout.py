@@ -55,8 +55,9 @@ def _said(frame: Path) -> tuple[str, str, None] | None:
 
 
 def _span(criterion: Criterion) -> str:
-    """Return "Q1 to Q6", a criterion's first and last requirement."""
-    return say(" to ").join(dict.fromkeys(criterion.requirements[place].id for place in (0, -1)))
+    """Return "Q1 to Q6", a criterion's first and last requirement; "" if it has none."""
+    ends = [*criterion.requirements[:1], *criterion.requirements[-1:]]
+    return say(" to ").join(dict.fromkeys(requirement.id for requirement in ends))
 
 
 def fields(text: str) -> str:

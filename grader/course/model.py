@@ -27,12 +27,14 @@ class Parameter:
         meaning: what it is for, with its unit.
         telltale: another sensible value, to see whether a parameter file reaches the node; None for none.
         refuses: values that make no sense, and that the node has to refuse.
+        drawn: for a distance at which the robot does something else: its name in plots, which have a line there.
     """
 
     default: float | str
     meaning: str = ""
     telltale: float | None = None
     refuses: tuple[float, ...] = ()
+    drawn: str = ""
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,11 @@ class Node:
     def defaults(self) -> dict[str, float]:
         """Return the defaults of its numeric parameters."""
         return {name: p.default for name, p in self.parameters.items() if not isinstance(p.default, str)}
+
+    def thresholds(self, values: Mapping[str, object]) -> dict[str, float]:
+        """Return the distances that plots have a line for, by their names; `values` are other than the defaults."""
+        found = {p.drawn: values.get(name, p.default) for name, p in self.parameters.items() if p.drawn}
+        return {name: float(value) for name, value in found.items() if isinstance(value, int | float)}
 
     @property
     def telltales(self) -> dict[str, float]:

@@ -113,15 +113,20 @@ def load(folder: Path) -> Course:
     base = reader.extended(yaml_reader.value(root, "extends"))
     places = ("solution", "notebooks")
     needed = ("extends", "rubric") if base else ("title", "package", "rubric")
-    fields = reader.fields(root, root, needed, "a course", ("language", *places, *(("title",) if base else ())))
-    package = base.package if base else reader.text(fields["package"])
+    named = yaml_reader.value(root, "package")
+    package = base.package if base else str(named.value) if isinstance(named, yaml.ScalarNode) else ""
+    parts: dict[str, Any] = {name: getattr(base, name) for name in ("title", "language", *places)} if base else {}
+    wrong: list[str] = []
+    with yaml_reader.noted(wrong):
+        fields = reader.fields(root, root, needed, "a course", ("language", *places, *(("title",) if base else ())))
+        parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
+        parts |= {"title": reader.text(fields["title"])} if "title" in fields else {}
+        parts |= {"language": reader.language(fields["language"])} if "language" in fields else {}
     own = folder / CONTRACT
-    path, contract = _compose(base.folder / CONTRACT if base and not own.exists() else own)
-    parts = _Reader(path).contract(contract, package)
-    parts |= {name: getattr(base, name) for name in ("title", "language", *places)} if base else {}
-    parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
-    parts |= {"title": reader.text(fields["title"])} if "title" in fields else {}
-    parts |= {"language": reader.language(fields["language"])} if "language" in fields else {}
+    with yaml_reader.noted(wrong):
+        path, contract = _compose(base.folder / CONTRACT if base and not own.exists() else own)
+        parts |= _Reader(path).contract(contract, package) if package else {}
+    yaml_reader.require_none(wrong)
     course = Course(folder=folder, package=package, extends=base, **parts)
     for type_ in course.interfaces:
         if not (file := course.contract / course.interface_file(type_)).is_file():
@@ -130,7 +135,12 @@ def load(folder: Path) -> Course:
 
 
 def modules(*folders: Path) -> list[ModuleType]:
-    """Return the Python modules in folders of a course, imported; they import each other as `from .other import x`.
+    """Return the Python modules in folders of a course, imported; they import each other as `from .other import x`."""
+    return [importlib.import_module(name) for name in module_names(*folders)]
+
+
+def module_names(*folders: Path) -> list[str]:
+    """Return the names by which the Python modules in folders of a course are imported.
 
     Of two with the same name the first counts.
     """
@@ -140,7 +150,7 @@ def modules(*folders: Path) -> list[ModuleType]:
         sys.modules[package] = ModuleType(package)
         sys.modules[package].__path__ = places
     names = sorted({path.stem for folder in folders for path in folder.glob("*.py") if path.stem != "__init__"})
-    return [importlib.import_module(f"{package}.{name}") for name in names]
+    return [f"{package}.{name}" for name in names]
 
 
 def _compose(path: Path) -> tuple[Path, yaml.Node]:
@@ -181,10 +191,13 @@ class _Reader(YamlReader):
         fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
         layout = self._texts(fields["layout"])
         interfaces = self._texts(fields["interfaces"]) if "interfaces" in fields else ()
-        nodes = {
-            name: self._node(name, key, value, package, layout, interfaces)
-            for name, key, value in self.mapping(fields["nodes"])
-        }
+        nodes = {}
+        wrong: list[str] = []
+        with yaml_reader.noted(wrong):
+            for name, key, value in self.mapping(fields["nodes"]):
+                with yaml_reader.noted(wrong):
+                    nodes[name] = self._node(name, key, value, package, layout, interfaces)
+        yaml_reader.require_none(wrong)
         found: dict[str, Any] = {"nodes": nodes, "layout": layout, "interfaces": interfaces}
         if "launch" in fields:
             found["launch"] = {}
@@ -238,13 +251,14 @@ class _Reader(YamlReader):
         return found
 
     def _parameter(self, key: yaml.Node, value: yaml.Node) -> Parameter:
-        fields = self.fields(value, key, ("default",), "a parameter", ("meaning", "telltale", "refuses"))
+        fields = self.fields(value, key, ("default",), "a parameter", ("meaning", "telltale", "refuses", "drawn"))
         default = fields["default"]
         return Parameter(
             self.text(default) if default.tag.endswith(":str") else self._number(default),
             self.text(fields["meaning"]) if "meaning" in fields else "",
             self._number(fields["telltale"]) if "telltale" in fields else None,
             tuple(map(self._number, self.items(fields["refuses"]))) if "refuses" in fields else (),
+            self.text(fields["drawn"]) if "drawn" in fields else "",
         )
 
     def _number(self, node: yaml.Node) -> float:

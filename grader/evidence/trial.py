@@ -180,6 +180,8 @@ class Trial:
     """What the script has measured: wall seconds, counts."""
     in_files: dict[str, float] = field(default_factory=dict)
     """The parameters that were changed in the package's own files, with their values there."""
+    thresholds: dict[str, float] = field(default_factory=dict)
+    """The node's distances that plots have a line for, in m, by their names there."""
     marks: dict[str, float] = field(default_factory=dict)
     commands: list[Command] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)

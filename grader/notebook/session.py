@@ -30,6 +30,7 @@ from grader.notebook.workspace import Workspace, course, prepare
 from grader.tracebacks import last_words
 from grader.words import mark, say
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
+from sim.recording import THRESHOLDS_NOTE
 
 if TYPE_CHECKING:
     from grader.notebook.watched_stage import WatchedStage
@@ -276,6 +277,8 @@ class Run:
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
         self._recorder, self._sources = Recorder(self.simulator), _sources(self._workspace.package)
+        drawn = [node.thresholds(self._parameters) for node in course().nodes.values()]
+        self._recorder.notes[THRESHOLDS_NOTE] = {name: value for each in drawn for name, value in each.items()}
         self._recorded = {topic: [] for topic in _published()}
         with Progress() as progress:
             self._start_node(progress)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from grader.checks.first_cause import OF_TRIALS, sentence, what_it_said
 from grader.evidence import Kind, Reason, Trial
-from grader.sanitize import one_line
+from grader.sanitize import prose
 from grader.scoring.grading import Grading, Loss, foremost, points
 from grader.scoring.scorecard import CheckResult, Outcome
 from grader.words import mark, say
@@ -37,29 +37,30 @@ class Cause:
         return say("{cause}; {lost} points follow from it", cause=self.sentence, lost=points(self.lost))
 
 
-def find(grading: Grading) -> Cause | None:
+def find(grading: Grading, decided: Collection[str] = ()) -> Cause | None:
     """Return the cause of most of the lost points, None if there is none that several requirements share.
 
-    A cause must cost more than any single requirement that it does not explain.
+    A cause must cost more than any single requirement that it does not explain. Those `decided` by people do not count.
     """
     groups: dict[str | Reason, list[Loss]] = {}
-    for loss in grading.losses:
+    losses = [loss for loss in grading.losses if loss.requirement.id not in decided]
+    for loss in losses:
         if why := _why(loss, grading):
             groups.setdefault(why, []).append(loss)
     if not groups:
         return None
     why, found = max(groups.items(), key=lambda group: _cost(group[1]))
     if why in {score.requirement.id for score in grading.scorecard.requirements}:
-        found += [loss for loss in grading.losses if loss.requirement.id == why and loss not in found]
+        found += [loss for loss in losses if loss.requirement.id == why and loss not in found]
     explained = {id(loss) for loss in found}
     others: dict[str, list[Loss]] = {}
-    for loss in grading.losses:
+    for loss in losses:
         if id(loss) not in explained:
             others.setdefault(loss.requirement.id, []).append(loss)
     rival = max(map(_cost, others.values()), default=0.0)
     if len({loss.requirement.id for loss in found}) < 2 or _cost(found) <= rival:
         return None
-    words = one_line(" ".join(_sentence(why, found, grading).split()), _LIMIT)
+    words = prose(_sentence(why, found, grading), _LIMIT)
     return Cause(words, tuple(found))
 
 

@@ -108,9 +108,8 @@ class _Page:
 
     def criterion(self, score: CriterionScore) -> Iterator[str]:
         if not score.max:
-            waits = say(" and ").join(dict.fromkeys(s.requirement.waits for s in score.requirements))
             worth = say("({worth} points)", worth=points(score.criterion.points))
-            yield f"{score.criterion.title:<20} {waits} {worth}"
+            yield f"{score.criterion.title:<20} {score.waits} {worth}"
             return
         share = score.points / score.max
         filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points

@@ -43,6 +43,7 @@ def _refusal(refusal: Refusal) -> dict[str, Any]:
         "seed": refusal.seed,
         "wall_seconds": _finite(refusal.wall_seconds),
         "graded": refusal.refused,
+        "rubric_title": refusal.rubric_title,
     }
 
 
@@ -154,6 +155,7 @@ def refusal(said: dict[str, Any]) -> Refusal:
         source=said["source"],
         wall_seconds=float(said.get("wall_seconds") or 0.0),
         refused=said.get("graded", ""),
+        rubric_title=said.get("rubric_title", ""),
     )
 
 

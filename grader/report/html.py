@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from grader.report import cause, figures
 from grader.report.console import WORDS
 from grader.report.mutants import matrix
 from grader.sanitize import one_line, shown
+from grader.scoring import scorecard
 from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points
 from grader.scoring.scorecard import Outcome, RequirementScore
 from grader.words import say
@@ -78,28 +79,33 @@ def render(
     if isinstance(result, Refusal):
         return environment.get_template("refusal.html.j2").render(refusal=result.shown(), hand_in=about)
     return environment.get_template("template.html.j2").render(
-        **_facts(result),
+        **_facts(result, {decision.requirement: decision.points for decision in about.decisions}),
         hand_in=about,
         figures=figures.choose(result, bags) if pictures else figures.no_figures(result),
     )
 
 
-def _facts(grading: Grading) -> dict[str, Any]:
-    """Return what the page of a grading shows, but for its figures."""
+def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
+    """Return what the page of a grading shows, but for its figures; `decided` are points by people."""
     clean = grading.shown()
-    graded, every = count_graded(clean.scorecard)
-    first = cause.find(grading)
+    card = scorecard.decided(clean.scorecard, decided)
+    graded, every = count_graded(card)
+    first = cause.find(grading, decided)
+    left = [loss for loss in clean.losses if loss.requirement.id not in decided]
     return {
         "grading": clean,
-        "card": clean.scorecard,
+        "card": card,
+        "measured": clean.scorecard,
+        "before": {score.requirement.id: score for score in clean.scorecard.requirements},
+        "unjudged": [score for score in card.requirements if score.outcome is Outcome.ERROR],
         "evidence": clean.evidence,
         "cause": first,
         "followers": _lost_by(first) if first else {},
         "dearest": sorted(
-            (score for score in clean.scorecard.requirements if score.max - score.points >= 0.005),
+            (score for score in card.requirements if score.max - score.points >= 0.005),
             key=lambda score: score.points - score.max,
         )[:DEAREST],
-        "first_steps": _first_steps(clean.losses),
+        "first_steps": _first_steps(left),
         "first_said": _first_said(clean.losses),
         "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         "trials": [_row(trial) for trial in grading.evidence.trials.values()],

@@ -21,12 +21,11 @@ from grader.evidence import Trial
 from grader.words import mark, say
 from sim.geometry import Pose
 from sim.robot import COURSE
-from sim.views import COLORS, THRESHOLDS, draw_obstacles, draw_robot
+from sim.views import COLORS, draw_obstacles, draw_robot
 from sim.world import World, WorldError
 
 T = TypeVar("T")
 
-THRESHOLD_M = max(THRESHOLDS.values())
 MARGIN_M = 0.9  # around the path driven, so that walls near it are visible
 STILL_M = 0.02  # a shorter path counts as standing still
 FAR_M = 30.0  # a goal farther away is meant to be refused; drawn, it would shrink the path to a dot
@@ -174,20 +173,16 @@ def _draw_ranges(axes: Axes, trial: Trial) -> None:
     axes.plot(
         [scan.t for scan in scans], ahead, color=COLORS["closest"], linewidth=1.6, label=say("closest reading ahead")
     )
-    axes.axhline(
-        THRESHOLD_M,
-        color=COLORS["threshold"],
-        linewidth=1.0,
-        linestyle=":",
-        label=say("threshold {d} m", d=THRESHOLD_M),
-    )
+    for threshold in trial.thresholds.values():
+        label = say("threshold {d} m", d=threshold)
+        axes.axhline(threshold, color=COLORS["threshold"], linewidth=1.0, linestyle=":", label=label)
     if all(map(math.isnan, ahead)):
         said = say("nothing ahead within {d:g} m", d=RANGE_LIMIT) if scans else say("no scan was published")
         axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", fontsize=8, color=INK)
-    axes.set_ylim(0.0, max([THRESHOLD_M, *(r for r in ahead if math.isfinite(r))]) * 1.15)
+    axes.set_ylim(0.0, max([*trial.thresholds.values(), *filter(math.isfinite, ahead)], default=RANGE_LIMIT) * 1.15)
     axes.set_xlabel(say("simulated time (s)"), fontsize=8, color=INK)
     axes.set_ylabel(say("range (m)"), fontsize=8, color=INK)
-    _legend(axes, columns=2)
+    _legend(axes, columns=3)
 
 
 def _draw_moments(axes: Axes, trial: Trial) -> None:

@@ -97,6 +97,11 @@ class HandIn:
     comments: tuple[str, ...] = ()
     finals: tuple[Final, ...] = ()
 
+    @property
+    def who(self) -> str:
+        """Return whose it is in a few words: the team's name, or the people's; "" where nobody is known."""
+        return self.team or ", ".join(self.people)
+
     def on(self, requirement: str) -> Decision | None:
         """Return the decision on a requirement."""
         return next((decision for decision in self.decisions if decision.requirement == requirement), None)
@@ -176,6 +181,7 @@ class Refusal:
         source: a fingerprint of the place that it was read from.
         wall_seconds: until it was refused.
         refused: when, local time with its zone.
+        rubric_title: the title of the rubric by which it would have been graded.
     """
 
     submission: str
@@ -187,6 +193,7 @@ class Refusal:
     source: str
     wall_seconds: float
     refused: str = ""
+    rubric_title: str = ""
 
     def shown(self) -> Refusal:
         """Return the same with all text that may come from a submission made safe to show."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from enum import Enum
 
 from grader.evidence import Reason
 from grader.scoring.rubric import Check, Criterion, Requirement, Rubric
+from grader.words import say
 
 # The assignment's levels: the least share of a criterion's points for each.
 LEVELS = (("A", 0.90), ("B", 0.75), ("C", 0.60), ("D", 0.0))
@@ -72,6 +73,11 @@ class CriterionScore:
     requirements: tuple[RequirementScore, ...]
 
     @property
+    def waits(self) -> str:
+        """Return what happens to its requirements, where none of them is graded here."""
+        return say(" and ").join(dict.fromkeys(score.requirement.waits for score in self.requirements))
+
+    @property
     def words(self) -> str:
         """Return the rubric's description of the level reached."""
         return self.criterion.levels.get(self.level, "")
@@ -101,14 +107,34 @@ def score(rubric: Rubric, results: Iterable[CheckResult]) -> Scorecard:
     found: dict[str, list[CheckResult]] = {}
     for result in results:
         found.setdefault(result.id, []).append(result)
-    criteria = tuple(_score_criterion(criterion, found) for criterion in rubric.criteria)
-    scores = [requirement for criterion in criteria for requirement in criterion.requirements]
+    return _total(tuple(_score_criterion(criterion, found) for criterion in rubric.criteria))
+
+
+def _total(criteria: tuple[CriterionScore, ...]) -> Scorecard:
     return Scorecard(
         points=_tidy(sum(c.points for c in criteria)),
         max=_tidy(sum(c.max for c in criteria)),
-        complete=all(r.outcome is not Outcome.ERROR for s in scores for r in s.results),
+        complete=all(score.outcome is not Outcome.ERROR for c in criteria for score in c.requirements),
         criteria=criteria,
     )
+
+
+def decided(card: Scorecard, points: Mapping[str, float]) -> Scorecard:
+    """Return the scorecard with other points, by people, for the requirements that are named."""
+    criteria = []
+    for criterion in card.criteria:
+        scores = tuple(
+            _decided(score, points[score.requirement.id]) if score.requirement.id in points else score
+            for score in criterion.requirements
+        )
+        criteria.append(_sum_up(criterion.criterion, scores))
+    return _total(tuple(criteria))
+
+
+def _decided(score: RequirementScore, points: float) -> RequirementScore:
+    worth = score.requirement.points
+    outcome = _outcome((), points, worth)
+    return replace(score, points=_tidy(points), max=_tidy(worth), outcome=outcome)
 
 
 def earned(check: Check, result: CheckResult) -> float:
@@ -129,7 +155,10 @@ def level(points: float, maximum: float) -> str:
 
 
 def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]]) -> CriterionScore:
-    scores = tuple(_score_requirement(requirement, found) for requirement in criterion.requirements)
+    return _sum_up(criterion, tuple(_score_requirement(requirement, found) for requirement in criterion.requirements))
+
+
+def _sum_up(criterion: Criterion, scores: tuple[RequirementScore, ...]) -> CriterionScore:
     points, maximum = _tidy(sum(s.points for s in scores)), _tidy(sum(s.max for s in scores))
     return CriterionScore(criterion, points, maximum, level(points, maximum), scores)
 

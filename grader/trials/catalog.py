@@ -50,6 +50,7 @@ def trials(course: Course) -> dict[str, TrialPlan]:
         GraderError: two have the same name, or one is about a node that is not in the contract.
     """
     found: dict[str, TrialPlan] = {}
+    problems = []
     public = modules(*(layer / "trials" for layer in course.layers))
     for module in (*public, *modules(course.held_back / "trials")):
         own = (item for item in vars(module).values() if getattr(item, "__module__", "") == module.__name__)
@@ -57,8 +58,10 @@ def trials(course: Course) -> dict[str, TrialPlan]:
             node = plan.node or next(iter(course.nodes))
             if plan.name in found or node not in course.nodes:
                 wrong = "another trial has this name" if plan.name in found else f"the contract has no node {node}"
-                raise GraderError(f"{module.__file__}: the trial {plan.name}: {wrong}. Rename it.")
+                problems.append(f"{module.__file__}: the trial {plan.name}: {wrong}. Rename it.")
             found[plan.name] = replace(plan, node=node)
+    if problems:
+        raise GraderError("\n".join(problems))
     for plan in stock.plans(course):
         found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
     return found

@@ -153,6 +153,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
             readers=_readers(install, course),
         )  # fmt: skip
         stage.recorded.in_files.update(in_files)
+        stage.recorded.thresholds.update(course.nodes[plan.node].thresholds({**in_files, **plan.parameters}))
         ended, script_error = None, ""
         try:
             stage.open()

@@ -32,6 +32,7 @@ from sim import World, load_world
 FOLDER = KIT / "grader" / "courses" / "patrol_and_dock"
 COURSE = load(FOLDER)
 WHOLE = check_course.read_rubric(COURSE)
+WORTH = check_course.worth(WHOLE)
 WARD = load_world(COURSE.world("ward"))
 PLACES = [(place.x, place.y) for place in WARD.goals]
 HOME = (WARD.start.x, WARD.start.y)
@@ -60,7 +61,7 @@ def test_the_kits_own_course_is_the_one_with_the_rubric_at_the_top():
 
 
 def test_each_check_is_failed_by_some_edit():
-    lost = {name for edit in check_course.edits(COURSE) for name in check_course.known_bad(edit, COURSE, WHOLE).loses}
+    lost = {name for edit in check_course.edits(COURSE) for name in check_course.known_bad(edit, COURSE, WORTH).loses}
     assert lost == {requirement.id for requirement in WHOLE.requirements}
 
 
@@ -232,7 +233,7 @@ def test_its_notebook_passes_its_checks_with_the_solution(monkeypatch: pytest.Mo
 def test_a_class_of_four_is_ranked(tmp_path: Path):
     extended(tmp_path / "in" / "solution")
     for name in WEAKER:
-        edit = check_course.known_bad(FOLDER / "known_bad" / f"{name}.yaml", COURSE, WHOLE)
+        edit = check_course.known_bad(FOLDER / "known_bad" / f"{name}.yaml", COURSE, WORTH)
         edit.made(COURSE.solution, tmp_path / "in" / name)
     folder = ClassFolder(tmp_path / "class")
     assert cli.main(["batch", str(tmp_path / "in"), "--out", str(folder.path), "--course", str(FOLDER)]) == 0

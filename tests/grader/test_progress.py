@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
 from grader.progress import Progress
@@ -13,3 +15,16 @@ def test_a_name_begins_no_line_and_sends_no_escape(capsys: pytest.CaptureFixture
     assert said.count("\n") == 1
     assert "\x1b" not in said
     assert "::error" in said
+
+
+def test_in_a_log_a_line_that_changes_is_printed_once_a_minute(capsys: pytest.CaptureFixture[str]):
+    """Into a file a batch printed nothing until its first submission was graded."""
+    times: Iterator[float] = iter([0.0, 30.0, 61.0, 61.0, 90.0, 100.0, 121.0, 161.0, 161.0])
+    progress = Progress(clock=lambda: next(times))
+    progress.show("at 30")
+    progress.show("at 61")
+    progress.show("at 90")
+    progress.keep("team07 graded")  # at 100
+    progress.show("at 121")
+    progress.show("at 161")
+    assert capsys.readouterr().err.splitlines() == ["at 61", "team07 graded", "at 161"]

@@ -9,7 +9,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from sim import Pose, Recorder, Recording, Simulator, Twist, World, drive, load_world
-from sim.views import COLORS, compare_view, map_view, run_view
+from sim.recording import THRESHOLDS_NOTE
+from sim.replay import Replay
+from sim.views import COLORS, THRESHOLDS, compare_view, map_view, run_view, thresholds_of
 
 
 def labels(figure: Figure) -> set[str]:
@@ -68,6 +70,14 @@ def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
     assert labels(figure) == {"x (m)", "y (m)", "simulated time (s)", "v (m/s)", "omega (rad/s)", "distance (m)"}
     assert any(line.get_ydata()[0] == 0.4 for line in figure.axes[-1].get_lines())
     assert any("my_threshold 0.4 m" in text.get_text() for text in figure.axes[-1].texts)
+
+
+def test_a_recording_with_thresholds_of_its_own_is_drawn_with_these(crash: Recording) -> None:
+    """A node of another course stops elsewhere than ours."""
+    own = replace(crash, notes={**crash.notes, THRESHOLDS_NOTE: {"stop": 0.75}})
+    assert thresholds_of(own) == {"stop": 0.75}
+    assert thresholds_of(replace(crash, notes={})) == THRESHOLDS
+    assert '"thresholds":{"stop":0.75}' in Replay(own).html()
 
 
 def test_the_names_of_thresholds_stand_where_no_line_crosses_them(crash: Recording) -> None:

@@ -17,7 +17,7 @@ from grader.classroom.identity import Claim
 from grader.classroom.platform import Delivery, Export, HandIn, Platform, has, others
 from grader.classroom.words import losses
 from grader.host.atomic import write_atomically
-from grader.sanitize import printable
+from grader.sanitize import printable, prose
 from grader.scoring.rubric import Rubric
 
 MOST_ANNOTATIONS = 10  # of one kind are shown for a step; the rest is in the summary
@@ -52,7 +52,7 @@ def workflow_commands(row: Row, report: dict[str, Any]) -> str:
     measured = {each["id"]: each for each in report.get("requirements", ())}
     lines = []
     for each in lost[:MOST_ANNOTATIONS]:
-        text = " | ".join(losses(measured.get(each.id, {}))) or row.comment or "no points"
+        text = _joined(measured.get(each.id, {})) or prose(row.comment) or "no points"
         title = f"{each.id}: {each.points} of {each.max} points"
         lines.append(f"::warning title={_property(title)}::{_data(printable(text, 900))}\n")
     total = "no grade" if row.total is None else f"{row.total} of {row.max}"
@@ -65,7 +65,7 @@ def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     total = "no grade" if row.total is None else f"{row.total} of {row.max} points"
     lines = [f"# {_markdown(rubric.title)}: {total}", ""]
     if row.comment:
-        lines += [_markdown(row.comment), ""]
+        lines += [_markdown(prose(row.comment)), ""]
     lines += ["| requirement | points | of | |", "|---|---:|---:|---|"]
     for each in row.requirements:
         shown = "not graded" if each.points is None else str(each.points)
@@ -85,7 +85,7 @@ def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
         {
             "name": f"{each.id} {rubric.requirement(each.id).title}",
             "status": "pass" if each.points == each.max else "fail",
-            "message": printable(" | ".join(losses(measured.get(each.id, {}))), _TEXT),
+            "message": printable(_joined(measured.get(each.id, {})), _TEXT),
             "test_code": "",
             "task_id": 0,
             "filename": "",
@@ -99,6 +99,10 @@ def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     state = "error" if row.total is None else "pass" if row.total == row.max else "fail"
     data = {"version": 3, "status": state, "message": row.comment, "max_score": float(row.max), "tests": tests}
     return base64.b64encode(json.dumps(data).encode()).decode()
+
+
+def _joined(requirement: dict[str, Any]) -> str:
+    return " | ".join(map(str.strip, losses(requirement)))
 
 
 def _data(text: str) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers.course import COURSE
@@ -12,6 +14,8 @@ from grader import KIT, building, cli
 from grader.authoring import check_course, course_trials
 from grader.authoring.package_edits import replace
 from grader.course import load
+from grader.scoring.scorecard import CheckResult, Outcome, score
+from grader.settings import Settings
 
 GOOD = KIT / "grader" / "authoring" / "template_course"
 
@@ -81,7 +85,7 @@ def test_a_mistake_is_named_with_its_place(folder: Path, file: str, old: str, ne
     found = check_course.mistakes(folder)
     said = said.replace("line N", f"line {line}").replace("line M", f"line {line - 1}")
     assert any(said in each for each in found), found
-    assert len(found) <= 2  # a trial that cannot be read is one that a check asks for in vain
+    assert len(found) <= 4  # others name what cannot be read, or an id that is not there
 
 
 def test_mistakes_in_several_files_are_named_at_once(folder: Path, capsys: pytest.CaptureFixture[str]):
@@ -94,10 +98,134 @@ def test_mistakes_in_several_files_are_named_at_once(folder: Path, capsys: pytes
     said = capsys.readouterr().out.splitlines()
     assert len(said) == 7  # the check of B3 now reads a trial that does not serve B3
     assert said[-1] == f"{folder}: 6 mistakes with its files"
+    assert cli.main(["check-course", str(folder)]) == 1
+    assert capsys.readouterr().out.splitlines()[-2:] == [
+        "note: nothing was graded yet; that comes when the files are in order", f"{folder}: 6 mistakes",
+    ]  # fmt: skip
+
+
+def test_what_cannot_be_read_hides_no_mistake_in_other_files(folder: Path):
+    """A rubric that did not load hid all mistakes about its ids, and a module that did not load those of the others."""
+    edit(folder, "rubric.yaml", "title: Stands at first", "titel: Stands at first")
+    edit(folder, "rubric.yaml", "title: Stops at the end", "titel: Stops at the end")
+    edit(folder, "trials/patrol.py", "from grader.trials.catalog", "from grader.trials.catalogue")
+    (folder / "trials" / "more.py").write_text("def more(:\n")
+    edit(folder, "checks/check_wall.py", "def test_stops", "def test-stops")
+    edit(folder, "checks/check_patrol.py", "import Judge", "import Juge")
+    edit(folder, "known_bad/hits_the_wall.yaml", "{B3: 15}", "{B33: 15, P9: 1}")
+    edit(folder, "known_bad/hits_the_wall.yaml", "hall_guard/guard.py", "hall_guard/gard.py")
+    edit(folder, "notebooks.yaml", "hall_guard/__init__.py", "hall_guard/init.py")
+    (folder / "solution" / "hall_guard" / "package.xml").rename(folder / "solution" / "hall_guard" / "package.xml.old")
+    found = "\n".join(check_course.mistakes(folder))
+    for said in (
+        "line 19: titel", "line 33: titel", "named 'grader.trials.catalogue'", "trials/more.py, line 1: SyntaxError",
+        "check_wall.py, line 10: SyntaxError", "cannot import name 'Juge'", "there is no package in",
+    ):  # fmt: skip
+        assert said in found, found
+    (folder / "solution" / "hall_guard" / "package.xml.old").rename(folder / "solution" / "hall_guard" / "package.xml")
+    found = "\n".join(check_course.mistakes(folder))
+    for said in ("B33 is not", "P9 is not", "hall_guard/gard.py is not", "the solution has no hall_guard/init.py"):
+        assert said in found, found
+
+
+def test_a_course_without_its_contract_is_read_as_far_as_it_goes(folder: Path):
+    edit(folder, "course.yaml", "title:", "titel:")
+    edit(folder, "contract/contract.yaml", "answers_every:", "answer_every:")
+    edit(folder, "contract/contract.yaml", "subscribes:", "subscribe:")
+    edit(folder, "worlds/hall.yaml", "walls:", "wals:")
+    edit(folder, "rubric.yaml", "id: B2", "id: B1")
+    edit(folder, "trials/patrol.py", "def to_the_end", "def to-the-end")
+    found = check_course.mistakes(folder)
+    said = (
+        "titel is not",
+        "answer_every is not",
+        "subscribe is not",
+        "wals: unknown key",
+        "B1 is listed twice",
+        "SyntaxError",
+    )
+    assert [next(word for word in said if word in line) for line in found] == [
+        "titel is not", "answer_every is not", "subscribe is not", "B1 is listed twice", "wals: unknown key", "SyntaxError",
+    ]  # fmt: skip
 
 
 def test_a_folder_without_a_course_says_what_a_course_needs(tmp_path: Path):
     assert "A course needs course.yaml" in check_course.mistakes(tmp_path)[0]
+
+
+# -- graded, by a stand-in ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def graded(monkeypatch: pytest.MonkeyPatch) -> dict[str, Callable[[str, int], bool]]:
+    """Gradings without a run. What is in here says for a check whether it fails, by the guard's text and the seed."""
+    fails: dict[str, Callable[[str, int], bool]] = {}
+
+    def grade(package: Path, _out: Path, settings: Settings) -> SimpleNamespace:
+        text = (package / "hall_guard" / "guard.py").read_text()
+        results = [
+            CheckResult(check.id, Outcome.FAILED, 0.0, seen="stood still")
+            if check.id in fails and fails[check.id](text, settings.seed)
+            else CheckResult(check.id, Outcome.PASSED, 1.0)
+            for check in settings.rubric.checks
+        ]
+        return SimpleNamespace(scorecard=score(settings.rubric, results))
+
+    monkeypatch.setattr(course_trials.pipeline, "grade", grade)
+    return fails
+
+
+def tried(folder: Path, seeds: int = 1) -> course_trials.Tried:
+    for path in (folder / "known_bad").glob("*.yaml"):
+        if path.name != "hits_the_wall.yaml":
+            path.unlink()
+    return course_trials.run(load(folder), folder, lambda _words: None, seeds)
+
+
+WALL, PATROL = "check_wall::test_stops_before_the_wall", "check_patrol::test_drives_on_patrol"
+OURS = check_course.known_bad(GOOD / "known_bad" / "hits_the_wall.yaml", load(GOOD), {"B3": 15}).new
+
+
+def test_an_edit_that_passes_by_luck_is_named_with_its_seeds(
+    folder: Path, graded: dict[str, Callable[[str, int], bool]]
+):
+    """A robot that cannot turn reached its goal with some seeds."""
+    graded[WALL] = lambda text, seed: OURS in text and seed not in (3, 7)
+    assert tried(folder).problems == ()
+    assert tried(folder, seeds=10).problems == (
+        "known_bad/hits_the_wall.yaml: B3 is not lost with the seeds 3 and 7 of 10: a package like this passes by luck",
+    )
+
+
+def test_a_solution_that_loses_points_with_one_of_many_seeds_is_named(
+    folder: Path, graded: dict[str, Callable[[str, int], bool]]
+):
+    graded[WALL] = lambda text, seed: OURS in text or seed == 5
+    assert tried(folder).problems == ()
+    assert tried(folder, seeds=10).problems == (
+        f"what is asked depends on the seed: {WALL}: passed with seed 0, with seed 5 failed: stood still",
+    )
+
+
+def test_edits_are_tried_though_the_solution_loses_points_elsewhere(
+    folder: Path, graded: dict[str, Callable[[str, int], bool]]
+):
+    graded[PATROL] = lambda _text, _seed: True
+    assert tried(folder).problems == (
+        f"the solution loses points: {PATROL}: failed: stood still",
+        "known_bad/hits_the_wall.yaml: B3 should lose 15 and loses 0",
+    )
+
+
+def test_an_edit_is_not_compared_in_what_the_solution_loses(
+    folder: Path, graded: dict[str, Callable[[str, int], bool]]
+):
+    graded[WALL] = lambda _text, _seed: True
+    found = tried(folder)
+    assert found.problems == (f"the solution loses points: {WALL}: failed: stood still",)
+    assert found.notes[0] == (
+        "no known-bad edit was tried: the solution itself loses points of all that they are about"
+    )
 
 
 # -- graded ------------------------------------------------------------------------------------------------------------
@@ -150,6 +278,6 @@ def test_a_trial_whose_outcome_depends_on_the_seed_is_named(folder: Path):
     )
     found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None)
     assert found.problems[0] == (
-        "the trial on_and_off depends on the seed: check_patrol::test_stands_until_it_is_sent passes with one of (0, 1) "
-        "alone: failed: x is small"
+        "the trial on_and_off depends on the seed: check_patrol::test_stands_until_it_is_sent: "
+        "passed with seed 0, with seed 1 failed: x is small"
     )

@@ -113,6 +113,10 @@ def test_nothing_that_is_written_names_a_person(named: ClassFolder, capsys):
             assert word.casefold() not in spelt.casefold(), f"{path.name} has {word}"
             assert word.casefold() not in path.relative_to(out).as_posix().casefold()
     assert (named.path / "gradebook.csv").read_bytes() == before, "the one with names was overwritten"
+    for page in out.glob("submissions/*/report.html"):  # the title was the name of a file
+        title = re.search(r"<title>(.*)</title>", page.read_text())[1]
+        assert re.search(r" · person-\d{3}(, person-\d{3})?( · |$)", title), title
+        assert f'"submission": "{page.parent.name}"' in (page.parent / "report.json").read_text()
     assert "still has" not in capsys.readouterr().out
 
 

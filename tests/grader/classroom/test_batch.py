@@ -57,6 +57,21 @@ def test_the_time_that_is_left_counts_what_is_half_done_and_what_cannot_be_grade
     assert said.left == [None, 2.0, 0.0], "6 s each, of which team03 has had 4 s"
 
 
+def test_the_class_page_is_there_from_the_beginning_and_complete_in_the_end(tmp_path, source, workers):
+    """After hours that were interrupted there was none."""
+    pages, page = [], tmp_path / "class" / class_folder.OVERVIEW
+
+    def refuse(order: Order) -> Ending:
+        pages.append(page.read_text())
+        if order.id == "team03":
+            raise KeyboardInterrupt
+        return Ending(Status.REFUSED, "is empty", 2.0)
+
+    workers(refuse)
+    batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert (pages[0].count("is empty"), page.read_text().count("is empty")) == (0, 2)
+
+
 def test_what_is_graded_is_not_graded_again(tmp_path, source, workers):
     workers(lambda _order: GRADED)
     batch.run(source, tmp_path / "class", [], Options(), Silent())

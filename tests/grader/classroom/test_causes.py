@@ -32,11 +32,25 @@ def test_messages_that_differ_in_their_numbers_are_counted_as_one():
         for name, time in (("ann", 7.3), ("bob", 12.1))
     }
     (topic,) = causes.count(reports, RUBRIC).failed
-    (message,) = topic.frequent
+    (message,) = topic.dearest
     assert message.words == "touched the wall at … s, x = …"
     assert sorted(message.lost) == topic.submissions == ["ann", "bob"]
     assert topic.points == 4.0
     assert topic.sections == [SECTION["F4"]]
+
+
+def test_what_cost_the_class_most_comes_first():
+    """Three who lost a tenth of a point stood above one who lost everything."""
+    cheap = {name: lost("F5", {**check("partial", seen="a bit"), "fraction": 0.95}) for name in ("ann", "bob", "cem")}
+    dear = {"dan": lost("F4", check("failed", seen="much") | {"id": "check_a::test_c"})}
+    found = causes.count(cheap | dear, RUBRIC).failed
+    assert [(round(topic.points, 2), len(topic.submissions)) for topic in found] == [(2.0, 1), (0.3, 3)]
+
+
+def test_a_line_break_in_what_was_seen_is_a_blank():
+    r"""The class page had `\n` there."""
+    (topic,) = causes.count({"ann": lost("F4", check("failed", seen="first\n  second\tline"))}, RUBRIC).failed
+    assert [message.words for message in topic.dearest] == ["first second line"]
 
 
 def test_digits_in_names_are_no_numbers():

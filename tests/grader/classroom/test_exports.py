@@ -16,7 +16,7 @@ import pytest
 from helpers.class_reports import report
 
 from grader import cli
-from grader.classroom import cells, gradebook
+from grader.classroom import cells, gradebook, words
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
 from grader.errors import GraderError, UsageError
@@ -234,6 +234,19 @@ def test_moodles_worksheet_is_filled_in_and_what_a_person_wrote_stays(class_of_f
     assert text.startswith("\ufeffIdentifier,")
     assert 'jane@uni.edu,"Submitted",98.00' in text
     assert len(notes) == 3
+
+
+def test_a_message_of_several_lines_is_one_line_of_a_comment(class_of_four, tmp_path):
+    r"""Moodle's comments, and GitHub's, had a `\n` in them that was to be read."""
+    folder = class_of_four()
+    made = report({"F4": 2.0})
+    wall = next(each for each in made["requirements"] if each["id"] == "F4")
+    wall["seen"] = wall["checks"][0]["seen"] = "stopped:\n  at the wall"
+    row = next(row for row in gradebook.read(folder).rows if row.submission == "team07")
+    assert "F4: stopped: at the wall, 2.00 of 5.00 points lost" in words.short(row, made)
+    assert list(words.losses(wall))[1:3] == ["  seen      stopped:", "              at the wall"]
+    texts = [github.workflow_commands(row, made), github.summary(row, gradebook.read(folder).rubric, made)]
+    assert not [text for text in texts if "\\n" in text]
 
 
 def test_filling_twice_appends_once_and_replaces_what_we_said_before(class_of_four, tmp_path):

@@ -33,6 +33,33 @@ def test_each_submission_is_a_line_with_its_people_and_a_link(page):
     assert "92.00" in page
 
 
+def test_what_is_not_graded_has_a_dash_and_no_link(class_of_four):
+    """It had 0.00 in every criterion, 0 seconds, and a link to a report that was not there."""
+    folder = class_of_four()
+    facts = folder.facts()
+    waiting = replace(facts.entries[0], id="later", label="later", people=())
+    folder.write_facts(replace(facts, entries=(*facts.entries, waiting)))
+    page = overview.write(folder, gradebook.read(folder)).read_text()
+    (row,) = re.findall(r"<tr[^>]*>\n<td>later</td>.*?</tr>", page, re.DOTALL)
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL)
+    assert cells[2:9] == ["not graded yet", *["–"] * 6]
+    assert cells[-1] == "–"
+    assert "submissions/later/" not in page
+
+
+def test_the_page_is_there_while_the_class_is_graded(class_of_four):
+    folder = class_of_four()
+    page = overview.LivePage(folder)
+    before = (folder.path / "index.html").read_text()
+    folder.keep(folder.working("boek"), replace(folder.record("boek"), why="boek.zip is a picture."))
+    page.write()
+    after = (folder.path / "index.html").read_text()
+    assert ("boek.zip is a picture." in before, "boek.zip is a picture." in after) == (False, True)
+    folder.overrides.write_text("submissions: {stranger: {}}\n")
+    page.write()  # what is wrong with it stops no grading
+    assert (folder.path / "index.html").read_text() == after
+
+
 def test_what_the_class_lost_is_linked_to_the_section_and_to_the_submissions(page, tmp_path):
     (teach,) = re.findall(r'id="teach".*?</section>', page, re.DOTALL)
     assert "touched it at … s" in teach

@@ -68,7 +68,7 @@ def test_the_command_writes_a_table(tmp_path, capsys):
     header, line = csv.reader((tmp_path / "totals.csv").read_text().splitlines())
     assert header == ["id", "name", "email", "login", "one (20)", "Driving (30)", "total", "max", "remarks"]
     assert line == ["s1", "'=Jane", "jane@uni.edu", "", "20.00", "29.10", "49.10", "50.00", ""]
-    assert "1 people, 1 with a total of at most 50.00; 0 doubts" in capsys.readouterr().out
+    assert "1 person, 1 with a total of at most 50.00; 0 doubts" in capsys.readouterr().out
 
 
 def test_two_of_one_name_are_never_added_to_each_other(tmp_path):

@@ -325,6 +325,55 @@ def test_a_report_says_who_handed_in_what_and_by_what_it_was_graded(rubric):
     assert "5.85 of 10" in re.sub(r"<[^>]+>", "", text)
 
 
+def test_after_a_decision_bar_badge_level_and_big_number_follow_it(rubric):
+    """Only the requirement's points did; the bar, its level, the badge and the large number were the grader's."""
+    missed = CheckResult("check_navigation::test_reaches_a_target", Outcome.FAILED, 0.0, "reaches it", "turned about")
+    made = grading(rubric, results(rubric, missed))
+    before, after = html.render(made), html.render(made, HAND_IN)
+    shown = [
+        (
+            re.search(r'<div class="score">(.*?) <', page)[1],
+            re.search(r'<rect width="(.*?)%"', page)[1],
+            re.search(r'aria-label="level (.)"', page)[1],
+            re.search(r'id="F8".*?class="badge (\w+)"', page, re.DOTALL)[1],
+        )
+        for page in (before, after)
+    ]
+    assert shown == [("5", "62.5", "C", "failed"), ("5.85", "81.2", "B", "partial")]
+    assert "<del>0</del> 1.5 / 3" in after
+    assert "5 of 8 measured" in " ".join(after.split())
+
+
+def test_points_by_a_person_end_a_requirement_that_nothing_judges(rubric):
+    decision = Decision(rubric.requirements[-1].id, rubric.requirements[-1].points, "well done", "Ada")
+    page = html.render(grading(rubric, results(rubric)), HandIn(decisions=(decision,)))
+    name = decision.requirement
+    assert re.search(rf'id="{name}".*?class="badge (\w+)"', page, re.DOTALL)[1] == "passed"
+    assert "<del>" not in page
+    assert "are graded so far" not in page
+
+
+def test_a_criterion_without_requirements_is_shown(rubric):
+    """`requirements: []`, as in a rubric that is being written, ended the report with an error."""
+    empty = replace(rubric.criteria[0], id="more", title="More", points=0.0, requirements=())
+    whole = replace(rubric, criteria=(*rubric.criteria, empty))
+    made = grading(whole, results(whole))
+    assert '<section class="criterion" id="more"' in html.render(made)
+    assert "More" in console.render(made)
+
+
+def test_a_report_is_titled_by_person_and_assignment(rubric):
+    """A browser with ten reports had ten tabs that said robot.zip."""
+    made = grading(rubric, results(rubric), rubric_title=rubric.title)
+    for hand_in, who in ((HandIn(("Jane Doe",)), "Jane Doe"), (HAND_IN, "team07"), (None, made.submission)):
+        page = html.render(made, hand_in)
+        assert re.search(r"<title>.* · (.*) · A small rubric</title>", page)[1] == who
+        assert f"<h1>{who}</h1>" in page
+    page = html.render(replace(REFUSED, rubric_title=rubric.title), HandIn(("Jane Doe",)))
+    assert "<title>could not be graded · Jane Doe · A small rubric</title>" in page
+    assert "<h1>Jane Doe</h1>" in page
+
+
 def test_both_files_are_written_beside_each_other(rubric, tmp_path):
     as_json, as_html = write(grading(rubric, results(rubric)), tmp_path / "out")
     assert (as_json.name, as_html.name) == ("report.json", "report.html")

@@ -4,9 +4,11 @@ import math
 from dataclasses import replace
 
 import pytest
+from helpers.course import COURSE
 from helpers.report_examples import drive_at_a_wall, drive_to_a_goal
+from matplotlib.figure import Figure
 
-from grader.evidence import Command, Goal
+from grader.evidence import Command, Goal, Trial
 from grader.report import pictures
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -32,6 +34,26 @@ def test_a_picture_comes_out(trial):
     assert pictures.drawable(trial)
     assert pictures.png(trial).startswith(PNG)
     assert pictures.describe(trial)
+
+
+def lines_of(trial: Trial) -> list[float]:
+    """Return the heights of the level lines in the plot of ranges."""
+    axes = Figure().add_subplot()
+    pictures._draw_ranges(axes, trial)
+    return [line.get_ydata()[0] for line in axes.lines if list(line.get_xdata()) == [0, 1]]
+
+
+def test_a_plot_has_a_line_for_the_thresholds_of_its_own_trial_only():
+    """Every plot of another course had the line of the kit's own, and a trial with another threshold the default's."""
+    assert lines_of(replace(WALL, thresholds={})) == []
+    assert lines_of(replace(WALL, thresholds={"stop": 0.75, "back off": 0.3})) == [0.75, 0.3]
+
+
+def test_thresholds_are_what_the_contract_says_is_drawn_with_the_trials_own_values():
+    controller = COURSE.nodes["robot_controller"]
+    assert controller.thresholds({}) == {"obstacle": 0.5, "emergency": 0.2}
+    assert controller.thresholds({"obstacle_detection_threshold": 1.0}) == {"obstacle": 1.0, "emergency": 0.2}
+    assert COURSE.nodes["sensor_processor"].thresholds({}) == {}
 
 
 def test_a_trial_in_which_nothing_was_seen_is_not_drawable():
