@@ -283,8 +283,8 @@ def _prepared(
         several = 1 if options.scheduler else options.jobs or jobs_here()
         maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
         new = [each for each in now.doubts if before is None or each not in before.doubts]
-        known = filter(None, records.values())
-        planned = plan.make(now, decided, actions, known, maximum, several, options.minutes, new)
+        recorded = filter(None, records.values())
+        planned = plan.make(now, decided, actions, recorded, maximum, several, options.minutes, new)
         yield _Prepared(facts, new, settings.rubric, todo, planned)
 
 
