@@ -131,10 +131,14 @@ def test_a_kit_that_belongs_to_another_user_is_refused_in_a_sentence(place: str,
     assert "Traceback" not in refused.stderr
 
 
-def test_setup_goes_by_what_a_course_in_the_kit_adds(tmp_path: Path):
-    """A changed extra-requirements.txt is installed by the next `make`."""
+def test_setup_goes_by_what_a_course_of_the_kit_adds_and_by_nothing_else_in_its_folder(tmp_path: Path):
+    """A changed extra-requirements.txt is installed by the next `make`; one in a submission beside it was, too."""
     (tmp_path / "requirements.txt").touch()
     (tmp_path / "pyproject.toml").touch()
+    (tmp_path / "grader" / "course").mkdir(parents=True)
+    (tmp_path / "grader" / "course" / "installed.txt").write_text("hall_guard\n")
+    (tmp_path / "team07").mkdir()
+    (tmp_path / "team07" / "extra-requirements.txt").write_text("./evil\n")
     extra = tmp_path / "hall_guard" / "extra-requirements.txt"
     extra.parent.mkdir()
     extra.write_text("scipy==1.14.1\n")

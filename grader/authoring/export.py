@@ -15,6 +15,7 @@ from grader.authoring import release
 from grader.authoring.release import TOP, packaging, pins
 from grader.course import Course, find, name_of
 from grader.course.held_back import names
+from grader.course.reader import INSTALLED
 from grader.errors import EXIT_GRADED, GraderError
 from grader.notebook.archive import Entry, write_zip
 
@@ -96,6 +97,7 @@ def _kit(course: Course) -> dict[str, Entry]:
         held_back = [path for path in course.held_back.rglob("*") if path.is_file() and path.suffix != ".pyc"]
         for path in (*release.files(course.folder), *held_back, course.rubric):
             found[f"course/{path.relative_to(course.folder).as_posix()}"] = path.read_bytes()
+        found[INSTALLED] = b"course\n"
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     return {name: Entry(data, data.startswith(b"#!")) for name, data in sorted(found.items())}

@@ -25,7 +25,7 @@ COURSE, CONTRACT = "course.yaml", "contract/contract.yaml"
 VARIABLE = "ROS2_COURSE"
 """The environment variable with the folder of the course, where no `--course` names it."""
 INSTALLED = "grader/course/installed.txt"
-"""In a students' kit of a course of one's own: the folder of the course, seen from the kit's."""
+"""In a kit that was made for a course of one's own: the folder of the course, seen from the kit's."""
 _ROLES = ("subscribes", "publishes", "services", "actions")
 _OTHERS = ("config", "answers_on", "answers_every", "parameters")
 
@@ -37,7 +37,7 @@ def kits_own() -> Course:
     Raises:
         GraderError: this is the students' kit of another course.
     """
-    own = next((course for course in map(load, _installed()) if course.rubric == RUBRIC), None)
+    own = next((course for course in map(load, _kits()) if course.rubric == RUBRIC), None)
     if own is None:
         raise GraderError(f"This kit has no {RUBRIC.name}: it is for another course. Name a course with --course.")
     return own
@@ -65,10 +65,8 @@ def find(chosen: Path | None = None) -> Course:
     named = chosen or (Path(os.environ[VARIABLE]) if os.environ.get(VARIABLE) else None)
     if named:
         return _chosen(load(named.resolve()))
-    here = Path.cwd()
-    installed = _installed()
-    default = installed[0] if (KIT / INSTALLED).is_file() else None
-    folder = next((folder for folder in installed if here.is_relative_to(folder)), default)
+    here, added = Path.cwd(), _added()
+    folder = next((folder for folder in (*added, *_kits()) if here.is_relative_to(folder)), next(iter(added), None))
     return _chosen(load(folder) if folder else kits_own())
 
 
@@ -77,9 +75,9 @@ def passed_over() -> str:
     if os.environ.get(VARIABLE):
         return ""
     here = Path.cwd()
-    installed = _installed()
+    known = (*_added(), *_kits())
     folders = (here, *here.parents)
-    found = next((folder for folder in folders if (folder / COURSE).is_file() and folder not in installed), None)
+    found = next((folder for folder in folders if (folder / COURSE).is_file() and folder not in known), None)
     if found is None:
         return ""
     words = mark(
@@ -88,10 +86,13 @@ def passed_over() -> str:
     return say(words, whole=printable(str(found)), name=COURSE, folder=os.path.relpath(found), variable=VARIABLE)
 
 
-def _installed() -> list[Path]:
-    """Return the folders of the courses that are part of the kit."""
-    if (named := KIT / INSTALLED).is_file():
-        return [KIT / named.read_text(encoding="utf-8").strip()]
+def _added() -> list[Path]:
+    """Return the folder of the course for which this kit was made, none for the kit's own."""
+    return [KIT / named.read_text(encoding="utf-8").strip()] if (named := KIT / INSTALLED).is_file() else []
+
+
+def _kits() -> list[Path]:
+    """Return the folders of the kit's own courses."""
     return sorted(path.parent for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"))
 
 

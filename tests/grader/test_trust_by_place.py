@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,7 @@ from grader.authoring import new_course
 from grader.course import find, kits_own
 from grader.course.reader import VARIABLE
 from grader.host import provenance
+from grader.intake.submission import open_submission
 from grader.notebook import spare_process
 from grader.notebook.spare_process import SpareProcess
 from grader.notebook.workspace import VARIABLE as WORKSPACE
@@ -49,6 +52,11 @@ def test_a_course_that_a_submission_brings_is_named_in_one_line_and_not_used(
     words = "is not used. If that course is yours, add: --course ., or set"
     assert line == f"grader: {inside}/course.yaml {words} {VARIABLE}={inside}"
     assert not [*inside.rglob("*.ran")]
+
+
+def test_a_course_in_a_submission_is_named_in_its_report(inside: Path, tmp_path: Path):
+    intake = open_submission(inside, tmp_path / "in", kits_own()).intake
+    assert "course.yaml is not used: no course comes from a submission." in intake.notes
 
 
 def test_a_notebook_in_somebody_elses_workspace_says_so_and_uses_the_kits_course(
@@ -111,6 +119,13 @@ def test_a_search_path_without_more_folders_has_no_empty_part(tmp_path: Path, mo
     monkeypatch.setattr(spare_process.subprocess, "Popen", lambda *_, env, **__: started.append(env["PYTHONPATH"]))
     SpareProcess(["-P"], tmp_path, 1.0).take()
     assert started == [str(tmp_path)]
+
+
+def test_pictures_are_drawn_without_the_settings_of_the_current_folder(tmp_path: Path):
+    """A matplotlibrc that is no text ended a grading."""
+    (tmp_path / "matplotlibrc").write_bytes(b"\xff\xfe")
+    script = "from grader.report import album; album._load_matplotlib(); from grader.report import pictures"
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True)
 
 
 def test_git_is_not_asked_for_a_repository_above_the_kit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -150,8 +150,11 @@ def _readings(name: str) -> list[re.Match[str]]:
     """
     if found := _ANONYMOUS.fullmatch(name):
         return [found]
-    every = [found for at, char in enumerate(name) if char == "_" and (found := _NUMBERS.fullmatch(name, at))]
-    return list({found["id"]: found for found in reversed(every)}.values())[::-1]
+    readings: dict[str, re.Match[str]] = {}
+    for at, char in enumerate(name):
+        if char == "_" and (found := _NUMBERS.fullmatch(name, at)):
+            readings.setdefault(found["id"], found)
+    return list(readings.values())
 
 
 def _who(found: re.Match[str]) -> _Reading:

@@ -112,8 +112,9 @@ def test_every_doubt_is_said_in_full_before_anything_is_graded(tmp_path, export,
         return graded(order)
 
     workers(grade)
-    assert cli.main(export) == 0
+    assert cli.main([*export, "--minutes", "20"]) == 0
     assert "3 submissions: 0 kept, 3 to be graded, about " in said[0]
+    assert ", 20 minutes for each at most\n" in said[0]
     assert re.search(r"DOUBT: .*(Nemo|submission_4|s99).*overrides\.yaml", said[0])
     assert "graded, 10 s" not in said[0]
     assert (tmp_path / "class" / "plan.csv").exists()

@@ -13,8 +13,9 @@ cp -r "$(dirname "$0")/kit/." "$kit"
 cd "$kit"
 make setup PYTHON="$python"
 # A submission runs as another user: it needs Python and its packages, and nothing else of the kit.
-if [ -d course ]; then export ROS2_COURSE=$kit/course; fi
-chmod -R go-rwx grader sim rubric.yaml ${ROS2_COURSE:-}
+for part in grader sim rubric.yaml course; do
+    [ ! -e "$part" ] || chmod -R go-rwx "$part"
+done
 chmod 700 "$(dirname "$0")"
 .venv/bin/grader doctor || true  # in the log of the build
 # The first grading builds the contract's interfaces; do it now.
