@@ -53,6 +53,7 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     used = {hand_in.path.relative_to(root).parts[0] for hand_in in export.hand_ins}
     why = {name: note for name in entries - used for note in export.notes if _is_named(name, note)}
     beside = {name for name, note in why.items() if "is graded" in note}
+    beside |= {name for name in entries - used - set(why) if _is_beside(export, platform, root, root / name)}
     odd = sorted(entries - used - beside)
     hidden = sorted(each.name for each in root.iterdir() if each.name.startswith(".") and not _SYSTEM.match(each.name))
     loose = [
@@ -72,6 +73,12 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     notes = [f"{printable(name, 100)}: its name is too long, and was shortened." for name in source.shortened]
     lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
     return replace(export, ledger=ledger, lost=lost, notes=(*export.notes, *notes))
+
+
+def _is_beside(export: Export, platform: Platform, root: Path, entry: Path) -> bool:
+    """Return whether an entry is of those of a hand-in, such as a text that was typed beside a file."""
+    found = platform.read(root, [entry]).hand_ins if platform.recognises(root, [entry]) else ()
+    return any(_same(each, found[0]) for each in export.hand_ins) if found else False
 
 
 def _is_named(name: str, note: str) -> bool:

@@ -105,10 +105,11 @@ def _of_table(path: Path) -> Iterator[HandInTime]:
         names = list(cells)
         column = names[sheet["submitted"]] if sheet and "submitted" in sheet else ""
         text = cells.get(column or next((name for name in _COLUMNS if name in cells), ""), "").strip()
-        if text not in _NONE:
+        status = cells[names[sheet["status"]]] if sheet and "status" in sheet else ""
+        if text not in _NONE and not worksheet.is_not_handed_in(status):
             when = local_time(text) or worksheet.time(text)
             yield HandInTime(_claims(person), when, text, twice(text, when))
-        elif sheet and "status" in sheet and worksheet.is_handed_in(cells[names[sheet["status"]]]):
+        elif worksheet.is_handed_in(status):
             yield HandInTime(_claims(person), None, "")
 
 

@@ -70,6 +70,7 @@ _HANDED_IN = (
     "submitted for grading", "zur bewertung abgegeben", "remis pour \u00e9valuation", "enviado para calificar",
     "consegnato per la valutazione", "enviado para avalia\u00e7\u00e3o", "ingezonden voor beoordeling",
 )  # fmt: skip
+_NOT_HANDED_IN = ("no submission", "keine abgabe")  # there may be a time, of a page that was only opened
 _STATUS = ("status", "statut", "estado", "stato", "estat", "egoera")
 PARTICIPANTS = (
     "Participant", "Teilnehmer/in", "Participante", "Partecipante", "Deelnemer", "Partaidea",
@@ -106,6 +107,11 @@ def columns(header: Sequence[str]) -> dict[str, int] | None:
 def is_handed_in(cell: str) -> bool:
     """Return whether a cell of the status says that something was handed in, in the languages that are known here."""
     return cell.strip().casefold().startswith(_HANDED_IN)
+
+
+def is_not_handed_in(cell: str) -> bool:
+    """Return whether it says that nothing was."""
+    return cell.strip().casefold().startswith(_NOT_HANDED_IN)
 
 
 def participant(cell: str) -> str:

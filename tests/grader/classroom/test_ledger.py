@@ -263,3 +263,25 @@ def test_of_several_versions_the_last_is_v10_and_the_plan_says_so(tmp_path):
     what = found(zipped(tmp_path / "e.zip", *names))
     assert what.entries[0].path.name == "lab_v10.zip"
     assert what.notes == ("Jane Doe: lab_v10.zip is graded, the last one, not lab_v1.zip, lab_v9.zip.",)
+
+
+@pytest.mark.parametrize("separator", ["/", "_"])
+def test_a_text_beside_a_package_is_accounted_for(tmp_path, separator):
+    start = "Jane Doe_41_assignsubmission"
+    what = found(
+        zipped(tmp_path / "e.zip", f"{start}_file{separator}a.zip", f"{start}_onlinetext{separator}online.html")
+    )
+    assert stops(what) == []
+    assert what.ledger[0] == "moodle: 2 entries = 1 with a hand-in + 1 beside one of the same people"
+
+
+def test_a_state_without_a_time_says_who_handed_in(tmp_path):
+    lines = (
+        "Identifier,Full name,Status,Grade,Last modified (grade)",
+        "Participant 41,Jane Doe,Submitted for grading - ,,-",
+        "Participant 42,Bo Ek,No submission - ,,-",
+    )
+    (tmp_path / "sheet.csv").write_text("\n".join(lines))
+    assert [[claim.value for claim in time.claims] for time in times.load(tmp_path / "sheet.csv")] == [
+        ["41", "Jane Doe"]
+    ]
