@@ -134,6 +134,8 @@ def test_a_traceback_is_kept_though_much_was_written_after_it():
     assert kept.endswith(output[-4000:])
     assert tracebacks.raised(kept) == tracebacks.raised(IN_GOAL)
     assert tracebacks.tail(IN_GOAL, 4000) == IN_GOAL
+    deep = IN_GOAL.replace("  File", f'  File "{RCLPY}/task.py", line 1, in send\n    go\n' * 200 + "  File")
+    assert tracebacks.raised(tracebacks.tail(deep + "[INFO] driving\n" * 1000, 4000)) == tracebacks.raised(IN_GOAL)
 
 
 def test_what_a_caught_exception_cost_is_summed_up_as_one_cause():
