@@ -66,7 +66,10 @@ def tail(output: str, most: int) -> str:
     if found < 0 or found >= len(output) - most:
         return output[-most:]
     end = _RAISED.search(output, found)
-    return f"{output[found : end.end() if end else found][:most]}\n[...]\n{output[-most:]}"
+    whole = output[found : end.end() if end else found]
+    if len(whole) > most:  # its end says what was raised
+        whole = f"{BEGIN}:\n{whole[-most:].partition(chr(10))[2]}"
+    return f"{whole}\n[...]\n{output[-most:]}"
 
 
 def last_place(output: str) -> str:

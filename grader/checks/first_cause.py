@@ -75,7 +75,11 @@ def _shown_by_graph(trial: Trial, course: Course, graph: tuple[str, ...], seen: 
 
 
 def spinning(trials: Sequence[Trial], quality: Quality | None) -> Reason | None:
-    """Return which callback of a node of these trials spins, which takes its executor from it; None if none does."""
+    """Return which callback of a node of these trials spins, which takes its executor from it; None if none does.
+
+    Only of trials in which something was asked of the node: which callbacks ran is not known.
+    """
+    trials = [trial for trial in trials if trial.goals or trial.calls]
     files = quality.reached.nodes if quality is not None and quality.reached is not None else {}
     own = {path for trial in trials for path in files.get(trial.node, ())}
     found = [habit for habit in quality.habits if habit.path in own or not own] if quality is not None else []
@@ -147,8 +151,10 @@ def holds_on(habits: Sequence[Finding], where: str = "") -> list[Finding]:
 def launch_errors(trial: Trial) -> str:
     """Return as the end of a sentence the errors that `ros2 launch` printed, "" if it printed none."""
     output = trial.process.output_tail if trial.process is not None else ""
+    said, place = tracebacks.raised(output)
     lines = [_UNSAID.sub("", line.strip()) for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
-    errors = sorted(lines, key=lambda line: _DIED in line)[:3]  # what a node itself said comes first
+    lines = [f"{line} ({place})" if place and said in line else line for line in lines]
+    errors = sorted(lines, key=lambda line: (_DIED in line, said not in line))[:3]  # what a node said comes first
     return say("; `ros2 launch` said: {errors}", errors=" | ".join(errors)[:600]) if errors else ""
 
 

@@ -166,7 +166,7 @@ class Reason:
         if self.fault is not None:
             return self.fault.cure
         by_words = next((cure for words, cure in _CURES_BY_WORDS.items() if words in self.said), "")
-        if by_words and self.kind in (Kind.RAISED, Kind.DIED, Kind.DIED_EARLY):
+        if by_words and self.kind in (Kind.RAISED, Kind.DIED, Kind.DIED_EARLY, Kind.NOT_UP):
             return say(by_words)
         guessed = self.kind in _AT_A_PLACE and not self.place
         return "" if guessed else say(_CURES.get(self.kind, ""))

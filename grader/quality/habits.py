@@ -18,7 +18,7 @@ _MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp
 _MUTABLE_CALLS = ("list", "dict", "set", "bytearray", "defaultdict", "deque", "OrderedDict", "Counter")
 # Calls that return when another callback has run, which it cannot as long as this one does.
 _WAITS = {
-    "call": "a client's `call`",
+    "rclpy.spin_until_future_complete": "`spin_until_future_complete`", "call": "a client's `call`",
     "wait_for_service": "`wait_for_service`", "wait_for_server": "`wait_for_server`",
     "send_goal": "an action client's `send_goal`",
 }  # fmt: skip
@@ -87,7 +87,7 @@ def _in_callbacks(graph: CallGraph) -> Iterator[Finding]:
                     yield Finding(node.module.path, part.lineno, "sleep-in-callback", f"`{slept}` {where}")
                 elif meaning in _WALL_CLOCKS:
                     yield Finding(node.module.path, part.lineno, "wall-clock", f"`{meaning}` {where}")
-                elif meaning in _SPINS:
+                elif meaning in _SPINS and part.args and last_name(part.args[0]) == "self":  # another node may be spun
                     yield Finding(node.module.path, part.lineno, "spin-in-callback", f"`{meaning}` {where}")
                 elif what := _waits(part, meaning):
                     yield Finding(node.module.path, part.lineno, "wait-in-callback", f"{what} {where}")

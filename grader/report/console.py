@@ -132,21 +132,22 @@ class _Page:
             yield from self.wrap(f"{waits}: {', '.join(r.id for r in left if r.waits == waits)}", indent=2)
 
     def lost(self) -> Iterator[str]:
-        waiting: dict[str, list[str]] = {}
+        waiting: dict[tuple[str, str], list[str]] = {}
         for loss in self.grading.losses:
             result = loss.result
             if result.outcome is Outcome.NOT_REACHED:
                 because = result.because or result.seen or say("a requirement that it depends on failed")
+                why = because, result.try_
                 if self.cause is not None and self.cause.explains(result):
-                    because = say("of the first cause, above")
-                waiting.setdefault(because, []).append(loss.requirement.id)
+                    why = say("of the first cause, above"), ""
+                waiting.setdefault(why, []).append(loss.requirement.id)
                 continue
             yield ""
             yield from self.block(loss)
-        for because, names in waiting.items():
+        for (because, try_), names in waiting.items():
             yield ""
             yield self.paint(say("not reached"), "2") + f"  {', '.join(dict.fromkeys(names))}"
-            yield from self.rows({say("because"): because})
+            yield from self.rows({say("because"): because, say("try"): try_})
 
     def block(self, loss: Loss) -> Iterator[str]:
         result = loss.result

@@ -134,6 +134,8 @@ def test_a_traceback_is_kept_though_much_was_written_after_it():
     assert kept.endswith(output[-4000:])
     assert tracebacks.raised(kept) == tracebacks.raised(IN_GOAL)
     assert tracebacks.tail(IN_GOAL, 4000) == IN_GOAL
+    deep = IN_GOAL.replace("  File", f'  File "{RCLPY}/task.py", line 1, in send\n    go\n' * 200 + "  File")
+    assert tracebacks.raised(tracebacks.tail(deep + "[INFO] driving\n" * 1000, 4000)) == tracebacks.raised(IN_GOAL)
 
 
 def test_what_a_caught_exception_cost_is_summed_up_as_one_cause():
@@ -255,6 +257,12 @@ def test_a_parameter_of_another_type_is_named_with_file_and_line(
 def test_the_last_exception_of_a_launched_node_leads_to_its_line():
     launched = "".join(f"[robot_controller-1] {line}\n" for line in IN_GOAL.splitlines())
     assert tracebacks.raised(launched) == tracebacks.raised(IN_GOAL)
+    ended = Reason(Kind.DIED_EARLY, launch="robot_controller_launch.py", exit_code=0)
+    end = ProcessEnd("itself", 0, 1.0, launched)
+    down = trial("launch_robot_controller", ready=False, ended=ended, launch=ended.launch, process=end)
+    said = ask(find("check_launch::test_the_launch_files_start_the_nodes"), of(down))
+    raised = "AttributeError: 'function' object has no attribute 'info' (ros2_robot_controller/navigator.py:75, in"
+    assert f"`ros2 launch` said: [robot_controller-1] {raised} `_navigate`)" in said.seen
 
 
 def test_files_that_are_not_installed_are_i1s_fault(tmp_path: Path):
@@ -309,7 +317,8 @@ def test_a_spin_inside_a_callback_is_named_alone_with_its_cure():
         Finding(path, 85, "loop-in-callback", "`while` in the callback `_navigate`"),
         Finding(path, 86, "sleep-in-callback", "`time.sleep` in the callback `_navigate`"),
     ]
-    deaf = trial("navigate_ahead", ended=Reason(Kind.HANGS, seconds=10.0))
+    sent = Goal(0.5, 2.5, 0.0, 0.1, True, "unfinished", None, 0.0, 0.0, float("nan"))
+    deaf = trial("navigate_ahead", ended=Reason(Kind.HANGS, seconds=10.0), goals=[sent])
     said = ask(F8, of(deaf, quality=Quality(Manifest(found=True), habits=habits)))
     spins = f"`rclpy.spin_until_future_complete` in the callback `_navigate` at {path}:79: it takes the node from"
     assert said.seen.startswith(spins)

@@ -273,6 +273,8 @@ def test_a_pause_in_a_helper_of_the_control_loop_costs_half(tmp_path: Path):
     [
         ("rclpy.spin_until_future_complete(self, future)", ["spin-in-callback"]),
         ("rclpy.spin_once(self)", ["spin-in-callback"]),
+        ("rclpy.spin_once(self.asker)", []),
+        ("rclpy.spin_until_future_complete(self.asker, future)", ["wait-in-callback"]),
         ("answer = self.client.call(request)", ["wait-in-callback"]),
         ("self._scan_client.wait_for_service()", ["wait-in-callback"]),
         ("self.navigator.send_goal(goal)", ["wait-in-callback"]),

@@ -8,7 +8,7 @@ import pytest
 from helpers.report_examples import BUILD, CHOSEN, INTAKE, TOUCHED, grading, results, small_rubric
 
 from grader.evidence import Evidence, Flag
-from grader.report import console
+from grader.report import console, html
 from grader.scoring.scorecard import CheckResult, Outcome
 
 
@@ -77,6 +77,18 @@ team07.zip: package ros2_robot_controller
 First cause: The package does not build; 8 points follow from it
 """)
     assert "not reached  F4, F8\n        because   of the first cause, above" in text
+
+
+def test_what_to_do_about_a_check_that_was_not_reached_is_said_once(rubric):
+    waits = [
+        CheckResult(check.id, Outcome.NOT_REACHED, 0, because="a callback spins", try_="`await` it")
+        for check in rubric.checks
+        if check.id.startswith("check_obstacle")
+    ]
+    made = grading(rubric, results(rubric, *waits))
+    assert len(waits) > 1
+    assert "not reached  F4\n        because   a callback spins\n        try       `await` it\n" in console.render(made)
+    assert html.render(made).count("<dt>try</dt><dd><code>await</code> it</dd>") == 1
 
 
 def test_integrity_flags_come_before_the_points(rubric):
