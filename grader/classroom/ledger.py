@@ -21,6 +21,7 @@ from grader.errors import GraderError
 from grader.intake.copy_plan import LeftOut
 from grader.intake.names import safe_name, shortened
 from grader.sanitize import printable
+from grader.words import counted
 
 _SYSTEM = re.compile(r"\._|\.(DS_Store|directory|localized|git\w*|venv|vscode|idea)$")
 _SHOWN = 3
@@ -66,7 +67,8 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     gone = _groups(source, root.relative_to(source.folder).parts)
     left = [*odd, *hidden, *(top for top in gone if top not in entries)]
     within = sum(len(several) for top, several in gone.items() if top in entries)
-    ledger = f"{len(entries) + len(left) - len(odd)} entries = {len(entries & used)} with a hand-in"
+    every = counted(len(entries) + len(left) - len(odd), "entry", "entries")
+    ledger = f"{every} = {len(entries & used)} with a hand-in"
     ledger += f" + {len(beside)} beside one of the same people" if beside else ""
     ledger += f" + {len(left)} left out: {_some([printable(name, 80) for name in left])}" if left else ""
     ledger += f"; inside them {within} left out" if within else ""
@@ -234,11 +236,12 @@ def lines(
         here = sum(person.key in have for person in roster)
         open_ = sum(person.key in waiting for person in roster)
         rest = len(roster) - here - open_
-        said.append(f"roster: {len(roster)} people = {here} with a hand-in + {open_} in doubt + {rest} without")
+        every = counted(len(roster), "person", "people")
+        said.append(f"roster: {every} = {here} with a hand-in + {open_} in doubt + {rest} without")
     if handed_in.claimed or handed_in.strangers:
         here = sum(person.key in have for person in handed_in.claimed)
-        total = len(handed_in.claimed) + handed_in.strangers
+        total = counted(len(handed_in.claimed) + handed_in.strangers, "person", "people")
         rest = len(handed_in.claimed) - here
         more = f" + {handed_in.strangers} of nobody in the roster" if handed_in.strangers else ""
-        said.append(f"list: {total} people handed in = {here} with a hand-in + {rest} without{more}")
+        said.append(f"list: {total} handed in = {here} with a hand-in + {rest} without{more}")
     return tuple(said)

@@ -20,6 +20,7 @@ from grader.classroom.matching import GO_ON
 from grader.classroom.overrides import Decisions
 from grader.classroom.roster import Person
 from grader.sanitize import printable
+from grader.words import counted
 
 SECONDS_EACH = 45.0
 """Wall time of a whole grading on two cores, as docs/classes.md measured it; for a class without any grade yet."""
@@ -257,7 +258,7 @@ def summary(plan: Plan) -> Iterator[str]:
     how_long += f", {plan.minutes} minutes for each at most" if todo else ""
     others = f", {len(left)} left as they are" if left else ""
     count = len(plan.rows) - len(missing) - len(waiting)
-    yield f"{count} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
+    yield f"{counted(count, 'submission')}: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
     causes = Counter(row.decision.why for row in todo)
     yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
     matched = Counter(each.means for row in plan.rows if row.entry for each in row.entry.matched)
@@ -266,9 +267,10 @@ def summary(plan: Plan) -> Iterator[str]:
     if late := [row.entry.id for row in plan.rows if row.entry and "late by" in row.late]:
         yield f"  {len(late)} late: {_some(late)}"
     if missing:
-        yield f"  {len(missing)} people handed in nothing"
+        yield f"  {counted(len(missing), 'person', 'people')} handed in nothing"
     if waiting:
-        yield f"  {len(waiting)} people without a submission are not graded yet, because of a doubt"
+        people = counted(len(waiting), "person", "people")
+        yield f"  not graded yet, because of a doubt: {people} without a submission"
     if other_kit := [row.entry.id for row in kept if row.entry and row.decision.other_kit]:
         yield f"  {len(other_kit)} kept from another kit: {_some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
@@ -285,7 +287,7 @@ def summary(plan: Plan) -> Iterator[str]:
 
 
 def _count(stops: Sequence[str]) -> str:
-    return "1 doubt stops" if len(stops) == 1 else f"{len(stops)} doubts stop"
+    return f"{counted(len(stops), 'doubt')} {'stops' if len(stops) == 1 else 'stop'}"
 
 
 def _some(names: Sequence[str]) -> str:

@@ -68,6 +68,13 @@ def test_what_the_class_lost_is_linked_to_the_section_and_to_the_submissions(pag
     assert f'id="{anchor}"' in (tmp_path / "class" / "sections.html").read_text()
 
 
+def test_a_class_that_shares_no_loss_has_each_in_sight(page):
+    """There was an empty table, and what one submission alone had lost was folded below it."""
+    (teach,) = re.findall(r'id="teach".*?</section>', page, re.DOTALL)
+    assert "<details>" not in teach
+    assert teach.count('<table class="failed">') == 1
+
+
 def test_doubts_and_misfits_are_at_the_top_and_said_once(class_of_four):
     """They were among the notes at the end of the page, below two tables of all submissions."""
     folder = class_of_four()

@@ -104,6 +104,20 @@ def test_the_plan_says_whose_which_hand_in_counts_how_late_and_what_will_be_done
     assert (plan["Bo Ek"]["will be"], plan["Bo Ek"]["why"]) == ("not graded yet", "unless Nemo is theirs")
 
 
+def test_one_of_a_thing_is_not_called_several(tmp_path, workers, capsys):
+    """`1 pairs`, `1 people handed in nothing`."""
+    (tmp_path / "one" / "team01").mkdir(parents=True)
+    (tmp_path / "roster.csv").write_text("id,name,team\ns1,Jane Doe,team01\ns2,Bo Ek,team02\n")
+    workers(graded)
+    options = ["--roster", str(tmp_path / "roster.csv"), "--out", str(tmp_path / "class"), "--despite-doubts"]
+    assert cli.main(["batch", str(tmp_path / "one"), *options]) == 0
+    assert cli.main(["gradebook", str(tmp_path / "class")]) == 0
+    said = "".join(capsys.readouterr())
+    assert "1 submission: 0 kept, 1 to be graded" in said
+    assert re.search(r"1 person (handed in nothing|without a submission)", said)
+    assert not re.findall(r"(?<![\d.])1 (?:submissions|people|entries|doubts|pairs)\b", said)
+
+
 def test_every_doubt_is_said_in_full_before_anything_is_graded(tmp_path, export, workers, capsys):
     said: list[str] = []
 

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from helpers.course import COURSE
 from helpers.report_examples import drive_at_a_wall, drive_to_a_goal
@@ -40,7 +41,8 @@ def lines_of(trial: Trial) -> list[float]:
     """Return the heights of the level lines in the plot of ranges."""
     axes = Figure().add_subplot()
     pictures._draw_ranges(axes, trial)
-    return [line.get_ydata()[0] for line in axes.lines if list(line.get_xdata()) == [0, 1]]
+    drawn = [np.array(line.get_data()).tolist() for line in axes.lines]
+    return [high[0] for places, high in drawn if places == [0, 1]]
 
 
 def test_a_plot_has_a_line_for_the_thresholds_of_its_own_trial_only():
