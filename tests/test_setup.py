@@ -308,6 +308,7 @@ def test_jupyter_starts_as_root_too(clone: Path):
     assert ("--allow-root" in run("make", "jupyter", cwd=clone).stdout) == (os.getuid() == 0)
 
 
+@pytest.mark.slow  # a start of JupyterLab for each
 @pytest.mark.parametrize("makefile", ["Makefile", "grader/authoring/student_kit/Makefile"])
 def test_jupyter_prints_the_address_of_the_first_notebook(makefile: str, tmp_path: Path):
     """It printed the launcher's, which leads a student on a remote machine to an empty page."""

@@ -203,15 +203,15 @@ FAULTS = (
     Fault(
         "two_workspaces_share_a_domain",
         "grader/notebook/domain.py",
-        "if _users(number) <= {_identity(root)}:",
-        "if _identity(root) in _users(number):",
+        "if held := dds_domain.claim(number, _identity(root)):",
+        "if held := dds_domain.claim(number, ''):",
     ),
     # -- ros2 ----------------------------------------------------------------------------------------------------------
     Fault(
         "param_load_skips_what_is_meant_for_all_nodes",
         "grader/ros2/commands/param.py",
-        'if full_name(key) in ("/**", node) and',
-        "if full_name(key) == node and",
+        'for key in sorted(blocks, key=lambda key: key != "/**"):',
+        'for key in (key for key in blocks if key != "/**"):',
     ),
     Fault(
         "a_best_effort_publisher_beside_a_reliable_one_is_not_heard",
