@@ -5,9 +5,8 @@ const RATES = [0.25, 0.5, 1, 2, 5, 10, null]; // null: as fast as possible
 const CLICK_PX = 5; // a pointer that moved less than this has clicked
 const DRAG_MS = 100; // how often the position of a dragged obstacle is sent
 const ALIVE_MS = 4000;
-const SILENT_MS = 8000; // a kernel that has not answered for so long is busy or gone
-const UNANSWERED = new Set(["alive", "bye", "reset"]); // a reset may start a node anew, which takes longer
-const SILENT = "No answer from the kernel. If no cell is running, run this cell again: the view ends with its kernel.";
+const SILENT_MS = 8000;
+const SILENT = "The kernel does not answer: it is busy, or it was restarted. In that case run this cell again.";
 const LEGEND = [
   ["path", "robot and path", "lv-thin"], ["scan", "lidar"], ["goal", "goal"],
   ["obstacle", "obstacle"], ["mover", "moves by itself"], ["contact", "contact"],
@@ -154,7 +153,8 @@ class View {
     this.dark.addEventListener("change", this.onDark);
     this.beat = () => {
       this.send({ kind: "alive", view: this.id, hidden: document.hidden });
-      if (performance.now() - (this.asked ?? Infinity) > SILENT_MS) this.say(SILENT);
+      const since = this.asked ?? (this.now?.status === "running" ? this.arrived : Infinity);
+      if (performance.now() - since > SILENT_MS) this.say(SILENT);
     };
     this.alive = setInterval(this.beat, ALIVE_MS);
     document.addEventListener("visibilitychange", this.beat);
@@ -172,7 +172,7 @@ class View {
   }
 
   send(content) {
-    if (!UNANSWERED.has(content.kind)) this.asked ??= performance.now();
+    if (content.kind !== "alive" && content.kind !== "bye") this.asked ??= performance.now();
     try { this.model.send(content); } catch { /* the kernel is gone, and the page itself says so */ }
   }
 
