@@ -33,6 +33,7 @@ _HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
 _SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW)
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+_NOT_CALLABLE = "'NoneType' object is not callable"
 _SCRIPT = re.compile(r'File "[^"]*(?<!/grader)/(trials/\w+\.py)", line (\d+)')  # a frame of a course's trial
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
 _NO_FLOAT = mark("{topic} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1")
@@ -192,6 +193,10 @@ class Judge:
             why = Reason(Kind.NO_RESPONSE, said=shown or say("the callback of a service returned None"))
             return NotReached(why, words=f"{reason}; {why}")
         words = f"{reason}{last_output(trial)}"
+        called = [habit for habit in self.habits if habit.rule == "called-at-once" and _NOT_CALLABLE in output]
+        if called:  # the traceback leads to the executor, and to the line that spins the node
+            where = place(called[0])
+            return NotReached(replace(reason, place=where), words=f"{reason}: {where} {called[0].text}")
         if by_itself:
             return NotReached(replace(reason, place=tracebacks.last_place(output)), words=words)
         if reason.kind in _SILENT and (held := _holds_on(self.habits)):
@@ -246,6 +251,9 @@ class Judge:
         trial = self.trial(name, complete=False)
         if trial.graph is None:
             raise Unjudged(f"the trial {name} has no graph")
+        node, shown = self.course.nodes.get(trial.node), {end.topic for end in trial.graph.endpoints}
+        if trial.ended and node is not None and not {*node.subscribes, *node.publishes} <= shown:
+            raise self.not_reached(trial.ended, trial)  # it was gone before all of it was there
         return trial.graph
 
     @property
