@@ -120,19 +120,26 @@ def set_up(machine: Machine) -> None:
     wanted = [tool for tool, program in (("bubblewrap", "bwrap"), ("ccache", "ccache")) if not machine.which(program)]
     if wanted and permitted(machine):
         provide(machine, wanted, "")
-    quieten_jupyter()
+    adjust_jupyter()
     STAMP.write_text(fingerprint())
     say(f"Done in {time.monotonic() - started:.0f} s.")
     grade = ", or `make grade` to grade the reference package" if (ROOT / "solution_pkg").is_dir() else ""
     say(f"Next, type `make jupyter` to open the course{grade}.")
 
 
-def quieten_jupyter() -> None:
-    """Keep JupyterLab from asking, at its first start, whether it may fetch news from its makers."""
+def adjust_jupyter() -> None:
+    """Keep JupyterLab from asking whether it may fetch news, and let it save what widgets show.
+
+    A live view whose kernel is gone can then say so after a reload of the page; else it is "model not found".
+    """
     settings = VENV / "share" / "jupyter" / "lab" / "settings" / "overrides.json"
     settings.parent.mkdir(parents=True, exist_ok=True)
     quiet = {"fetchNews": "false", "checkForUpdates": False}
-    settings.write_text(json.dumps({"@jupyterlab/apputils-extension:notification": quiet}))
+    wanted = {
+        "@jupyterlab/apputils-extension:notification": quiet,
+        "@jupyter-widgets/jupyterlab-manager:plugin": {"saveState": True},
+    }
+    settings.write_text(json.dumps(wanted))
 
 
 def check_machine(machine: Machine) -> None:

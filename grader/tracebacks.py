@@ -13,6 +13,7 @@ _NAMED = re.compile(r"(?<!\S)\S+\.py:\d+|\bline \d+")
 _ASSERTION = re.compile(r"\b(\w+)__convert_from_py: (Assertion `(?:Py(\w+)_Check\(field\)|[^`\n]*)' failed\.)")
 _INTERFACE = re.compile(r"__(?:msg|srv|action)__")
 _TYPES = {"Float": "float", "Long": "int", "Unicode": "str", "Bool": "bool"}
+_NO_CALLBACK = "TypeError: 'NoneType' object is not callable"
 _DUMP = "most recent call first"
 _RAISED = re.compile(r"^Traceback \(most recent call last\):\n(?:[ \t].*\n)*+(\S.*)", re.MULTILINE)
 # What `ros2 launch` writes before each line of a node's.
@@ -42,6 +43,8 @@ def last_words(output: str) -> str:
     if not lines:
         return ""
     said = lines[-1].strip()[:300]
+    if said == _NO_CALLBACK and "in await_or_execute" in output:  # the frames are the executor's and the spinning line
+        return f"{said}: a callback is None; name it without brackets, `self.tick`, not `self.tick()`"
     place = _raised_at(output)
     return f"{said} ({place})" if place and not said.startswith("[") else said
 

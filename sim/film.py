@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sim.recording import Recording
-from sim.views import COLORS, draw_contacts, draw_goals, draw_moment, draw_obstacles, map_view
+from sim.views import COLORS, draw_contacts, draw_goals, draw_moment, draw_obstacles, framed, map_view
 
 FRAME_S = 0.125
 LONGEST_S = 10.0  # a longer recording plays faster
@@ -49,7 +49,7 @@ class Film:
     def png(self) -> bytes:
         """Return an animated PNG. Where it does not play, it is a picture of the whole way."""
         r = self._recording
-        figure = map_view(r, title="")
+        figure = framed(map_view(r, title=""))
         figure.set_dpi(_DPI)
         # The robot fits in at the end; so it must on its way.
         (axes,), room = figure.axes, 1.1 * r.radius

@@ -44,6 +44,7 @@ COLORS = {
 # Distances at which a robot of this size should stop driving, and stop at all: the default thresholds in plots, m.
 THRESHOLDS = {"obstacle": 0.5, "emergency": 0.2}
 
+_FRAME = "#8a94a0"  # a middle tone, seen on light and dark pages
 _TURNS = 0.02  # rad/s, more than the sensors' and the wheels' noise makes of a straight drive
 
 
@@ -51,10 +52,21 @@ class View(Figure):
     """A Figure that a notebook shows exactly once, with any backend."""
 
     def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
-        out = io.BytesIO()
-        self.savefig(out, format="png", dpi=96)
         note = self.get_supxlabel().replace("\n", " ")
-        return out.getvalue(), {"alt": f"{self.get_suptitle()}. {note}" if note else self.get_suptitle()}
+        return png(self), {"alt": f"{self.get_suptitle()}. {note}" if note else self.get_suptitle()}
+
+
+def png(figure: Figure, dpi: float = 96) -> bytes:
+    """Return a framed figure as a PNG."""
+    out = io.BytesIO()
+    framed(figure).savefig(out, format="png", dpi=dpi)
+    return out.getvalue()
+
+
+def framed(figure: Figure) -> Figure:
+    """Give a figure a frame and return it: on a dark page, white without one looks like an oversight."""
+    figure.patch.set(edgecolor=_FRAME, linewidth=2.0)
+    return figure
 
 
 def map_view(what: Recording | World | Simulator, at: float | None = None, *, title: str | None = None) -> View:

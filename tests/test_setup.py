@@ -146,7 +146,7 @@ def test_setup_goes_by_what_a_course_of_the_kit_adds_and_by_nothing_else_in_its_
 setup.ROOT, asked = setup.Path({str(tmp_path)!r}), []
 setup.pip = lambda what, *command: asked.append(command)
 setup.STAMP, setup.VENV = setup.ROOT / "stamp", setup.ROOT
-for name in ("check_machine", "make_environment", "install_pinned", "permitted", "quieten_jupyter"):
+for name in ("check_machine", "make_environment", "install_pinned", "permitted", "adjust_jupyter"):
     setattr(setup, name, lambda *_: None)
 before = setup.fingerprint()
 setup.set_up(bare)
@@ -174,10 +174,11 @@ def test_the_python_that_another_user_cannot_reach_is_named_by_its_path(tmp_path
     assert f"The Python of .venv, {base / 'python3'}, is out of your reach" in said
 
 
-def test_setup_keeps_jupyterlab_from_asking_about_news(tmp_path: Path):
-    setup_with(f"setup.VENV = setup.Path({str(tmp_path)!r}); setup.quieten_jupyter()")
+def test_setup_keeps_jupyterlab_from_asking_about_news_and_lets_it_save_widgets(tmp_path: Path):
+    setup_with(f"setup.VENV = setup.Path({str(tmp_path)!r}); setup.adjust_jupyter()")
     settings = json.loads((tmp_path / "share/jupyter/lab/settings/overrides.json").read_text())
     assert settings["@jupyterlab/apputils-extension:notification"]["fetchNews"] == "false"
+    assert settings["@jupyter-widgets/jupyterlab-manager:plugin"] == {"saveState": True}
 
 
 def test_bubblewrap_is_installed_where_that_is_permitted():

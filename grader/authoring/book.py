@@ -7,7 +7,6 @@ exercises, after the notebooks before it, and stored with its cleaned outputs; `
 from __future__ import annotations
 
 import argparse
-import io
 import os
 import runpy
 import sys
@@ -264,12 +263,12 @@ def _draw(name: str, folder: Path) -> bool:
     import matplotlib as mpl
 
     mpl.use("agg")
-    figure = runpy.run_path(str(script))["draw"]()
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=150, facecolor="white")
+    from sim.views import png
+
+    picture = png(runpy.run_path(str(script))["draw"](), dpi=150)
     target = folder / "pictures" / f"{number}.png"
     target.parent.mkdir(exist_ok=True)
-    target.write_bytes(stored_outputs.reduce_colours(stream.getvalue(), PICTURE_WIDTH))
+    target.write_bytes(stored_outputs.reduce_colours(picture, PICTURE_WIDTH))
     print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
     return True
 

@@ -43,6 +43,7 @@ from grader.words import say, some
 _ABOUT = {"launch": ("launch", "parameters"), "file": ("parameters",)}
 SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW, Kind.WAITS, Kind.WAITED)
 """Reasons of a node that is there and does not answer."""
+_NOT_CALLABLE = "'NoneType' object is not callable"
 _SCRIPT = re.compile(r'File "[^"]*(?<!/grader)/(trials/\w+\.py)", line (\d+)')  # a frame of a course's trial
 
 
@@ -209,6 +210,10 @@ class Judge:
             why = Reason(Kind.NO_RESPONSE, said=shown or say("the callback of a service returned None"))
             return NotReached(why, words=f"{reason}; {why}")
         words = f"{reason}{last_output(trial)}"
+        called = [habit for habit in self.habits if habit.rule == "called-at-once" and _NOT_CALLABLE in output]
+        if called:  # the traceback leads to the executor, and to the line that spins the node
+            where = place(called[0])
+            return NotReached(replace(reason, place=where), words=f"{reason}: {where} {called[0].text}")
         if by_itself:
             said, _ = tracebacks.raised(output)
             return NotReached(replace(reason, place=tracebacks.last_place(output), said=said), words=words)
@@ -266,6 +271,9 @@ class Judge:
         trial = self.trial(name, complete=False)
         if trial.graph is None:
             raise Unjudged(f"the trial {name} has no graph")
+        node, shown = self.course.nodes.get(trial.node), {end.topic for end in trial.graph.endpoints}
+        if trial.ended and node is not None and not {*node.subscribes, *node.publishes} <= shown:
+            raise self.not_reached(trial.ended, trial)  # it was gone before all of it was there
         return trial.graph
 
     @property

@@ -1,4 +1,4 @@
-"""Give each matplotlib figure of a notebook an alternative text, for those who do not see it."""
+"""Give each matplotlib figure of a notebook a frame, and an alternative text for those who do not see it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grader.words import say
 
 
 def describe_figures(shell: Any) -> None:
-    """Let figures be shown with their words from now on. Called after each cell, before its figures are shown."""
+    """Let figures be shown framed and with their words from now on. Called after each cell, before they are shown."""
     if "matplotlib.figure" not in sys.modules:
         return
     from matplotlib.figure import Figure
@@ -29,7 +29,9 @@ class _Described:
         self._draw = draw
 
     def __call__(self, figure: Any) -> Any:
-        drawn = self._draw(figure)
+        from sim.views import framed
+
+        drawn = self._draw(framed(figure))
         return drawn if isinstance(drawn, tuple) else (drawn, {"alt": words_of(figure)})
 
 

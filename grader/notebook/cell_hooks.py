@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import alt_text, before_begin, checkpoints, pieces
+from grader.notebook import alt_text, before_begin, checkpoints, interface_types, pieces
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -46,14 +46,14 @@ class CellHooks:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
 
         def write(line: str, cell: str) -> None:
-            whole = f"%%{name} {line}\n{cell}"
-            if refusal := self._backups.refusal(whole, os.environ.get(NOTEBOOK, "")):
+            whole, notebook = f"%%{name} {line}\n{cell}", os.environ.get(NOTEBOOK, "")
+            if refusal := self._backups.refusal(whole, notebook, checkpoints.written_by(notebook)):
                 print(refusal)
             else:
                 if path := target(whole):
                     path.parent.mkdir(parents=True, exist_ok=True)
                 magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
-                self._backups.after(whole, os.environ.get(NOTEBOOK, ""))
+                self._backups.after(whole, notebook)
                 if path and path.is_relative_to(package := self._workspace.package):
                     written = path.relative_to(package).as_posix()
                     if meant := checkpoints.meant_by(written):
@@ -75,6 +75,7 @@ def install(workspace: Workspace) -> None:
     shell = module.get_ipython() if module is not None else None
     if shell is None:
         return
+    interface_types.check_fields()
     hooks = CellHooks(workspace)
     for event, callback in (
         ("pre_run_cell", hooks.before),

@@ -70,7 +70,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
                 if r.id in stand_ins:
                     answers[r.id] = _stood_in(r, stand_ins[r.id], score, grading)
                 else:
-                    answers[r.id] = _judged(score, grading, notebook)
+                    answers[r.id] = replace(_judged(score, grading, notebook), sample=_sample(r.id, grading))
             pictures, notes = _pictures(grading, notebook), _remarks(grading)
             tables = _tables(grading.shown())
         except SubmissionError as error:
@@ -208,6 +208,15 @@ def _not_reached(result: CheckResult, grading: Grading) -> tuple[tuple[str, str]
         seen = say("the package does not build: {error}", error=prerequisites.first_error(found))
         try_ = say("fix the first error of the build; others often go with it")
     return (say("seen"), seen), (say("expected"), expected), (say("try"), try_)
+
+
+def _sample(requirement: str, grading: Grading) -> str:
+    """Return in words that only some of its mutants were tried, "" if all were, or for another requirement."""
+    mutation = grading.evidence.mutation
+    if requirement != course().requirement_of("check_mutation") or mutation is None:
+        return ""
+    tried, every = len(_tried(grading)), len(mutation.mutants)
+    return say("a sample: {tried} of {every} mutants tried", tried=tried, every=every) if tried < every else ""
 
 
 def _remarks(grading: Grading) -> tuple[str, ...]:

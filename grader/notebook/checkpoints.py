@@ -80,6 +80,12 @@ def checkpoint(notebook: str) -> Checkpoint:
     return _by_number()[number(notebook)]
 
 
+def written_by(notebook: str) -> tuple[str, ...]:
+    """Return the files that a notebook's cells write; () for "" and for a notebook that the course does not have."""
+    found = _by_number().get(notebook)
+    return (*found.exercises, *found.given) if found else ()
+
+
 def written_in(path: str) -> str:
     """Return the first notebook ("05") that writes a file of the package, "" if none does."""
     found = (key for key, files in _by_number().items() if path in (*files.exercises, *files.given, *files.made))

@@ -49,6 +49,7 @@ class Answer:
         ours: an error of the kit kept it from being judged.
         so_far: it passed as far as it can in this notebook; later ones bring the rest of what it needs.
         elsewhere: where it is judged, if that is not here.
+        sample: what it was judged by here, if the grading tries more.
     """
 
     id: str
@@ -61,6 +62,7 @@ class Answer:
     section: str = ""
     so_far: bool = False
     elsewhere: str = ""
+    sample: str = ""
 
     @property
     def headline(self) -> str:
@@ -78,6 +80,7 @@ class Answer:
         if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
             return say("{verdict} (its points come with a later notebook: {worth})", verdict=verdict, worth=worth)
         of = say("{reached} of {max}", reached=localized(self.points), max=worth)
+        of = "; ".join(filter(None, (of, self.sample)))
         return f"{verdict} ({of})" if worth else verdict
 
 
@@ -163,7 +166,7 @@ def _figure(picture: Picture) -> str:
     words = html.escape(picture.words, quote=True)
     return (
         f'<figure style="margin:.8em 0"><img src="{picture.source}" alt="{words}" '
-        f'style="max-width:100%;height:auto;border-radius:6px">'
+        f'style="max-width:100%;height:auto;border-radius:6px;border:1px solid {SOFT}">'
         f'<figcaption style="color:{SOFT};font-size:.9em">{words}</figcaption></figure>'
     )
 

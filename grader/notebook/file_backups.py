@@ -2,7 +2,7 @@
 
 Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, the file is copied into `kept/` in the
 workspace. A file that a later notebook has written, or that `%%into` has put functions into, is not replaced unless
-the cell says `-f`.
+the cell says `-f`. `%%into` waits for the cell that begins its notebook's version of the file.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import hashlib
 import json
 import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -65,8 +65,11 @@ class FileBackups:
             shown=self._workspace.shown(copy),
         )
 
-    def refusal(self, cell: str, notebook: str) -> str:
-        """Return why a cell of this notebook ("05") must not replace the file that it writes, "" if it may."""
+    def refusal(self, cell: str, notebook: str, begun_here: Container[str] = ()) -> str:
+        """Return why a cell of this notebook ("05") must not write its file, "" if it may.
+
+        `begun_here` are the files of which the notebook has a version of its own, begun by a `%%writefile` cell.
+        """
         path = target(cell)
         content = _content(path) if path is not None else None
         if path is None or not content or FORCE in cell.partition("\n")[0].split():
@@ -75,6 +78,14 @@ class FileBackups:
         magic = _magic(cell)
         if content == cell.partition("\n")[2].encode():
             return ""
+        if magic == _INTO and "" < later < notebook and self._name(path) in begun_here:
+            return say(
+                "Nothing was written: {path.name} is still that of notebook {later}. First run the cell above that "
+                "begins with %%writefile {name}.",
+                path=path,
+                later=later,
+                name=self._name(path),
+            )
         if later > notebook:
             why = say(
                 "notebook {later} has written it since, and this cell has the version of notebook {notebook}",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grader.words import say
+from sim.views import png
 
 _OF_EVERY_NODE = {"/parameter_events", "/rosout"}
 _PATIENCE_S = 10.0
@@ -44,9 +44,7 @@ class GraphView:
         return "\n".join([*map(str, self.links), *lonely]) or say("no nodes")
 
     def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
-        stream = io.BytesIO()
-        _draw(self).savefig(stream, format="png", dpi=96)
-        return stream.getvalue(), {"alt": say("Nodes and topics: {links}", links=repr(self).replace("\n", "; "))}
+        return png(_draw(self)), {"alt": say("Nodes and topics: {links}", links=repr(self).replace("\n", "; "))}
 
 
 def graph_view(nodes: int = 0) -> GraphView:

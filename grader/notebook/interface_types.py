@@ -1,14 +1,17 @@
-"""Make the contract's interface types, as built by the kit, importable in the notebook's kernel."""
+"""Make the contract's interface types, as built by the kit, importable in the notebook's kernel, and check fields."""
 
 from __future__ import annotations
 
 import ctypes
 import importlib
 import os
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import ModuleType
 
 from grader import building
 from grader.errors import GraderError
@@ -41,6 +44,54 @@ def load(workspace: Workspace) -> None:
             if any(type_.startswith(kind) for type_ in course().interfaces):
                 importlib.import_module(f"{package}.{kind}")
         _load_type_support()
+
+
+def check_fields() -> None:
+    """Let each message of this process refuse values that are not of their fields' types, when they are set.
+
+    ROS reads 1 in a float field as 0.0, without a word. `ROS_PYTHON_CHECK_FIELDS=1` would do the same, but the nodes
+    and commands that cells start would inherit it.
+    """
+    if not any(isinstance(finder, _CheckedMessages) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _CheckedMessages())
+    for name, module in list(sys.modules.items()):
+        if is_message(name):
+            setattr(module, _CHECK, "1")
+
+
+def is_message(module: str) -> bool:
+    """Return whether a module is a message's generated one, such as `std_msgs.msg._float32`."""
+    return _MESSAGE.fullmatch(module) is not None
+
+
+_MESSAGE = re.compile(r"\w+\.(msg|srv|action)\._\w+")
+_CHECK = "ros_python_check_fields"
+"""The name of the variable in a message's generated module."""
+
+
+class _CheckedMessages:
+    """An entry of sys.meta_path that loads the modules of messages as usual, and switches their checks on."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return how a message's module is loaded, None for any other."""
+        if not is_message(name):
+            return None
+        for finder in sys.meta_path:
+            if finder is not self and (found := finder.find_spec(name, path, target)) is not None:
+                if found.loader is not None:
+                    found.loader.exec_module = _checked(found.loader.exec_module)  # type: ignore[method-assign]
+                return found
+        return None
+
+
+def _checked(load: Callable[[ModuleType], None]) -> Callable[[ModuleType], None]:
+    def load_checked(module: ModuleType) -> None:
+        load(module)
+        setattr(module, _CHECK, "1")
+
+    return load_checked
 
 
 def text(type_: str) -> str:

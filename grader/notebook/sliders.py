@@ -6,9 +6,11 @@ Where no kernel runs, it is the first picture.
 from __future__ import annotations
 
 import base64
-import io
+import math
 from collections.abc import Callable
 from typing import Any
+
+from sim.views import png
 
 _VIEW = "application/vnd.jupyter.widget-view+json"
 # While the kernel draws, the browser keeps only the latest position (save_changes of Jupyter's widgets).
@@ -50,7 +52,7 @@ def slide(
 
     sliders = {
         name: ipywidgets.FloatSlider(
-            value=first, min=low, max=high, step=(high - low) / 50, description=name.replace("_", " "),
+            value=first, min=low, max=high, step=step(low, high, first), description=name.replace("_", " "),
             style={"description_width": "9em"}, layout={"width": "36em"},
         )
         for name, (low, high, first) in ranges.items()
@@ -84,6 +86,21 @@ def slide(
     display(bundle, metadata={"image/png": {"alt": words}}, raw=True)  # type: ignore[no-untyped-call]
 
 
+def step(low: float, high: float, first: float) -> float:
+    """Return a slider's step, about a fiftieth of its range, that leads from `low` to `first` and to `high`.
+
+    Beside its steps a slider would show another value than the one that is drawn.
+    """
+    about = (high - low) / 50
+    for power in (0, -1, -2):
+        unit = 10.0 ** (math.floor(math.log10(about)) + power)
+        for size in (5 * unit, 2 * unit, unit):
+            ways = ((first - low) / size, (high - low) / size)
+            if size <= about * (1 + 1e-9) and all(math.isclose(way, round(way), abs_tol=1e-6) for way in ways):
+                return size
+    return about
+
+
 def _draggable() -> Any:
     """Return a widget that shows the PNG `value`; `pointer` is where it is dragged to, (0, 0) to (1, 1) upwards."""
     import anywidget
@@ -104,8 +121,7 @@ def _drawn(draw: Callable[..., str], values: dict[str, Any]) -> tuple[str, bytes
 
     words = draw(**values)
     figure = plt.gcf()
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=80)
+    picture = png(figure, dpi=80)
     to_axes = (figure.transFigure + figure.axes[0].transData.inverted()).frozen()
     plt.close()  # or the front end would show it once more
-    return words, stream.getvalue(), to_axes
+    return words, picture, to_axes

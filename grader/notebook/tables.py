@@ -21,7 +21,6 @@ from grader.notebook.feedback import Progress
 from grader.words import say
 
 LIMIT_S = 10.0  # wall time of one call in a table
-_PLACE = f"/{workspace.course().package}/"
 
 
 class HangError(BaseException):
@@ -76,7 +75,7 @@ def _said(error: Exception, names: Mapping[str, object]) -> str:
     said = f"{type(error).__name__}: {error}"
     if "task.Future object" in said or "'coroutine' object" in said:
         return say("{said}: a future is not yet its result; `await` it", said=said)
-    inside = any(_PLACE in frame.filename for frame in traceback.extract_tb(error.__traceback__))
+    inside = any(_is_own(frame.filename) for frame in traceback.extract_tb(error.__traceback__))
     if isinstance(error, NameError) and not inside and error.name not in names:
         return say("{said}: run the cells above this one first", said=said)
     return said
@@ -116,8 +115,13 @@ def _interrupt() -> None:
 def _place(frame: FrameType | None) -> str:
     """Return the innermost line in the package, or else in the notebook's own cells: "driver.py:88"."""
     frames = [entry for entry in traceback.extract_stack(frame) if "/site-packages/" not in entry.filename]
-    own = [entry for entry in frames if _PLACE in f"/{entry.filename}"] or frames
+    own = [entry for entry in frames if _is_own(entry.filename)] or frames
     return f"{Path(own[-1].filename).name}:{own[-1].lineno}, in `{own[-1].name}`"
+
+
+def _is_own(filename: str) -> bool:
+    """Return whether code is from a file of the package; `tries(of=...)` names that by its relative path."""
+    return f"/{workspace.course().package}/" in f"/{filename}"
 
 
 _INTERFACES = re.compile(rf"^from {workspace.course().package}\.(msg|srv|action) import", re.MULTILINE)

@@ -18,6 +18,13 @@ _REGISTER = {
 }  # fmt: skip
 
 
+# Where they take the function: its place among the arguments, and its name.
+_CALLBACKS = {
+    "create_subscription": (2, "callback"), "create_timer": (1, "callback"), "create_service": (2, "callback"),
+    "ActionServer": (3, "execute_callback"),
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class GraphNode:
     """A function of the package; `owner` is the name of its class, "" outside of one."""
@@ -68,6 +75,15 @@ class CallGraph:
                     callback = argument(call, 2, "callback")
                     found += [(named, name) for named in self._named(node, callback)] if callback else []
         return found
+
+    def called_callbacks(self) -> Iterator[tuple[GraphNode, ast.Call, ast.Call]]:
+        """Yield each call that gets what a function without a result returns in place of a callback: `f()` for `f`."""
+        for node in self._nodes:
+            for call in own_body(node.function):
+                if isinstance(call, ast.Call) and (where := _CALLBACKS.get(last_name(call.func))):
+                    given = argument(call, *where)
+                    if isinstance(given, ast.Call) and any(map(_returns_nothing, self._named(node, given.func))):
+                        yield node, call, given
 
     def bases_of(self, owner: str) -> set[str]:
         """Return the names of a class and of all that it inherits from; the empty set for ""."""
@@ -128,6 +144,13 @@ class CallGraph:
     def _made_from(self, owner: str) -> set[str]:
         """Return the names of the classes that inherit from a class: `self` in its methods may be one of them."""
         return {name for name in self.classes if owner in self.bases_of(name)} if owner else set()
+
+
+def _returns_nothing(node: GraphNode) -> bool:
+    results = (ast.Yield, ast.YieldFrom)
+    return not any(
+        isinstance(part, results) or (isinstance(part, ast.Return) and part.value) for part in own_body(node.function)
+    )
 
 
 def own_body(function: ast.AST) -> Iterator[ast.AST]:

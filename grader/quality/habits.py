@@ -26,6 +26,7 @@ _SPINS = ("rclpy.spin_until_future_complete", "rclpy.spin_once", "rclpy.spin")
 _SLEEPS = ("time.sleep", "get_clock().sleep_for", "get_clock().sleep_until")
 _WALL_CLOCKS = ("time.time", "time.monotonic", "time.perf_counter", "datetime.datetime.now", "datetime.datetime.utcnow")
 SLEEP_IN_TEST = "sleep-in-test"
+CALLED_AT_ONCE = "called-at-once"
 
 
 def bad_habits(modules: Sequence[Module], graph: CallGraph) -> list[Finding]:
@@ -35,7 +36,7 @@ def bad_habits(modules: Sequence[Module], graph: CallGraph) -> list[Finding]:
     """
     found = [finding for module in modules if module.role != "test" for finding in _in_module(module)]
     found += [finding for module in modules if module.role == "test" for finding in _sleeps(module)]
-    found += [*_in_callbacks(graph), *_without_response(graph)]
+    found += [*_in_callbacks(graph), *_without_response(graph), *_called_at_once(graph)]
     return sorted(found, key=lambda finding: (finding.path, finding.line))
 
 
@@ -55,6 +56,14 @@ def _without_response(graph: CallGraph) -> Iterator[Finding]:
             continue
         where = f"`{node.function.name}`, the callback of {service or 'a service'}, returns None"
         yield Finding(node.module.path, node.function.lineno, "no-response", where)
+
+
+def _called_at_once(graph: CallGraph) -> Iterator[Finding]:
+    """Yield `create_timer(1.0, self.tick())`: it hands over None, and rclpy ends the node when the timer is due."""
+    for node, call, given in graph.called_callbacks():
+        function = ast.unparse(given.func)
+        where = f"`{last_name(call.func)}` gets what `{function}()` returns, None: write `{function}`"
+        yield Finding(node.module.path, given.lineno, CALLED_AT_ONCE, where)
 
 
 def _in_module(module: Module) -> Iterator[Finding]:

@@ -164,7 +164,7 @@ import numpy as np
 x = scan.ranges * np.cos(scan.angles)
 y = scan.ranges * np.sin(scan.angles)
 
-plt.figure(figsize=(9, 4))
+plt.figure(figsize=(9, 4), layout="constrained")
 plt.plot(x, y, ".", markersize=3)
 plt.plot(0, 0, "o", label="the lidar")
 plt.axis("equal")
@@ -422,8 +422,8 @@ len(heard)
 
 # %%
 def listen(seconds):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
+    end = simulator.time + seconds  # simulated seconds, however busy this machine is
+    while simulator.time < end and robot.is_running:
         rclpy.spin_once(node, timeout_sec=0.05)
 
 
@@ -447,7 +447,7 @@ robot.pause()
 t = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in heard]
 v = [message.twist.twist.linear.x for message in heard]
 
-plt.figure(figsize=(8, 3))
+plt.figure(figsize=(8, 3), layout="constrained")
 plt.plot(t, v, ".-")
 plt.xlabel("simulated time on /clock (s)")
 plt.ylabel("v by odometry (m/s)");
@@ -585,7 +585,7 @@ rclpy.try_shutdown()
 # > - It stops by itself half a second after the last command. So a program must command again and again, and yours will: ten times a second.
 # > - It drives at most 0.306 m/s until its safety limits are lifted; ours does 0.5 m/s.
 # > - Its lidar is mounted turned by 90°, so the beam at 0 rad does not look ahead. Always ask the robot where its sensor sits; notebook 04 shows how.
-# > - The sensors of its base publish *best effort*: what gets lost on the network is not sent again. Notebook 04 shows what that means for you.
+# > - The sensors of its base publish *best effort*: what gets lost on the network is not sent again. A program on the robot passes them on *reliably*; notebook 04 shows what that means for you.
 #
 # ## Go further
 #

@@ -154,7 +154,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 speeds = np.linspace(0.0, 0.5, 2001)
-plt.figure(figsize=(8, 3))
+plt.figure(figsize=(8, 3), layout="constrained")
 plt.plot(speeds, (speeds.astype(np.float32) - speeds) * 1e9, ".", markersize=2)
 plt.xlabel("speed sent (m/s)")
 plt.ylabel("error on arrival (nm/s)");
@@ -168,10 +168,16 @@ plt.ylabel("error on arrival (nm/s)");
 #
 # ### An int is not a float
 #
-# **Predict:** the 1 in the next cell has no point. What arrives?
+# **Predict:** the 1 in the next file has no point. What arrives?
 
 # %%
+# %%writefile ../../an_int.py
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import Float32
 print(deserialize_message(serialize_message(Float32(data=1)), Float32))
+
+# %%
+# !python3 ../../an_int.py
 
 # %% [markdown]
 # Zero!
@@ -183,10 +189,10 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # Python can look at every value, if you ask it to before it starts:
 
 # %%
-# !ROS_PYTHON_CHECK_FIELDS=1 python3 -c "from std_msgs.msg import Float32; Float32(data=1)" 2>&1 | tail -1
+# !ROS_PYTHON_CHECK_FIELDS=1 python3 ../../an_int.py 2>&1 | tail -1
 
 # %% [markdown]
-# It costs time with every message, so it is off by default.
+# It costs time with every message, so it is off by default; cells of these notebooks have it on, your nodes do not.
 # Write `1.0`, or `float(value)` where a number comes from elsewhere.
 #
 # ## Four files

@@ -1305,21 +1305,22 @@ class SensorProcessor:
 
 # %%
 def wired():
-    """Return the topics of a new node, and the periods of its timers in seconds."""
+    """Return what a new node publishes, how it hears each topic, and its timers' callbacks and periods in seconds."""
     node = SensorProcessor()
-    topics = {s.topic_name.lstrip("/") for s in node.subscriptions} | {p.topic_name.lstrip("/") for p in node.publishers}
-    periods = [timer.timer_period_ns / 1e9 for timer in node.timers]
+    said = {each.topic_name for each in node.publishers}
+    heard = {s.topic_name: (s.callback.__name__, s.qos_profile.reliability.name) for s in node.subscriptions}
+    timers = [(getattr(t.callback, "__name__", None), t.timer_period_ns / 1e9) for t in node.timers]
     node.destroy_node()
-    return topics, periods
+    return said, heard, timers
 
 
 tries(
     {
-        "'obstacle_distance' in wired()[0]": True,
-        "'raw_scan' in wired()[0]": True,
-        "'imu/data' in wired()[0]": True,
-        "'battery/state' in wired()[0]": True,
-        "wired()[1]": [0.05],
+        "'/obstacle_distance' in wired()[0]": True,
+        "wired()[1].get('/raw_scan')": ("_on_scan", "BEST_EFFORT"),
+        "wired()[1].get('/imu/data')": ("_on_imu", "BEST_EFFORT"),
+        "wired()[1].get('/battery/state')": ("_on_battery", "BEST_EFFORT"),
+        "wired()[2]": [("_fuse", 0.05)],  # the function itself; with () after it, what it returns
     },
     of=PROCESSOR,
 )
@@ -1551,7 +1552,7 @@ rclpy.try_shutdown()
 # > **On a real TurtleBot 4**
 # >
 # > - The topics are called `scan`, `imu` and `battery_state`: three remappings, no change in your code. That is what relative names are for.
-# > - Its base, a Create 3, sends its sensor data best effort: with `10` instead of `qos_profile_sensor_data` your node would hear nothing of IMU and battery. Its lidar's driver, rplidar, publishes reliably, and any subscriber hears that.
+# > - Its base, a Create 3, sends its sensor data best effort; a republisher on the robot's computer passes IMU and battery on reliably (`QoS(1)`, transient local), and its lidar's driver, rplidar, is reliable, too. A subscriber with `qos_profile_sensor_data` hears all of them, with or without the republisher.
 # > - The lidar is mounted turned by 90°, free-running at 5.5 to 10 Hz. For the closest reading *anywhere* that makes no difference; for "ahead" it does, see "Whose ahead?".
 # > - The lidar sees nothing nearer than 0.15 m, and at the back of a Standard the hull ends 0.13 m from it: a wall that it touches with its back is inside the blind zone.
 # > - This course counts `-inf`, "too close to measure", as an invalid reading, as the contract says. On a robot of your own, let it count as very near: stopping once too often is the better mistake.

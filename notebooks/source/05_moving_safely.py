@@ -1754,8 +1754,9 @@ ended = run.interrupt()
 if ended.last_command is not None:
     print(f"exit code {ended.exit_code}, last command: {ended.last_command.linear.x:.1f} m/s")
     # 0 is a program that ended well; -2 would be one that SIGINT, signal 2, has killed
-recording = run.drive(2.0)
-print(f"two seconds later it drives at {recording.v[-1]:.1f} m/s")
+    print(f"two seconds later it drives at {run.drive(2.0).v[-1]:.1f} m/s")
+else:
+    print("not yet: it has commanded nothing")
 
 # %% tags=["check"]
 check("I8")

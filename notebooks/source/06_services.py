@@ -401,7 +401,7 @@ for speed in (0.3, 0.8, math.nan):
 
 # %% tags=["nbval-ignore-output"]
 # How long colcon takes differs from run to run.
-# !test -d ../../install || (cd ../.. && colcon build | tail -n 1)
+# !test -d ../../install || (cd ../.. && colcon build 2>&1 | cat)
 
 # %% tags=["nbval-ignore-output"]
 # Without a node of that name it tells how long it has waited.

@@ -275,7 +275,7 @@ perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), si
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
-# !python3 -m pytest -q --tb=no --junit-xml=test_results.xml test | tail -n 3
+# !python3 -m pytest -q --tb=no --no-summary --junit-xml=test_results.xml test | cat
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: everybody has another number of tests.

@@ -157,7 +157,7 @@ print(f"driven after 3 s: {run.drive(3.0).v[-1]:.1f} m/s")
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a node may need longer than the picture waits.
-graph_view()
+graph_view(nodes=2)
 
 # %% [markdown]
 # **Which question separates "nothing is sent" from "nothing arrives"?**
@@ -182,7 +182,7 @@ check("C2", diagnosis)
 # <details><summary>Afterwards: what happened</summary>
 #
 # `10` as the last argument means the default profile, which is *reliable*. The lidar offers *best effort*, and a reliable subscriber gets nothing from it.
-# `ros2 topic hz` makes a subscriber of its own that adapts to what is offered, so it sees what the node does not.
+# `ros2 topic hz` makes a subscriber of its own, which always asks for best effort, so it sees what the node does not.
 #
 # **Faster:** make `ros2 topic info -v` your first command whenever something is sent and does not arrive. It prints the two profiles one below the other.
 #
@@ -264,7 +264,7 @@ check("C4", diagnosis)
 # <details><summary>Afterwards: what happened</summary>
 #
 # A block of the launch file was copied, and one line of the copy was not changed. `name=` in a launch file renames a node, whatever its code says.
-# Two nodes of one name are allowed: topics work, so nothing looks wrong. Services, parameters and the log mix the two up, and which of them answers is a matter of chance.
+# Two nodes of one name are allowed: topics work, and only `ros2 node list` warns. Services, parameters and the log mix the two up, and which of them answers is a matter of chance.
 #
 # **Faster:** count. `ros2 node list` shows every name once for each node that has it.
 #
@@ -526,7 +526,7 @@ check("C10", diagnosis)
 # </details>
 # <details><summary><code>ros2 topic hz</code> shows messages, and your node gets none. What do you look at?</summary>
 #
-# Both ends' quality of service: `ros2 topic info -v`. The tool adapts its own subscriber, your node does not.
+# Both ends' quality of service: `ros2 topic info -v`. The tool's own subscriber asks for best effort, your node for more.
 # </details>
 # <details><summary>Three faults: one comes and goes with a period of one second, one is gone for an hour after a restart, one appears only with large values. What does each suggest?</summary>
 #

@@ -5,6 +5,8 @@ const RATES = [0.25, 0.5, 1, 2, 5, 10, null]; // null: as fast as possible
 const CLICK_PX = 5; // a pointer that moved less than this has clicked
 const DRAG_MS = 100; // how often the position of a dragged obstacle is sent
 const ALIVE_MS = 4000;
+const SILENT_MS = 8000;
+const SILENT = "The kernel does not answer: it is busy, or it was restarted. In that case run this cell again.";
 const LEGEND = [
   ["path", "robot and path", "lv-thin"], ["scan", "lidar"], ["goal", "goal"],
   ["obstacle", "obstacle"], ["mover", "moves by itself"], ["contact", "contact"],
@@ -88,6 +90,7 @@ class View {
     this.cursor = null; // the keyboard's position on the map
     this.held = null; // { name, x, y, dx, dy } while an obstacle is dragged or carried
     this.noted = 0;
+    this.asked = null; // when the kernel was asked for something that it has not answered yet
     this.build(el);
     this.listen();
     this.say("Waiting for the kernel …");
@@ -148,7 +151,11 @@ class View {
     this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.onDark = () => { this.palette = null; this.redraw(); };
     this.dark.addEventListener("change", this.onDark);
-    this.beat = () => this.send({ kind: "alive", view: this.id, hidden: document.hidden });
+    this.beat = () => {
+      this.send({ kind: "alive", view: this.id, hidden: document.hidden });
+      const since = this.asked ?? (this.now?.status === "running" ? this.arrived : Infinity);
+      if (performance.now() - since > SILENT_MS) this.say(SILENT);
+    };
     this.alive = setInterval(this.beat, ALIVE_MS);
     document.addEventListener("visibilitychange", this.beat);
   }
@@ -165,6 +172,7 @@ class View {
   }
 
   send(content) {
+    if (content.kind !== "alive" && content.kind !== "bye") this.asked ??= performance.now();
     try { this.model.send(content); } catch { /* the kernel is gone, and the page itself says so */ }
   }
 
@@ -186,6 +194,7 @@ class View {
     }
     if (message.contacts) this.contacts.push(...message.contacts);
     this.scan = this.hits(message, buffers[0]);
+    this.asked = null;
     const time = performance.now();
     if (this.now) this.gap = Math.min(250, Math.max(10, mix(this.gap, time - this.arrived, 0.2)));
     this.before = message.scene || !this.now ? message : { ...this.now, pose: this.shownPose(time) };
@@ -240,7 +249,7 @@ class View {
     this.touch.textContent = n ? `${n} contact${n > 1 ? "s" : ""}, last: ${last[3]} at ${last[2].toFixed(2)} s` : "no contacts";
     this.touch.className = m.touching ? "lv-bad" : "";
     const [number, text] = m.note;
-    if (number !== this.noted || this.status.textContent.startsWith("Waiting")) {
+    if (number !== this.noted || this.status.textContent.startsWith("Waiting") || this.status.textContent === SILENT) {
       this.noted = number;
       this.say(text);
       this.status.className = m.status === "failed" ? "lv-note lv-bad" : "lv-note";

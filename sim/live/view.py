@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import uuid
 import weakref
 from collections.abc import Mapping
@@ -14,7 +13,7 @@ import numpy as np
 
 from sim.live.engine import Engine
 from sim.live.protocol import Message
-from sim.views import COLORS, View, map_view
+from sim.views import COLORS, View, map_view, png
 
 GRACE_S = 2.0  # how long `run` waits for a front end before it runs without one
 SHORT_GRACE_S = 0.2  # the same, after waiting in vain once and until a view is heard from
@@ -76,10 +75,8 @@ class Live(Engine):
 
     def _repr_mimebundle_(self, **_: object) -> tuple[Message, Message]:
         """Return a text, a picture and, if there is one, the widget; the front end chooses."""
-        png = io.BytesIO()
         figure = self.picture()
-        figure.savefig(png, format="png", dpi=96)
-        bundle: Message = {"text/plain": repr(self), "image/png": base64.b64encode(png.getvalue()).decode()}
+        bundle: Message = {"text/plain": repr(self), "image/png": base64.b64encode(png(figure)).decode()}
         if self._widget is not None:
             bundle[WIDGET_VIEW] = {"version_major": 2, "version_minor": 0, "model_id": self._widget.model_id}
         return bundle, {"image/png": {"alt": figure.get_suptitle()}}

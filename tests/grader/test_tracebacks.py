@@ -55,6 +55,16 @@ NOT_RETRIEVED = (
 )
 
 
+# `create_timer(1.0, self.tick())`
+CALLED = f"""Traceback (most recent call last):
+  File "{SITE}/utils/running.py", line 20, in run
+    rclpy.spin(make_node())
+  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 111, in await_or_execute
+    return callback(*args)
+TypeError: 'NoneType' object is not callable
+"""
+
+
 @pytest.mark.parametrize(
     ("output", "said"),
     [
@@ -73,6 +83,11 @@ NOT_RETRIEVED = (
             SENT,
             "Assertion `PyFloat_Check(field)' failed. A value in vector3 is not of the field's type, float "
             "(ros2_robot_controller/driver.py:117, in `_publish`)",
+        ),
+        (
+            CALLED,
+            "TypeError: 'NoneType' object is not callable: a callback is None; name it without brackets, `self.tick`, "
+            "not `self.tick()`",
         ),
         ("ModuleNotFoundError: No module named 'scipy'\n", "ModuleNotFoundError: No module named 'scipy'"),
     ],

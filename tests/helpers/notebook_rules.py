@@ -236,6 +236,29 @@ def cells_are_short(page: Page) -> Iterator[str]:
         yield f"half of its code cells have {usual:g} lines or more, expected {USUAL_CELL} at most"
 
 
+def figures_fit_their_picture(page: Page) -> Iterator[str]:
+    """Without a layout, labels may lie outside of the picture."""
+    for cell in page.code():
+        for made in re.findall(r"\bplt\.(?:figure|subplots)\((?:[^()]|\([^()]*\))*\)", cell.source):
+            if 'layout="constrained"' not in made:
+                yield f'cell {cell["id"]} makes a figure without layout="constrained"'
+
+
+def long_commands_show_how_far_they_are(page: Page) -> Iterator[str]:
+    """A build, or the tests of a whole file, that `tail` keeps silent for a minute looks as if it hung."""
+    for cell in page.code():
+        for line in cell.source.splitlines():
+            if re.search(r"(colcon (build|test)|-m pytest(?!.* -k )).*\| *tail", line):
+                yield f"cell {cell['id']} hides behind `tail` how far it is; pipe it into `cat`: {line}"
+
+
+def graphs_wait_for_their_nodes(page: Page) -> Iterator[str]:
+    """A graph that is drawn as soon as one node is seen lacks the node that the section is about."""
+    for cell in page.code():
+        if "graph_view()" in cell.source:
+            yield f"cell {cell['id']} draws the graph before its nodes are there: graph_view(nodes=2)"
+
+
 def pictures_are_ours(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         for target in notebook_source.pictures(cell):
@@ -374,6 +397,9 @@ OF_SOURCES: tuple[Rule, ...] = (
     steps_count_up,
     tags_fit_the_cells,
     cells_are_short,
+    figures_fit_their_picture,
+    long_commands_show_how_far_they_are,
+    graphs_wait_for_their_nodes,
     pictures_are_ours,
     links_lead_somewhere,
     says_why_an_output_is_not_compared,

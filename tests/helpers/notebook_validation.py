@@ -23,6 +23,7 @@ HARMLESS = (
     (r"(?s)All \d+ mutants</summary>.*?</details>", "MUTANTS"),
     (r"(?s)\d+ of \d+ mutants were noticed, [\d.]+ .(;[^<]*?used\s+up)?", "MUTANTS"),
     (r"A sample of T3: \d+ mutants", "A sample of T3: N mutants"),
+    (r"a sample: \d+ of \d+ mutants tried", "a sample: N mutants tried"),
     # While a node gives no feedback yet, its goals are run in real time, and no two such runs are the same.
     (r"final_pose at \([^)]*\), 0 feedback", "final_pose at PLACE, 0 feedback"),
     (r"Nothing has changed since [^\n<]*\n?", ""),  # evidence kept of the same package, collected by the same code

@@ -1,5 +1,6 @@
 """Pictures. Their looks are judged by eye; the tests cover their contents."""
 
+import io
 import sys
 from dataclasses import replace
 from typing import Any
@@ -7,15 +8,22 @@ from typing import Any
 import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from PIL import Image
 
 from sim import Pose, Recorder, Recording, Simulator, Twist, World, drive, load_world
 from sim.recording import THRESHOLDS_NOTE
 from sim.replay import Replay
-from sim.views import COLORS, THRESHOLDS, compare_view, map_view, run_view, thresholds_of
+from sim.views import COLORS, THRESHOLDS, compare_view, map_view, png, run_view, thresholds_of
 
 
 def labels(figure: Figure) -> set[str]:
     return {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label}
+
+
+def test_a_picture_has_a_frame_so_that_white_looks_meant_on_a_dark_page() -> None:
+    with Image.open(io.BytesIO(png(Figure(figsize=(1, 1))))) as picture:
+        corner, middle = picture.getpixel((0, 0)), picture.getpixel((picture.width // 2, picture.height // 2))
+    assert corner != middle == (255, 255, 255, 255)
 
 
 def test_the_map_has_equal_aspect_and_units(crash: Recording) -> None:

@@ -143,9 +143,9 @@ class Graph:
         found = [f"{space.rstrip('/')}/{name}" for name, space in self.node.get_node_names_and_namespaces()]
         return sorted(name for name in found if hidden or not is_hidden(name))
 
-    def has_node(self, name: str) -> bool:
-        """Wait for a node; return whether it appeared."""
-        return self.wait_for(lambda: full_name(name) in self.nodes(hidden=True))
+    def has_node(self, name: str, hidden: bool = True) -> bool:
+        """Wait for a node, also for one that is hidden if `hidden`; return whether it appeared."""
+        return self.wait_for(lambda: full_name(name) in self.nodes(hidden))
 
     def names(self, kind: str, hidden: bool = False) -> NamesAndTypes:
         """Return the names of a kind (topic, service or action) with their types."""

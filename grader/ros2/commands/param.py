@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     def of_node(name: str, text: str, run: Any, **rest: Any) -> argparse.ArgumentParser:
         verb = add_verb(name, text, run, graph=True)
         arguments.node_argument(verb, **rest)
+        verb.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
         return verb
 
     def parameter(verb: argparse.ArgumentParser, name: str = "parameter_name", **rest: Any) -> None:
@@ -53,18 +54,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
     """Return the node's parameters that begin with `prefix`."""
     with graph() as seen:
-        return [name for name in Parameters(seen, parsed_args.node_name).names() if name.startswith(prefix)]
+        parameters = Parameters(seen, parsed_args.node_name, include_hidden=True)
+        return [name for name in parameters.names() if name.startswith(prefix)]
 
 
 class Parameters:
     """The parameters of one running node."""
 
-    def __init__(self, seen: Graph, node: str) -> None:
+    def __init__(self, seen: Graph, node: str, include_hidden: bool = False) -> None:
         from rclpy.parameter_client import AsyncParameterClient
 
         self.node, self.name, self.seen = seen.node, full_name(node), seen
-        if not seen.has_node(node):
-            raise Refusal(f"Node not found{near(self.name, seen.nodes())}")
+        if not seen.has_node(node, include_hidden):
+            hidden = self.name in seen.nodes(hidden=True)
+            hint = "\nIt is hidden: add --include-hidden-nodes" if hidden else near(self.name, seen.nodes())
+            raise Refusal(f"Node not found{hint}")
         self.client = AsyncParameterClient(seen.node, self.name)
         if not self.client.wait_for_services(timeout_sec=ANSWER_S):
             raise Refusal(f"Wait for service timed out: {self.name} offers no parameter services")
@@ -107,11 +111,10 @@ def show_list(args: argparse.Namespace) -> int:
             nodes = [full_name(args.node_name)]
         else:
             seen.settle()
-            nodes = [
-                node for node in seen.nodes() if f"{node}/list_parameters" in dict(seen.names("service", hidden=True))
-            ]
+            services = dict(seen.names("service", hidden=True))
+            nodes = [one for one in seen.nodes(args.include_hidden_nodes) if f"{one}/list_parameters" in services]
         for node in nodes:
-            parameters = Parameters(seen, node)
+            parameters = Parameters(seen, node, args.include_hidden_nodes)
             if not args.node_name:
                 print(f"{node}:")
             for name in parameters.names():
@@ -122,7 +125,7 @@ def show_list(args: argparse.Namespace) -> int:
 def show_get(args: argparse.Namespace) -> int:
     """Print a value with its type."""
     with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name)
+        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
         values = parameters.values([args.parameter_name])
         hint = parameters.near(args.parameter_name)
     if not values or values[0].type == 0:
@@ -145,7 +148,7 @@ def run_set(args: argparse.Namespace) -> int:
 
     text = " ".join(args.value)
     with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name)
+        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
         wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
         (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
         hint = "" if result.successful else parameters.near(args.parameter_name)
@@ -161,7 +164,7 @@ def _reason(result: Any) -> str:
 def run_delete(args: argparse.Namespace) -> int:
     """Delete a value; like the real command, report a refusal but return 0."""
     with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name)
+        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
         (result,) = parameters.answer(parameters.client.delete_parameters([args.parameter_name])).results
     if result.successful:
         print("Deleted parameter successfully")
@@ -173,7 +176,7 @@ def run_delete(args: argparse.Namespace) -> int:
 def show_describe(args: argparse.Namespace) -> int:
     """Print the descriptions of parameters; like the real command, return 0 also where a node has no such parameter."""
     with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name)
+        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
         found = parameters.answer(parameters.client.describe_parameters(args.parameter_names)).descriptors
         missing = [] if found else [name for name in args.parameter_names if name not in parameters.names()]
         hint = parameters.near(missing[0]) if missing else ""
@@ -206,7 +209,7 @@ def show_dump(args: argparse.Namespace) -> int:
     from rclpy.parameter import parameter_value_to_python
 
     with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name)
+        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
         names = parameters.names()
         found = parameters.values(names) if names else []
     values = dict(zip(names, map(parameter_value_to_python, found), strict=True))
@@ -230,7 +233,7 @@ def run_load(args: argparse.Namespace) -> int:
         raise Refusal(f"Cannot read {args.parameter_file}: {error}") from error
     node, values = full_name(args.node_name), values_of(document)
     with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, node)
+        parameters = Parameters(seen, node, args.include_hidden_nodes)
         for (name, _), result in zip(values.items(), parameters.set(values), strict=True):
             print(f"Set parameter {name} {'successful' if result.successful else 'failed'}{_reason(result)}")
     return 0

@@ -12,7 +12,6 @@ from typing import Any
 
 from . import arguments
 from .graph import graph
-from .qos import matching
 from .refusals import Refusal
 from .spinning import spin, steady_clock
 from .topic_pubsub import subscription
@@ -49,9 +48,11 @@ class Meter:
         """Listen until Ctrl-C."""
         with graph(self.args.spin_time, sim_time=self.args.use_sim_time) as seen:
             self.clock = seen.node.get_clock()
-            name, kind, publishers = subscription(seen, self.args, wait_for_it=True)
-            profile = matching([end.qos_profile for end in publishers])
-            seen.node.create_subscription(kind, name, self.take, profile, raw=self.raw)
+            from rclpy.qos import qos_profile_sensor_data
+
+            name, kind, _ = subscription(seen, self.args, wait_for_it=True)
+            # Best effort and volatile, whatever is offered: so does Jazzy's command, and every publisher fits.
+            seen.node.create_subscription(kind, name, self.take, qos_profile_sensor_data, raw=self.raw)
             if self.greeting:
                 print(self.greeting.format(name), flush=True)
             reported = 0

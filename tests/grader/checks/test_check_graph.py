@@ -8,7 +8,7 @@ import pytest
 from helpers import recordings
 from helpers.judging import Judged, ask, find
 
-from grader.evidence import Evidence
+from grader.evidence import Evidence, Finding, Kind, Reason
 
 CONTROLLER = find("check_graph::test_controller_shows_the_contracts_interfaces")
 PROCESSOR = find("check_graph::test_processor_shows_the_contracts_interfaces")
@@ -48,6 +48,35 @@ def test_each_absolute_name_costs_its_share_of_i4(check, names: tuple[str, ...],
     assert said.share == pytest.approx(share)
     for name in names:
         assert f"in the namespace /robot7 there is still /{name}: it is an absolute name" in said.seen
+
+
+OUTPUT = """Traceback (most recent call last):
+  File "/ws/install/lib/python3.11/site-packages/ros2_robot_controller/utils/running.py", line 20, in run
+    rclpy.spin(make_node())
+  File "/opt/site-packages/rclpy/executors.py", line 111, in await_or_execute
+    return callback(*args)
+TypeError: 'NoneType' object is not callable
+"""
+
+
+def test_a_node_that_ended_at_once_is_said_to_have_ended_and_by_which_line() -> None:
+    """`create_timer(period, self._fuse())`: five lessons on names, and the line of a given file."""
+    evidence = recordings.load("reference")
+    trial = evidence.trials["idle_sensor_processor"]
+    died = replace(
+        trial, ended=Reason(Kind.DIED, seconds=0.05, exit_code=1), graph=replace(trial.graph, endpoints=[]),
+        process=replace(trial.process, by="itself", output_tail=OUTPUT),
+    )  # fmt: skip
+    text = "`create_timer` gets what `self._fuse()` returns, None: write `self._fuse`"
+    habits = [Finding("ros2_robot_controller/sensor_processor.py", 105, "called-at-once", text)]
+    evidence = replace(
+        evidence, trials={**evidence.trials, trial.name: died}, quality=replace(evidence.quality, habits=habits)
+    )
+    said = ask(PROCESSOR, evidence)
+    assert not said.reached
+    assert said.seen == (
+        f"the node ended at 0.05 s with exit status 1: ros2_robot_controller/sensor_processor.py:105 {text}"
+    )
 
 
 def test_an_absolute_name_is_not_remapped_in_a_namespace() -> None:

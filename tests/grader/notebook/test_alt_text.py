@@ -24,7 +24,7 @@ def figure():
 def test_a_figure_is_shown_with_its_words(figure: Figure):
     shell = SimpleNamespace(display_formatter=SimpleNamespace(formatters={"image/png": PNGFormatter()}))
     png = shell.display_formatter.formatters["image/png"]
-    png.for_type(Figure, lambda _figure: b"PNG")
+    png.for_type(Figure, lambda figure: b"PNG" if figure.patch.get_linewidth() else b"white on a dark page")
     for _ in range(2):
         describe_figures(shell)
     words = "Plot. What is left: clearance (m) over speed (m/s): by the formula"

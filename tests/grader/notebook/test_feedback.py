@@ -14,6 +14,12 @@ def test_a_passed_requirement_takes_one_line() -> None:
     assert repr(Checked((STOPPED,))) == "F4 passed (5 of 5)"
 
 
+def test_a_verdict_by_a_sample_says_so_where_it_gives_the_points() -> None:
+    """T3 said "passed (6 of 6)" after ten of 51 mutants."""
+    answer = Answer("T3", "Tests that notice", "6", "6", passed=True, sample="a sample: 10 of 51 mutants tried")
+    assert repr(Checked((answer,))) == "T3 passed (6 of 6; a sample: 10 of 51 mutants tried)"
+
+
 def test_a_failed_requirement_has_seen_expected_and_try() -> None:
     assert repr(Checked((TOUCHED,))).splitlines() == [
         "F4 not yet (2 of 5)",

@@ -231,6 +231,21 @@ def test_a_skeletons_cell_that_is_run_twice_more_does_not_empty_the_pieces(works
     assert "return 1" in (package / "own.py").read_text()
 
 
+def test_a_piece_is_not_put_into_the_file_of_an_earlier_notebook(workspace: Workspace, package: Path) -> None:
+    """Without its skeleton's cell the piece went into the old file, which then lacked all the rest."""
+    backups, begun = FileBackups(workspace), ("utils/steering.py",)
+    run(backups, CELL)
+    assert backups.refusal(INTO, "07", begun) == "", "of which notebook the file is, is not known"
+    backups.after(CELL, "01")
+    assert backups.refusal(INTO, "07", begun) == (
+        "Nothing was written: steering.py is still that of notebook 01. First run the cell above that begins with "
+        "%%writefile utils/steering.py."
+    )
+    assert backups.refusal(INTO, "07") == "", "a notebook without a version of its own, such as the clinic"
+    backups.after(CELL, "07")
+    assert backups.refusal(INTO, "07", begun) == ""
+
+
 @pytest.mark.slow  # two kernels
 def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace: Workspace, package: Path) -> None:
     begin = "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"

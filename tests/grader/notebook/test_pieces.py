@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader.notebook import pieces, tables, tries
 
@@ -206,6 +207,20 @@ def test_a_table_reads_the_functions_of_a_file_first(tmp_path: Path, capsys: pyt
         "halves.py, line 1: No module named 'nonsense'\nright    halved(4)  2\n1 of 1 right\n"
         "NOT YET  /halves.py cannot be run: TypeError: 'float' object is not callable\n"
     )
+
+
+def test_a_typing_error_in_ones_own_file_is_not_a_cell_that_was_not_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    """A table names the file by its relative path, and the row said "run the cells above this one first"."""
+    monkeypatch.chdir(tmp_path)
+    file = Path(PACKAGE, "halves.py")
+    file.parent.mkdir()
+    file.write_text("def halved(x):\n    return y / 2\n")
+    tries({"halved(3)": 1.5, "doubling(3)": 6}, of=str(file))
+    own, above, _ = capsys.readouterr().out.splitlines()
+    assert own == "NOT YET  halved(3)    NameError: name 'y' is not defined, wanted 1.5"
+    assert "run the cells above this one first" in above
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import IPython.display
@@ -9,7 +10,8 @@ import ipywidgets
 import matplotlib.pyplot as plt
 import pytest
 
-from grader.notebook.sliders import slide
+from grader import KIT
+from grader.notebook.sliders import slide, step
 
 
 @pytest.fixture
@@ -43,6 +45,19 @@ def test_a_slider_that_moves_draws_the_picture_anew(shown: list[dict[str, Any]],
     gain.value = 9.0
     assert image.value != before
     assert plt.get_fignums() == [], "the front end would show a figure that is left open"
+
+
+def test_each_slider_of_the_course_can_show_its_first_value() -> None:
+    """The slider of 12 stood at 2.04 above a picture of 2.0."""
+    text = "".join(path.read_text() for path in (KIT / "notebooks" / "source").glob("[0-9]*.py"))
+    ranges = re.findall(r"(\w+)=\(([-\d.]+), ([-\d.]+), ([-\d.]+)\)", "".join(re.findall(r"^ *slide\(.*", text, re.M)))
+    assert len(ranges) >= 12
+    for name, *numbers in ranges:
+        low, high, first = map(float, numbers)
+        size = step(low, high, first)
+        steps = (first - low) / size, (high - low) / size
+        assert steps == pytest.approx([round(one) for one in steps], abs=1e-6), name
+        assert 25 < steps[1] < 300, name
 
 
 def test_a_picture_that_is_dragged_moves_its_sliders_and_is_drawn_once(

@@ -20,7 +20,7 @@ from helpers.quality_examples import (
 from grader.checks.check_habits import test_callbacks_do_not_sleep as sleeping
 from grader.checks.check_habits import test_no_bare_except_print_or_mutable_default as habits
 from grader.quality.call_graph import CallGraph
-from grader.quality.habits import bad_habits
+from grader.quality.habits import CALLED_AT_ONCE, bad_habits
 from grader.quality.parsed_module import parse
 
 
@@ -48,6 +48,27 @@ def rules(text: str, path: str = CONTROLLER) -> list[str]:
 )
 def test_a_bad_habit_is_found(text: str, rule: str):
     assert rules(text) == [rule]
+
+
+@pytest.mark.parametrize(
+    ("callback", "found"),
+    [
+        ("self.tick()", ["`create_timer` gets what `self.tick()` returns, None: write `self.tick`"]),
+        ("callback=tick()", ["`create_timer` gets what `tick()` returns, None: write `tick`"]),
+        ("self.tick", []),
+        ("self.made(1)", []),
+        ("partial(tick)", []),
+        ("lambda: self.tick()", []),
+    ],
+)
+def test_a_callback_that_is_called_where_it_is_to_be_named_is_found(callback: str, found: list[str]):
+    """`create_timer(period, self._fuse())` ended the node with a bare TypeError in given lines."""
+    text = (
+        "class A:\n    def __init__(self):\n        self.create_timer(0.1, {})\n    def tick(self):\n        pass\n"
+        "    def made(self, n):\n        return lambda: n\ndef tick():\n    return\n"
+    )
+    module = parse(CONTROLLER, text.format(callback).encode(), PACKAGE)
+    assert [one.text for one in bad_habits([module], CallGraph([module])) if one.rule == CALLED_AT_ONCE] == found
 
 
 @pytest.mark.parametrize(

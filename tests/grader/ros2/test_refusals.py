@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import argparse
+from contextlib import nullcontext
 from itertools import count
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 import yaml
 
 from grader import KIT
-from grader.ros2.commands import graph, param, refusals
+from grader.ros2.commands import arguments, graph, param, refusals, topic_meters
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 
@@ -32,6 +36,36 @@ def test_a_type_that_differs_is_a_warning():
     )
     assert graph.other_type("/odom", "nav_msgs/Odometry", [ODOMETRY]) == "", "the middle word may be left out"
     assert graph.other_type("/odom", ODOMETRY, []) == ""
+
+
+def test_the_parameters_of_a_hidden_node_are_asked_for_by_a_flag():
+    """As on a TurtleBot 4: `ros2 param set --include-hidden-nodes /_do_not_use/motion_control safety_override full`."""
+
+    def nodes(hidden=False):
+        return ["/robot_controller", *(["/_do_not_use/motion_control"] if hidden else [])]
+
+    seen = SimpleNamespace(node=None, nodes=nodes, has_node=lambda name, hidden: name in nodes(hidden))
+    with pytest.raises(refusals.Refusal, match="Node not found\nIt is hidden: add --include-hidden-nodes"):
+        param.Parameters(seen, "/_do_not_use/motion_control")
+    with pytest.raises(refusals.Refusal, match="Node not found\nDid you mean /robot_controller"):
+        param.Parameters(seen, "/robot_control", include_hidden=True)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("verb", ["hz", "bw", "delay"])
+def test_a_meter_asks_for_best_effort_whatever_is_offered(verb, monkeypatch):
+    """So does Jazzy's command. Ours adapted to the publishers, and notebook 11 told that of every `hz`."""
+    from rclpy.qos import qos_profile_sensor_data
+
+    node = Mock()
+    monkeypatch.setattr(topic_meters, "graph", lambda *_, **__: nullcontext(SimpleNamespace(node=node)))
+    monkeypatch.setattr(topic_meters, "subscription", lambda *_, **__: ("/map", object, []))
+    monkeypatch.setattr(topic_meters, "spin", lambda *_: True)
+    parser = argparse.ArgumentParser()
+    topic_meters.add_verbs(arguments.verbs(parser, "topic"))
+    args = parser.parse_args([verb, "/map"])
+    args.run(args)
+    assert node.create_subscription.call_args.args[-1] == qos_profile_sensor_data
 
 
 def test_a_wait_prints_one_remark(monkeypatch, capsys):

@@ -322,6 +322,22 @@ def test_in_jupyterlab_it_runs_beside_a_busy_cell_and_ends_in_a_picture(page: Pa
 
 
 @pytest.mark.slow  # JupyterLab in a browser
+def test_in_jupyterlab_a_view_whose_kernel_was_restarted_says_to_run_its_cell_again(page: Page) -> None:
+    """It stood still as if it ran, and after a reload of the page it was "model not found"."""
+    said = "document.querySelector('.lv-note')?.textContent.endsWith('run this cell again.')"
+    page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
+    page.ask(f"({PANEL}).context.save()")
+    page.ask(f"({PANEL}).sessionContext.session.kernel.restart()")
+    page.wait(said)
+    page.ask("window.old = true")
+    page.call("Page.reload")
+    page.wait(f"!window.old && ({PANEL})?.sessionContext.session?.kernel?.status === 'idle'")
+    page.ask(f"jupyterapp.shell.activateById(({PANEL}).id)")
+    page.wait(said)
+
+
+@pytest.mark.slow  # JupyterLab in a browser
 def test_in_jupyterlab_closing_the_notebook_stops_the_robot(page: Page) -> None:
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
