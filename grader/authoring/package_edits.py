@@ -6,16 +6,20 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+from grader.intake.names import build_tree
+
 Change = Callable[[Path], None]
 """An edit of a package's folder."""
-
-_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", "build", "install", "log")
 
 
 def copy(package: Path, folder: Path) -> Path:
     """Copy a package's source below `folder` and return the copy, which has the same name."""
+
+    def made(here: str, names: list[str]) -> list[str]:
+        return [name for name in names if name in ("__pycache__", ".pytest_cache") or build_tree(Path(here, name))]
+
     target = folder / package.name
-    shutil.copytree(package, target, ignore=_NOT_COPIED)
+    shutil.copytree(package, target, ignore=made)
     return target
 
 

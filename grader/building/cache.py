@@ -16,6 +16,7 @@ from pathlib import Path
 from grader import KIT, evidence
 from grader.building.install_tree import regular_files
 from grader.host import ros_env
+from grader.intake.names import build_tree
 
 LOCK, USE = ".lock", ".use"
 """The suffixes of the files beside an entry: held by whoever makes or removes it, and by whoever uses it."""
@@ -23,7 +24,7 @@ LOCK, USE = ".lock", ".use"
 SHARED = KIT / "shared_cache"
 """What an administrator has built for all users of this kit. Builds look here before in a user's own cache."""
 
-_IGNORED = ("__pycache__", ".git", "build", "install", "log", ".pytest_cache")
+_IGNORED = ("__pycache__", ".git", ".pytest_cache")
 
 
 def cache_folder() -> Path:
@@ -67,14 +68,15 @@ def build_key(packages: Sequence[Path], *contract: str) -> str:
 
 
 def content_key(packages: Sequence[Path], *parts: str, leaving_out: Sequence[str] = ()) -> str:
-    """Return a hash of the packages' files, except below folders of the names `leaving_out`, and of `parts`."""
+    """Return a hash of `parts` and the packages' files, except in build trees and folders named in `leaving_out`."""
     digest = hashlib.sha256()
     for part in parts:
         digest.update(part.encode() + b"\0")
     for package in packages:
         for path in sorted(regular_files(package)):
             relative = path.relative_to(package)
-            if not any(part in leaving_out for part in relative.parts):
+            made = any(build_tree(package / folder) for folder in relative.parents[:-1])
+            if not made and not any(part in leaving_out for part in relative.parts):
                 mode = "x" if path.stat().st_mode & 0o100 else "-"
                 digest.update(f"{package.name}/{relative}\0{mode}\0".encode("utf-8", "surrogateescape"))
                 digest.update(hashlib.sha256(path.read_bytes()).digest())
@@ -83,7 +85,8 @@ def content_key(packages: Sequence[Path], *parts: str, leaving_out: Sequence[str
 
 def not_source(folder: str, names: list[str]) -> list[str]:
     """Return which of `names` in a folder are not copied into a build. An `ignore` function for shutil.copytree."""
-    return [name for name in names if name in _IGNORED or Path(folder, name).is_symlink()]
+    paths = [Path(folder, name) for name in names]
+    return [path.name for path in paths if path.name in _IGNORED or path.is_symlink() or build_tree(path)]
 
 
 @cache

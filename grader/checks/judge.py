@@ -365,15 +365,15 @@ class Judge:
         return self.course.nodes.keys() & {path.rpartition("/")[2] for path in self.evidence.build.not_handed_in}
 
     def expect_readable(self) -> None:
-        """Fail the check if what the nodes run cannot be read: `judge.expect_readable()`.
+        """Fail the check if the build left code that cannot be read: `judge.expect_readable()`.
 
+        Code that is made at run time is a flag, and costs nothing.
         Each node has the same share, where just the programs of some cannot be read.
         """
         unread = self.evidence.build.not_handed_in
-        made = [f"{place(found)} {found.text}" for found in self.habits if found.rule == "unreadable-code"]
-        seen = say("code that cannot be read: {some}", some=some([*unread, *made], 3))
+        seen = say("code that cannot be read: {some}", some=some(unread, 3))
         nodes = self.course.nodes
-        of_all = [path for path in unread if path.rpartition("/")[2] not in nodes] + made
+        of_all = [path for path in unread if path.rpartition("/")[2] not in nodes]
         try_ = say("hand in the modules that the nodes run as text, and import them")
         self.expect(not of_all and self.unread_nodes != nodes.keys(), seen, try_)
         if unread and self._weight == 1:

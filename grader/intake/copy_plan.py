@@ -12,6 +12,8 @@ from grader.errors import SubmissionError
 from grader.evidence import Flag
 from grader.intake.containers import SUBMISSION, Entry, Kind, Reach, largest
 from grader.intake.names import (
+    BUILD_MARKERS,
+    BUILD_NAMES,
     MAX_DEPTH,
     MAX_NAME_BYTES,
     MAX_PATH_BYTES,
@@ -25,11 +27,6 @@ from grader.sanitize import printable
 from grader.words import mark, say
 
 MB = 1024**2
-# A build tree contains one of these. By its name alone, a student's own folder `log` would be left out too.
-BUILD_NAMES = frozenset({"build", "install", "log", "devel"})
-BUILD_MARKERS = frozenset(
-    {"COLCON_IGNORE", ".built_by", ".colcon_install_layout", ".catkin", "CMakeCache.txt", "local_setup.sh"}
-)
 VENV_MARKER = "pyvenv.cfg"
 MAX_REMARKS = 30
 _ALSO_A_FOLDER = mark("there is a folder of the same name; it was left out")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from grader.course import Course
-from grader.intake.copy_plan import BUILD_NAMES
+from grader.intake.names import BUILD_NAMES
 from grader.intake.package_xml import PackageXml, read_package_xml
 
 _IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import unicodedata
+from pathlib import Path
 
 # Made by tools, never written by a student, and often large. Left out of every submission.
 _TOOL_FOLDERS = frozenset(
@@ -13,6 +14,11 @@ _TOOL_FOLDERS = frozenset(
         *(".git", ".hg", ".svn", ".venv", ".tox", ".nox", ".eggs"),
         *(".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", ".ipynb_checkpoints", ".vscode", ".idea"),
     }
+)
+# A build tree has one of these names and contains one of the markers: a student's own folder may be called `log`, too.
+BUILD_NAMES = frozenset({"build", "install", "log", "devel"})
+BUILD_MARKERS = frozenset(
+    {"COLCON_IGNORE", ".built_by", ".colcon_install_layout", ".catkin", "CMakeCache.txt", "local_setup.sh"}
 )
 _TOOL_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 
@@ -54,6 +60,11 @@ def collision_key(path: str) -> str:
 def tool_folder(folder: str) -> bool:
     """Return whether a folder of this name is made by a tool."""
     return folder in _TOOL_FOLDERS or folder.endswith(".egg-info")
+
+
+def build_tree(folder: Path) -> bool:
+    """Return whether a folder on the disk was made by a build."""
+    return folder.name in BUILD_NAMES and any((folder / marker).exists() for marker in BUILD_MARKERS)
 
 
 def tool_file(name: str) -> bool:

@@ -12,10 +12,8 @@ from pathlib import Path, PurePosixPath
 
 from grader.course import Course
 from grader.evidence import reading_limits
-from grader.intake.names import tool_folder
+from grader.intake.names import build_tree, tool_folder
 
-# The build leaves these out wherever they are, so nothing in them can run.
-_NOT_BUILT = {"__pycache__", "build", "install", "log"}
 # Made by tools, beside the student's own folders. They are read only if the build installs something from them.
 _OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".direnv", ".cache", ".local"}
 _FOLDERS = ("launch", "scripts", "test", "tests")
@@ -146,7 +144,7 @@ def package_files(package: Path, course: Course) -> list[str]:
     found = []
     installed = _installs(package)
     for here, folders, names in os.walk(package):
-        folders[:] = sorted(name for name in folders if name not in _NOT_BUILT and not tool_folder(name))
+        folders[:] = sorted(name for name in folders if not (tool_folder(name) or build_tree(Path(here, name))))
         if Path(here) == package:
             folders[:] = [name for name in folders if name in installed or not _is_of_tools(package / name, course)]
         for name in names:

@@ -1,4 +1,7 @@
-"""Code that no reader of a package can see: made at run time, loaded from what is no module, or another program."""
+"""Code that no reader of a package can see: made at run time, loaded from what is no module, or another program.
+
+Such a place is named to a person, and costs nothing: honest packages have some, too.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
 from grader.evidence import Finding
-from grader.python_ast import called, last_name, literal_string
+from grader.python_ast import Function, called, last_name, literal_string
 from grader.quality.parsed_module import Imports, Module, absolute, imports
 
 UNREADABLE = "unreadable-code"
@@ -38,13 +41,14 @@ def _in_module(module: Module, names: set[str]) -> Iterator[tuple[int, str]]:
     unread = _LOADERS | _BUILTINS
     if _runs_own_modules_alone(module, imported, names):
         unread = unread - {"runpy"}
+    makes_code = _MAKES_CODE - imported.names.keys() - _own_names(module.tree)
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
             before = absolute(module, node) if isinstance(node, ast.ImportFrom) else ""
             named = [before, *(f"{before}.{alias.name}".strip(".") for alias in node.names)]
             yield from ((node.lineno, f"`import {name}`") for name in named if name in unread)
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
-            if node.id in _BUILTINS or (node.id in _MAKES_CODE - imported.names.keys() and id(node) not in plain):
+            if node.id in _BUILTINS or (node.id in makes_code and id(node) not in plain):
                 yield node.lineno, f"`{node.id}`"
         elif isinstance(node, ast.Attribute) and node.attr in _INSIDES:
             yield node.lineno, f"`{node.attr}`"
@@ -52,6 +56,22 @@ def _in_module(module: Module, names: set[str]) -> Iterator[tuple[int, str]]:
             yield node.lineno, f"`{node.value}`"
         elif isinstance(node, ast.Call) and (called(node) in _CODE_TYPES or _runs_other_code(node, imported, names)):
             yield node.lineno, f"`{last_name(node.func)}(…)`"
+
+
+def _own_names(tree: ast.AST) -> set[str]:
+    """Return what a module calls things of its own: `exec = Executor()`, `def compile():`; not `compile = compile`."""
+    own, kept = set[str](), set[str]()
+    for node in ast.walk(tree):
+        if isinstance(node, Function | ast.ClassDef):
+            own.add(node.name)
+        elif isinstance(node, ast.arg):
+            own.add(node.arg)
+        elif isinstance(node, ast.Assign | ast.AnnAssign | ast.NamedExpr):
+            names = [part for part in ast.walk(node) if isinstance(part, ast.Name)]
+            bound = {name.id for name in names if isinstance(name.ctx, ast.Store)}
+            own |= bound
+            kept |= bound & {name.id for name in names if isinstance(name.ctx, ast.Load)}
+    return own - kept
 
 
 def _runs_own_modules_alone(module: Module, imported: Imports, names: set[str]) -> bool:

@@ -144,6 +144,12 @@ class _Page:
                 continue
             yield ""
             yield from self.block(loss)
+        for score in self.grading.scorecard.requirements:
+            for result in score.results:
+                if result.outcome is Outcome.PASSED and result.fraction < 1 and result.seen:
+                    yield ""
+                    yield self.paint(say("not taken"), "2") + f"  {score.requirement.id}  {result.sentence}"
+                    yield from self.rows({say("seen"): result.seen})
         for (because, try_), names in waiting.items():
             yield ""
             yield self.paint(say("not reached"), "2") + f"  {', '.join(dict.fromkeys(names))}"

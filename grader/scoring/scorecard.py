@@ -11,6 +11,9 @@ from grader.evidence import Reason
 from grader.scoring.rubric import Check, Criterion, Requirement, Rubric
 from grader.words import say
 
+LEAST_LOSS = 0.1
+"""Points. A requirement that would lose less than this keeps all; what was seen is said all the same."""
+
 # The assignment's levels: the least share of a criterion's points for each.
 LEVELS = (("A", 0.90), ("B", 0.75), ("C", 0.60), ("D", 0.0))
 
@@ -170,7 +173,20 @@ def _score_requirement(requirement: Requirement, found: dict[str, list[CheckResu
     judged = [(c, r) for c, r in zip(requirement.checks, results, strict=True) if r.outcome is not Outcome.ERROR]
     points = sum(earned(check, result) for check, result in judged)
     maximum = sum(check.points for check, _ in judged)
+    if 1e-9 < maximum - points < LEAST_LOSS - 1e-9:
+        points, results = maximum, tuple(map(_not_taken, requirement.checks, results))
     return RequirementScore(requirement, _tidy(points), _tidy(maximum), _outcome(results, points, maximum), results)
+
+
+def _not_taken(check: Check, result: CheckResult) -> CheckResult:
+    """Return a result that costs nothing, though points could have been lost by it, and says so."""
+    lost = check.points - earned(check, result)
+    if result.outcome is Outcome.ERROR or lost < 1e-9:
+        return result
+    words = say(
+        "{lost:.2f} points; a loss below {least:g} of a requirement is shown and not taken", lost=lost, least=LEAST_LOSS
+    )
+    return replace(result, outcome=Outcome.PASSED, seen="\n".join(filter(None, [result.seen or result.because, words])))
 
 
 def _only_result(check_id: str, results: list[CheckResult]) -> CheckResult:

@@ -1284,6 +1284,8 @@ else:
 
 # %% [markdown]
 # The grader asks the same at several speeds, forwards and backwards, creeping, and past a pole at the edge of the sector.
+# F4's advanced point is the first row of step 3: with something nearer than `emergency_stop_distance`, in whatever direction, everything is zero.
+# Here it lets something appear right beside the robot as it creeps on. From notebook 07 on your robot turns on the spot towards a goal; then something appears behind it, too, and the turn has to stop as well.
 # F6 is from notebook 04: readings that are not distances must neither stop the robot nor hide a wall.
 
 # %% tags=["check"]

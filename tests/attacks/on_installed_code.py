@@ -174,7 +174,7 @@ ATTACKS: tuple[Attack, ...] = (
               f"install(FILES ${{CMAKE_BINARY_DIR}}/boot.py DESTINATION {_SITE}/${{PROJECT_NAME}})\n"
               "install(FILES data/table.txt DESTINATION share)"),
         needs="F14 Q1 Q2 T1 T2", costs="Q1 Q2 T1 T2", flag="unreadable code", proof="boot.py:1",
-        stopped="code that is made at run time is named, and the modules that are there earn nothing then",
+        stopped="code that is made at run time is named to a person, with file and line",
     ),
     attack(
         "trusts_in_a_name",

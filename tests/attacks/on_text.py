@@ -81,8 +81,8 @@ ATTACKS: tuple[Attack, ...] = (
         "hides_code_in_strings",
         "Sloppy code is in a string that is executed.",
         put("ros2_robot_controller/sloppy.py", '"""Holds code."""\n\nCODE = """\ndef Thing( a,b ):\n  return  a+b\n"""\nexec(CODE)\n'),
-        number=37, needs="Q1", costs="Q1", flag="unreadable code",
-        stopped="code that is made at run time cannot be read, and nothing that is judged by reading is earned with it",
+        number=37, needs="Q1", flag="unreadable code",
+        stopped="code that is made at run time is named to a person, with file and line",
     ),
     attack(
         "breaks_the_analysers",

@@ -395,6 +395,14 @@ _EDITS = (
         says=("from 1 s after it was gone",),
     ),
     _edit(
+        "turns_on_in_an_emergency",
+        "F4",
+        "Something within the emergency distance stops the robot from driving, not from turning on the spot.",
+        (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return STOP\n"
+                  "    if wanted.v != 0.0 and obstacle_in_way", "    if wanted.v != 0.0 and obstacle_in_way"),
+        says=("after the first scan below 0.2 m; something was behind the robot",),
+    ),
+    _edit(
         "remembers_the_slowed_speed",
         "F5",
         "At a stop the speed of the moment, slowed down before the obstacle, is kept as the one to go on at.",

@@ -86,6 +86,6 @@ def test_code_that_cannot_be_read_earns_no_points_for_code_or_tests(check: str):
         said = ask(find(check), replace(reference, build=replace(reference.build, not_handed_in=unread)))
         assert said.share == share
         assert f"code that cannot be read: {', '.join(unread)}" in said.seen
-    habits = [Finding("ros2_robot_controller/driver.py", 3, "unreadable-code", "`exec`")]
+    habits = [Finding("ros2_robot_controller/driver.py", 3, "unreadable-code", "`ctypes`")]
     said = ask(find(check), replace(reference, quality=replace(reference.quality, habits=habits)))
-    assert (said.share, said.seen) == (0, "code that cannot be read: ros2_robot_controller/driver.py:3 `exec`")
+    assert said.share == 1, "a doubt about a text is a flag for a person, and costs nothing"

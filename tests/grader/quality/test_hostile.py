@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 from helpers.course import COURSE
 from helpers.quality_examples import judged, with_flake8, with_linters, written
 
+from grader.building import cache
 from grader.checks.check_style import test_ament_flake8_finds_nothing as style
 from grader.evidence import reading_limits
 from grader.quality import bisect_failures, source_files
@@ -91,11 +93,23 @@ def test_a_link_is_not_followed(tmp_path: Path):
 
 def test_build_trees_and_caches_are_not_read(tmp_path: Path):
     others = (
-        "build/x.py", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
+        "build/CMakeCache.txt", "build/x.py", "install/COLCON_IGNORE", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
         ".github/x.py", ".vscode/x.py", ".git/hooks/pre-commit", "m/__pycache__/x.py", "m/.ipynb_checkpoints/x.py",
     )  # fmt: skip
     package = written(tmp_path, {"m/a.py": GOOD, **dict.fromkeys(others, GOOD)})
     assert [source.path for source in source_files.find(package, COURSE)] == ["m/a.py"]
+
+
+def test_modules_in_a_folder_called_log_are_read_and_built(tmp_path: Path):
+    """No node started: the folder was taken for colcon's, whatever was in it."""
+    own = ["install/a.py", "m/a.py", "m/build/a.py", "m/log/a.py"]
+    package = written(tmp_path / "p", dict.fromkeys(own, GOOD))
+    assert sorted(source.path for source in source_files.find(package, COURSE)) == own
+    key = cache.build_key([package])
+    copied = shutil.copytree(package, tmp_path / "copied", ignore=cache.not_source)
+    assert sorted(path.relative_to(copied).as_posix() for path in copied.rglob("*.py")) == own
+    (package / "m" / "log" / "a.py").write_text("X = 2\n")
+    assert cache.build_key([package]) != key
 
 
 # -- tools that break -------------------------------------------------------------------------------------------------

@@ -19,7 +19,8 @@ def named(text: str, path: str = "ros2_robot_controller/driver.py") -> list[str]
 @pytest.mark.parametrize(
     "text",
     [
-        "exec(open('x').read())", "x: exec(open('x').read()) = 0", "run = exec", "eval(text)", "compile(a, b, 'exec')",
+        "exec(open('x').read())", "x: exec(open('x').read()) = 0", "run = exec",
+        "exec = exec\nexec('x')", "eval(text)", "compile(a, b, 'exec')",
         "getattr(__builtins__, name)(text)", "import builtins", "getattr(sys.modules['builtins'], name)",
         "__import__(name)", "__import__('runpy')", "import runpy", "from runpy import run_path", "import zipimport",
         "import runpy\nrunpy.run_module(name)",
@@ -44,6 +45,8 @@ def test_code_that_no_reader_sees_is_named(text: str):
         "from .code import Code", "from ros2_robot_controller import code",
         "__path__ = __import__('pkgutil').extend_path(__path__, __name__)",
         "import importlib.util\nimportlib.util.find_spec('numpy')",
+        "def spin():\n    exec = SingleThreadedExecutor()\n    exec.add_node(node)",
+        "def compile(readings):\n    return ''\n\ndef summary(readings):\n    return compile(readings)",
         "import ast\nast.literal_eval(text)", "executor.execute(goal)", "import sys\nsys.path.append('..')",
         "import os\nos.execvp('python3', ['python3', '-m', 'ros2_robot_controller.robot_controller'])",
         "import subprocess\nsubprocess.run(['aplay', 'beep.wav'])",

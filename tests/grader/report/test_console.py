@@ -107,11 +107,15 @@ def test_points_have_two_decimals_half_up_and_add_up(rubric):
     assert "(1.99 of 3 points lost)" in text
 
 
-def test_less_than_half_a_hundredth_is_nothing_lost(rubric):
-    nearly = CheckResult("check_navigation::test_reaches_a_target", Outcome.PARTIAL, 0.9999)
-    text = console.render(grading(rubric, results(rubric, nearly)))
+def test_a_loss_below_a_tenth_of_a_point_is_shown_and_not_taken(rubric):
+    """What cost most of an excellent package were crumbs: 0.06 of Q1, for one finding in 1200 lines."""
+    nearly = CheckResult("check_navigation::test_reaches_a_target", Outcome.PARTIAL, 0.97, seen="a centimetre off")
+    made = grading(rubric, results(rubric, nearly))
+    text = console.render(made)
     assert re.search(r"passed +F8 +Reaches a target +3 / 3", text)
-    assert "lost" not in text
+    assert "a centimetre off" in text
+    assert "0.09 points; a loss below 0.1 of a requirement is shown and not taken" in text
+    assert made.losses == ()
 
 
 def test_a_student_cannot_fake_lines_or_colours(rubric):

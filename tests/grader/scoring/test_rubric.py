@@ -61,7 +61,7 @@ def test_the_kits_rubric_holds_the_contracts_requirements_and_points():
 
 def test_the_kits_rubric_tells_core_from_advanced_as_the_contract_does():
     advanced = {r.id: r.advanced for r in load(RUBRIC).requirements if r.advanced}
-    assert advanced == {"F5": 1, "F11": 1, "F12": 1, "I4": 1, "I6": 1, "Q4": 1, "T3": 3}
+    assert advanced == {"F4": 1, "F5": 1, "F11": 1, "F12": 1, "I4": 1, "I6": 1, "Q4": 1, "T3": 3}
 
 
 def test_the_kits_rubric_names_a_notebook_section_for_each_requirement():

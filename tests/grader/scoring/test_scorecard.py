@@ -52,6 +52,18 @@ def test_a_fraction_earns_its_share():
     assert card.requirements[0].outcome is Outcome.PARTIAL
 
 
+@pytest.mark.parametrize(
+    ("fractions", "points"),
+    [((0.98, 1.0), 4.0), ((0.98, 0.96), 3.9), ((1.0, 0.91), 4.0), ((1.0, 0.9), 3.9), ((0.96, 0.5), 3.38)],
+)
+def test_a_requirement_that_would_lose_less_than_a_tenth_of_a_point_loses_nothing(fractions, points):
+    """Losses of its checks count together."""
+    partial = [result(Outcome.PARTIAL, fraction, index=index) for index, fraction in enumerate(fractions)]
+    (scored,) = score(rubric(F1), partial).requirements
+    assert scored.points == points
+    assert (scored.outcome is Outcome.PASSED) == (points == 4.0)
+
+
 def test_points_carry_no_dust_of_binary_fractions():
     three = requirement("F1", 0.1, 0.1, 0.1)
     assert score(rubric(three), [passed("F1", i) for i in range(3)]).points == 0.3

@@ -11,6 +11,7 @@ from . import motion
 
 _TRIALS = ("wall_fast", "wall_slow", "wall_backward", "pole_aside", "creeping")
 _SUDDEN = "obstacle_vanishes"
+_EMERGENCY_M = motion.DEFAULTS["emergency_stop_distance"]
 _SLACK_S = 0.05  # one tick of the trial: the time of a command is known no better than that
 
 
@@ -53,6 +54,34 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
         seen += say("; the closest reading was {nearest:.2f} m by then", nearest=nearest)
         try_ = say("stop in the cycle that sees the scan, without averaging or waiting")
         judge.expect(delay <= 0.3 + _SLACK_S, seen, try_)
+
+
+def test_commands_zero_in_an_emergency(judge: Judge) -> None:
+    """With a valid reading below `emergency_stop_distance` in any direction `cmd_vel` is zero for everything."""
+    trial = judge.trial("emergency")
+    judge.call(trial, "set_speed", 0)
+    moved = [where for where in ("beside", "behind") if _moves_until(trial, trial.marks.get(where, -math.inf))]
+    if not moved:
+        raise NotReached(say("the robot neither drove nor turned before something came near"), "F2", "F8")
+    for where in moved:
+        near = next((s.t for s in trial.scans if s.t >= trial.marks[where] and s.anywhere < _EMERGENCY_M), math.inf)
+        left = next((s.t for s in trial.scans if s.t > near and s.anywhere >= _EMERGENCY_M), math.inf)
+        end = min(left, trial.marks[f"{where}, gone"])
+        late = [c for c in motion.between(trial.commands, near + 0.3 + _SLACK_S, end) if not c.is_zero]
+        if late:
+            seen = say(
+                "commanded {late.v:.2f} m/s and {late.omega:.2f} rad/s {delay:.2f} s after the first scan below "
+                "{_EMERGENCY_M} m; something was {where} the robot",
+                late=late[0],
+                delay=late[0].t - near,
+                _EMERGENCY_M=_EMERGENCY_M,
+                where=say("beside") if where == "beside" else say("behind"),
+            )
+            raise Failed(
+                seen, say("nearer than `emergency_stop_distance` nothing is allowed, turning on the spot included")
+            )
+    if "behind" not in moved:
+        judge.remark(say("it turned towards no goal, so only driving was looked at"))
 
 
 def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
@@ -102,6 +131,11 @@ def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
     wrong_way = motion.goes_the_wrong_way(trial, trial.marks["start"], trial.marks["end"])
     try_ = motion.TRY_DIRECTION if wrong_way else motion.TRY_SECTOR
     judge.expect(way >= 0.3, seen + wrong_way, try_)
+
+
+def _moves_until(trial: Trial, mark: float) -> bool:
+    """Return whether the robot was commanded to move just before a mark."""
+    return any(not command.is_zero for command in motion.between(trial.commands, mark - 0.3, mark))
 
 
 def _where(trial: Trial) -> str:

@@ -137,3 +137,31 @@ def blocked_goal(stage: Stage) -> None:
     stage.run_until(lambda: goal.ended, 40.0)
     stage.mark("ended")
     stage.run(0.5)
+
+
+@trial(serves=["F4"])
+def emergency(stage: Stage) -> None:
+    """Let something appear within the emergency distance: beside the robot as it creeps on, behind it as it turns."""
+    side = stage.choose("side", [-1.0, 1.0])
+    stage.run(0.3)
+    # So slow that it leaves what is beside it no sooner than it has to stop.
+    stage.call("set_speed", speed=0.0625)
+    stage.run(0.7)
+    _show_too_near(stage, "beside", side * stage.between("beside", 1.6, 1.9))
+    stage.call("set_speed", speed=0.0)
+    stage.run(0.3)
+    goal = stage.navigate(*_target(stage, side * stage.between("goal", 2.6, 2.9), 1.5))
+    if goal.problem or not goal.accepted:
+        return
+    stage.run(0.7)
+    # On the side from which it turns away, and out of the sector ahead for as long as it may turn on.
+    _show_too_near(stage, "behind", -side * stage.between("behind", 2.2, 2.6))
+
+
+def _show_too_near(stage: Stage, where: str, bearing: float) -> None:
+    stage.mark(where)
+    obstacle = stage.add_obstacle(0.182, bearing=bearing, radius=0.1)
+    stage.run(1.0)
+    stage.mark(f"{where}, gone")
+    stage.remove_obstacle(obstacle)
+    stage.run(0.3)
