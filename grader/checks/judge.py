@@ -220,10 +220,10 @@ class Judge:
         if reason.kind in SILENT and (spins := first_cause.spinning([trial], self.evidence.quality)):
             return NotReached(spins)
         if reason.kind in SILENT and (held := holds_on(self.habits, reason.place)):
-            first = held[0]
-            shown = Fault(first.path, first.line, "start", first.text, say(HOLDS_ON[first.rule]))
-            found = replace(reason, place=reason.place or place(first), fault=shown)
-            return NotReached(found, words=words + holding_on(held))
+            habit = held[0]
+            fault = Fault(habit.path, habit.line, "start", habit.text, say(HOLDS_ON[habit.rule]))
+            because = replace(reason, place=reason.place or place(habit), fault=fault)
+            return NotReached(because, words=words + holding_on(held))
         return NotReached(reason, words=words)
 
     @property

@@ -88,7 +88,8 @@ def passed_over() -> str:
 
 def _added() -> list[Path]:
     """Return the folder of the course for which this kit was made, none for the kit's own."""
-    return [KIT / named.read_text(encoding="utf-8").strip()] if (named := KIT / INSTALLED).is_file() else []
+    installed = KIT / INSTALLED
+    return [KIT / installed.read_text(encoding="utf-8").strip()] if installed.is_file() else []
 
 
 def _kits() -> list[Path]:

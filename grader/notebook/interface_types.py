@@ -81,7 +81,7 @@ class _CheckedMessages:
         for finder in sys.meta_path:
             if finder is not self and (found := finder.find_spec(name, path, target)) is not None:
                 if found.loader is not None:
-                    found.loader.exec_module = _checked(found.loader.exec_module)  # type: ignore[method-assign]
+                    found.loader.exec_module = _checked(found.loader.exec_module)  # type: ignore[method-assign, assignment]
                 return found
         return None
 

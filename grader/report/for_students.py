@@ -100,10 +100,14 @@ def _texts(course: Course, _language: str) -> tuple[_Text, ...]:
     return tuple(sorted(text for text in found if len(_WORD.findall(" ".join(text))) > 1))
 
 
+def _text_of(part: ast.expr) -> str | None:
+    return part.value if isinstance(part, ast.Constant) and isinstance(part.value, str) else None
+
+
 def _texts_of(module: Path) -> Iterator[_Text]:
     for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if isinstance(node, ast.JoinedStr):
-            yield _apart([part.value if isinstance(part, ast.Constant) else None for part in node.values])
+            yield _apart([_text_of(part) for part in node.values])
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield (node.value,)
             for text in (node.value, gettext(node.value)):

@@ -17,7 +17,7 @@ import argparse
 import dataclasses
 import sys
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from unittest import mock
 
@@ -81,7 +81,7 @@ def add(trials: Iterable[str], name: str, settings: pipeline.Settings) -> str:
         return ""
     plans = {trial: catalog.trials(settings.course)[trial] for trial in trials}
     asked = frozenset[str]().union(*(trial_source.serves(plan, settings) for plan in plans.values()))
-    with mock.patch.object(trial_source, "wanted", lambda _settings: plans):
+    with mock.patch.object(trial_source, "wanted", return_value=plans):
         found = collected(name, asked, settings).trials
     as_taken = reference.trials | own.trials
     kept, wrong = found if name == REFERENCE else {}, []

@@ -192,9 +192,10 @@ def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
     for row in delivery.book.rows:
         numbers.setdefault(row.submission, set()).update(filter(None, [_number(row)]))
     for submission, page in delivery.pages.items():
-        found, *more = _readings(delivery.sources.get(submission, "")) or [None]
-        if found and more:  # people choose their names: only the number of one whose submission it is counts
-            found = next((each for each in (found, *more) if each["id"] in numbers.get(submission, ())), None)
+        readings = _readings(delivery.sources.get(submission, ""))
+        found = readings[0] if readings else None
+        if len(readings) > 1:  # people choose their names: only the number of one whose submission it is counts
+            found = next((each for each in readings if each["id"] in numbers.get(submission, ())), None)
         if found is None or not found["file_id"] or not found["file"].lower().endswith(".zip"):
             without.append(submission)
             continue

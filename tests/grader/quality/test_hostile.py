@@ -93,7 +93,8 @@ def test_a_link_is_not_followed(tmp_path: Path):
 
 def test_build_trees_and_caches_are_not_read(tmp_path: Path):
     others = (
-        "build/CMakeCache.txt", "build/x.py", "install/COLCON_IGNORE", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
+        "build/CMakeCache.txt", "build/x.py", "install/COLCON_IGNORE", "install/x.py", "venv/pyvenv.cfg",
+        "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
         ".github/x.py", ".vscode/x.py", ".git/hooks/pre-commit", "m/__pycache__/x.py", "m/.ipynb_checkpoints/x.py",
     )  # fmt: skip
     package = written(tmp_path, {"m/a.py": GOOD, **dict.fromkeys(others, GOOD)})
