@@ -93,8 +93,9 @@ class LateRule:
             for number, name in ((late_s // 3600, "hour"), (late_s % 3600 // 60, "minute"))
             if number
         )
+        local = deadline.utcoffset() == deadline.astimezone().utcoffset()  # clocks may have been changed since
         return (
-            f"{submitted:%Y-%m-%d %H:%M}, {after} after the deadline: {counted}; "
+            f"{submitted.astimezone() if local else submitted:%Y-%m-%d %H:%M}, {after} after the deadline: {counted}; "
             f"of {points} points {taken} are deducted, {points - taken} are left"
         )
 

@@ -155,6 +155,6 @@ def twice(text: str, when: dt.datetime | None = None) -> str:
     if time is None or time.tzinfo:
         return ""
     first, second = time.replace(fold=0).astimezone(), time.replace(fold=1).astimezone()
-    if first >= second:  # behind a gap, when the clocks go forward, the second is the earlier one
+    if first == second or first.replace(tzinfo=None, fold=0) != time:  # an hour that is left out is read as another
         return ""
     return f"occurs twice, as {first.isoformat(timespec='minutes')} and {second.isoformat(timespec='minutes')}"
