@@ -30,7 +30,7 @@ from pathlib import Path
 from grader import building, evidence
 from grader.course import kits_own
 from grader.host import namespaces
-from grader.trials import cpu_affinity, scheduler
+from grader.trials import scheduler
 from grader.trials.plan import TrialPlan
 from grader.trials.request import TrialRequest
 
@@ -60,8 +60,6 @@ def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
     from sim import Simulator, load_world
     from sim.bridge import CONTROLLER, TICK_S, Bridge
 
-    _share_a_core()
-    cpu_affinity.take_turns(executor == "single")
     domain_id, started = 1 + seed % 100, time.perf_counter()
     command = [sys.executable, "-m", "benchmarks.smallest_node", executor]
     with subprocess.Popen(command, env={**os.environ, "ROS_DOMAIN_ID": str(domain_id)}) as node:
@@ -94,7 +92,7 @@ def measure(install: str, seconds: float, seed: int, package: str) -> _Timing:
     timing = _Timing()
 
     def script(stage: Stage) -> None:
-        timing.start_s = stage.process.wall_seconds
+        timing.start_s = stage.node.process.wall_seconds
         stage.run(0.5)
         stage.call("set_speed", speed=0.25)
         timing.driving, timing.driving_cpu = _factors(stage)
@@ -111,17 +109,11 @@ def measure(install: str, seconds: float, seed: int, package: str) -> _Timing:
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "trial.json"
-        _share_a_core()
-        run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out), package))
+        run_trial(kits_own(), plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out), package))
         facts = evidence.from_json(out.read_text(), evidence.Trial)
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
     return timing
-
-
-def _share_a_core() -> None:
-    """Let this process and the nodes that it starts share one core, as in a trial."""
-    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def _cpu_s() -> float:

@@ -404,7 +404,10 @@ class Judge:
             raise Failed(seen, try_, reason)
 
     def share(self, fraction: float, seen: str, try_: str) -> None:
-        """Give a share of the points, 0 to 1, with feedback: `judge.share(0.5, "one of two came", "publish both")`."""
+        """Give a share of the points, 0 to 1, with feedback: `judge.share(0.5, "one of two came", "publish both")`.
+
+        A requirement that would lose less than 0.1 points in all loses nothing, and shows what was seen.
+        """
         self.fraction = min(1.0, max(0.0, fraction)) * self._weight
         self.seen, self.try_ = "\n".join(words for words in (seen, self._why) if words), try_
 

@@ -10,11 +10,9 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-
-from grader.host import procfs
 
 _KILL_AFTER_S = 3.0
 _OUTPUT_CAP = 200_000
@@ -67,10 +65,6 @@ class NodeProcess:
     def cpu_seconds(self) -> float:
         """Return nothing, for the same reason."""
         return 0.0
-
-    def pin_to(self, cores: Iterable[int]) -> None:
-        """Let all its threads run on these cores only."""
-        procfs.pin_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])
 
     def stopped(self) -> str:
         """Return nothing: the student's own machine sets no limits."""

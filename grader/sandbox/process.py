@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
 
@@ -207,13 +207,6 @@ class Process:
     def cpu_seconds(self) -> float:
         """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
         return procfs.cpu_seconds([self._init_pid, *self._tree()])
-
-    def pin_to(self, cores: Iterable[int]) -> None:
-        """Let the whole tree run on these cores only."""
-        pids = procfs.descendants(self._init_pid)
-        if self._program is not None:
-            pids += [self._program.pid, *procfs.descendants(self._program.pid)]
-        procfs.pin_to(cores, pids)
 
     def kill(self) -> None:
         """Kill the whole process tree and wait until it is gone.

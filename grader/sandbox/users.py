@@ -106,7 +106,6 @@ def command_line(
         "user": user, "killer": submission_user.new_id(), "command": run, "info": info_fd, "limits": {}, "filter": "",
         "environment": _FOR_PROOT | dict(box.environment),
         "landlock": _texts(read=read, write=[*write, *devices]) if locked else None,
-        "cores": sorted(os.sched_getaffinity(0)), "scheduling": os.sched_getscheduler(0),
     }  # fmt: skip
     return [sys.executable, "-s", "-S", "-E", str(_START), json.dumps(asked)]
 

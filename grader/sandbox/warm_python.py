@@ -173,12 +173,10 @@ def set_dumpable(wanted: bool) -> None:
 
 
 def give_up_rights(request: dict[str, Any]) -> None:
-    """Give up what a command in a sandbox does not have: keys, limits, cores, user, capabilities, kernel calls."""
+    """Give up what a command in a sandbox does not have: keys, limits, user, capabilities, kernel calls."""
     leave_keyring()
     for name, value in request["limits"].items():
         resource.setrlimit(getattr(resource, name), (value, value))
-    os.sched_setaffinity(0, request["cores"])
-    os.sched_setscheduler(0, request["scheduling"], os.sched_param(0))
     for number in range(_CAPABILITIES):
         _libc.prctl(_DROP_FROM_BOUNDING_SET, number, 0, 0, 0)  # fails above the last one that this kernel has
     if (user := request["user"]) is not None:

@@ -190,8 +190,6 @@ class WarmPython:
             "limits": resource_limits(limits), "user": user, "groups": group.procs_files,
             "libraries": [str(path) for path in _own_libraries(box, inside=True) if not path.name.endswith("_cpp.so")],
             "filter": PROGRAM_BYTES.hex(),
-            "cores": sorted(os.sched_getaffinity(0)),
-            "scheduling": os.sched_getscheduler(0),
             "offers_forks": _FORKS_VARIABLE if tuple(command[: len(LAUNCH)]) == LAUNCH else "",
         }  # fmt: skip
         try:

@@ -18,7 +18,6 @@ from grader.course import Course, Node
 from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
-from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.interfaces import interface
 from grader.trials.plan import TrialPlan
 from grader.trials.request import BEHIND_S, DEAF_S, PATIENCE_S
@@ -78,9 +77,6 @@ class Program(Protocol):
     def cpu_seconds(self) -> float:
         """Return the CPU time that all its processes have used, those that have ended included."""
 
-    def pin_to(self, cores: Iterable[int]) -> None:
-        """Let all its threads run on these cores only."""
-
     def abort(self) -> None:
         """Send it SIGABRT, on which Python's faulthandler writes down what each thread was doing."""
 
@@ -136,7 +132,6 @@ class NodeUnderTest:
         """Whether it was ended because it was deaf."""
         self._foreign: list[str] = []
         self._clock = CpuClock(process, [os.getpid()])
-        self._affinity = AffinityTuner(process.pin_to, self._clock.seconds)
         self._deaf_s = self._waited_s = 0.0
         self._sought: set[str] = set()
         node, space = self.bridge.node, f"{plan.namespace}/" if plan.namespace else ""
@@ -191,7 +186,6 @@ class NodeUnderTest:
         if self._deaf_s > DEAF_S:
             raise TrialOver(self._stopped(Kind.HANGS, DEAF_S))
         if self.bridge.pace == "lockstep":
-            self._affinity.tick()
             self._waited_s += self._clock.idle - idle
         if self.behind_s > BEHIND_S:
             raise TrialOver(self._stopped(Kind.WAITS, BEHIND_S))

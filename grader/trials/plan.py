@@ -66,8 +66,3 @@ class TrialPlan:
     def placed_in(self, world: World) -> TrialPlan:
         """Return the plan with those of its node's parameters that depend on the world."""
         return replace(self, parameters={**self.parameters, **self.world_parameters(world)})
-
-    @property
-    def takes_turns(self) -> bool:
-        """Return whether observer and node compute one after the other, so that a core of their own is enough."""
-        return not (self.launch or self.beside or self.real_time or self.mostly_waits)

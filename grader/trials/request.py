@@ -51,8 +51,6 @@ class TrialRequest:
     """Whether the simulated sensors publish best effort."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
-    core: int | None = None
-    """The core on which observer and node take turns, None for all of them."""
 
 
 def not_started(plan: TrialPlan, seed: int, script_error: str = "", ended: Reason | None = None) -> evidence.Trial:

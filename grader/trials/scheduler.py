@@ -20,7 +20,6 @@ from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import dds_domain, namespaces, ros_env, shortage, turns
 from grader.settings import FORK_FROM
-from grader.trials.cpu_affinity import Cores
 from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     ALL_BEHIND_S,
@@ -168,7 +167,6 @@ class _Trials:
     progress: Callable[[str], None]
     ros_name: str
     best_effort: bool
-    cores: Cores = field(default_factory=Cores)
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:
@@ -238,13 +236,12 @@ class _Worker(threading.Thread):
         process = self._process = self._process or trials.start(self.name)
         out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
-        one_core = trials.cores.one() if plan.takes_turns else contextlib.nullcontext()
         # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
-        with dds_domain.free(after=self._domain) as self._domain, one_core as core:
+        with dds_domain.free(after=self._domain) as self._domain:
             request = TrialRequest(
                 plan.name, str(trials.install), trials.seed, self._domain, str(out),
                 package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
-                best_effort=trials.best_effort, core=core,
+                best_effort=trials.best_effort,
             )  # fmt: skip
             answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):

@@ -21,9 +21,9 @@ from rclpy.qos import qos_profile_action_status_default
 from grader import evidence, sandbox, tracebacks
 from grader.course import Course
 from grader.evidence import Kind, Reason
+from grader.host import procfs
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
-from grader.trials.cpu_affinity import hear_at_once
 from grader.trials.goal import ANSWER_WALL_S, SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
@@ -437,7 +437,7 @@ class Stage:
         self.mark("interrupt")
         self._interrupted = True
         clock = CpuClock(self.node.process, [os.getpid()])
-        hear_at_once()
+        procfs.hear_at_once("dds.udp")
         self.node.process.interrupt()
         while not self.node.process.has_ended() and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.

@@ -29,7 +29,7 @@ from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
-from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
+from grader.trials import catalog, parameter_files, wire_layout
 from grader.trials.interfaces import interface, own_package
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
@@ -72,12 +72,10 @@ def prepare(course: Course) -> None:
 def work(course: Course, warm: sandbox.WarmPython | None) -> int:
     """Run the trials that stdin asks for, with nodes forked from `warm`; return the exit status."""
     answers = _answers()
-    all_cores = os.sched_getaffinity(0)
     print(READY, file=answers, flush=True)
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
         plan = catalog.trials(course)[request.trial]
-        os.sched_setaffinity(0, all_cores if request.core is None else {request.core})
         try:
             run_trial(course, plan, request, warm)
         except Exception as error:  # an error of ours must not take the other trials along
@@ -129,8 +127,6 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
     simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
     plan = plan.placed_in(simulator.world)
     box, in_files = _sandbox(course, plan, request)
-    one_thread = _has_one_thread(request.package)
-    cpu_affinity.take_turns(one_thread)
     with (
         ExitStack() as others,
         sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
@@ -141,8 +137,8 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
             return others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
 
         node = NodeUnderTest(
-            course, plan, simulator, process, request.domain_id,
-            one_thread=one_thread, reliable=not request.best_effort, patience_s=request.patience_s,
+            course, plan, simulator, process, request.domain_id, one_thread=_has_one_thread(request.package),
+            reliable=not request.best_effort, patience_s=request.patience_s,
         )  # fmt: skip
         own_launch = plan.launch and not plan.namespace
         stage = Stage(

@@ -14,6 +14,7 @@ from variants import LAUNCHED, VARIANTS, Variant, make
 
 from grader import building, evidence, pipeline
 from grader.report import data
+from grader.selftest.flakiness import load_on_every_core
 from grader.trials import catalog
 from grader.trials import scheduler as trials
 
@@ -89,6 +90,18 @@ def test_the_same_trial_gives_the_same_commands_at_the_same_times(settings, cont
             assert first[name].commands, first[name].ended
             assert other[name].commands == first[name].commands
             assert other[name].scans == first[name].scans
+
+
+def test_a_callback_that_waits_ends_its_goals_on_a_busy_machine_too(settings, contract, tmp_path: Path):
+    """With as many threads as cores, one of which waits in the action, the goals end the same each time."""
+    names = ["navigate_beside", "navigate_again", "cancel_late"]
+    with load_on_every_core():
+        for number in range(3):
+            found = play(VARIANTS["default_executor"], settings, contract, tmp_path / str(number), names)
+            ends = [(goal.status, goal.success) for name in names for goal in found[name].goals]
+            reached, canceled = ("succeeded", True), ("canceled", False)
+            assert ends == [reached, reached, canceled, reached, canceled]
+            assert {trial.pace for trial in found.values()} == {"lockstep"}
 
 
 def play(variant: Variant | None, settings, contract, folder: Path, names: list[str]) -> dict[str, evidence.Trial]:

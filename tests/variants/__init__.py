@@ -74,6 +74,21 @@ VARIANTS = {
             without=_LAYERS,
         ),
         Variant(
+            "default_executor",
+            "The default MultiThreadedExecutor, a reentrant group, and an action that waits in a loop at a Rate.",
+            changes=(
+                (_NAVIGATOR, "from rclpy.task import Future\n",
+                 "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.task import Future\n"),
+                (_NAVIGATOR, "cancel_callback=self._on_cancel)",
+                 "cancel_callback=self._on_cancel,\n            callback_group=ReentrantCallbackGroup())"),
+                (_NAVIGATOR, "    async def _navigate(", "    def _navigate("),
+                (_NAVIGATOR, "        ending = await goal.ending\n",
+                 "        rate = self.create_rate(20)\n        while not goal.ending.done():\n            rate.sleep()\n"
+                 "        ending = goal.ending.result()\n"),
+                (f"{_PACKAGE}/utils/running.py", "SingleThreadedExecutor", "MultiThreadedExecutor"),
+            ),
+        ),
+        Variant(
             "wall_sleeping_action",
             "Many threads; the action's own loops with time.sleep and drives by itself.",
             without=_LAYERS,

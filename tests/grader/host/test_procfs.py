@@ -23,10 +23,6 @@ def test_a_process_that_has_just_ended_has_no_thread_times():
         running.kill()
 
 
-def test_pinning_a_process_that_has_just_ended_does_nothing():
-    procfs.pin_to(os.sched_getaffinity(0), [ended()])
-
-
 def test_children_are_below_their_parents():
     with subprocess.Popen(["sleep", "60"]) as child:
         assert child.pid in procfs.children(os.getpid())

@@ -249,22 +249,12 @@ def test_it_says_where_it_hangs(start: Start):
     assert any(f'lib/pkg/node", line {line} in stuck' in output for line in (4, 5))  # it still prints, or sleeps
 
 
-def test_its_time_is_measured_and_its_cores_can_be_chosen(start: Start):
-    core = min(os.sched_getaffinity(0))
-    text = """
-        import os, time
-        while len(os.sched_getaffinity(0)) > 1:
-            pass
-        print("held", flush=True)
-        time.sleep(600)
-    """
-    process = start("warm", text)
+def test_its_time_is_measured(start: Start):
+    process = start("warm", "import time\nwhile time.process_time() < 0.2:\n    pass\ntime.sleep(600)")
     deadline = time.monotonic() + 60.0
     while process.cpu_seconds() < 0.1:
         assert time.monotonic() < deadline
     assert sum(ran for ran, _ in process.thread_times().values()) > 0.05
-    process.pin_to([core])
-    await_output(process, "held")
 
 
 @pytest.mark.parametrize("how", ["cold", "warm"])
@@ -282,28 +272,6 @@ def test_its_end_is_seen_before_bubblewrap_has_told_its_exit_status(start: Start
     assert process.exit_code() is None
     os.kill(process._popen.pid, signal.SIGCONT)
     assert process.wait(60.0) is not None
-
-
-def test_it_runs_on_the_cores_of_the_process_that_asks_for_it(start: Start):
-    cores = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(cores)})
-    try:
-        _, output = ended(start("warm", "import os; print(os.sched_getaffinity(0))"))
-    finally:
-        os.sched_setaffinity(0, cores)
-    assert output.strip() == str({max(cores)})
-
-
-@pytest.mark.parametrize("how", ["cold", "warm"])
-def test_it_is_scheduled_as_the_process_that_asks_for_it(start: Start, how: str):
-    """The processes that fork it were started before a worker chose how its trials are scheduled."""
-    own = os.sched_getscheduler(0)
-    os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-    try:
-        _, output = ended(start(how, "import os; print(os.sched_getscheduler(0))"))
-    finally:
-        os.sched_setscheduler(0, own, os.sched_param(0))
-    assert output.strip() == str(os.SCHED_BATCH)
 
 
 @pytest.mark.skipif(cgroup.find_hierarchy() is None, reason="no cgroup can be made here")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import os
+import json
+import re
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from helpers import ros2_runs
 from helpers.course import COURSE
 
 from grader import KIT, building, evidence, pipeline
@@ -124,70 +127,50 @@ def test_more_workers_are_started_for_many_trials(monkeypatch: pytest.MonkeyPatc
     assert [scheduler._worth_starting(trials) for trials in (1, 6, 47)] == counts
 
 
-def test_a_core_is_shared_by_what_takes_turns_and_by_nothing_else(run_with, monkeypatch: pytest.MonkeyPatch):
-    """Nodes that a launch file starts at once, and those that keep time with the wall, get all cores."""
-    asked = []
-    monkeypatch.setattr(scheduler, "_ask", lambda _process, request: asked.append(request.core) or ("nonsense", False))
-    plans = [
-        PLAN,
-        replace(PLAN, launch="any_launch.py"),
-        replace(PLAN, real_time=True),
-        replace(PLAN, mostly_waits=True),
-    ]
-    for plan in plans:
-        run_with("true", plan)
-    assert [core in os.sched_getaffinity(0) for core in asked] == [True, False, False, False]
-    assert asked[1:] == [None] * 3
-
-
-@pytest.mark.slow  # a node more
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_observer_and_node_stay_on_the_core_that_they_share(
-    reference: Path,
-    contract: building.Built,
-    settings: pipeline.Settings,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-):
-    patch_workers(TELLS_CORES, tmp_path, monkeypatch)
-    built = building.build([reference], settings.cache, COURSE)
-    for fork_from in (1000, 0):
-        (trial,) = run_all([catalog.trials(COURSE)["creeping"]], built, contract, tmp_path / str(fork_from), fork_from)
-        assert (trial.choices["cores"], trial.choices["forked"]) == (1.0, float(fork_from == 0))
-
-
-@pytest.mark.slow  # six nodes
-@pytest.mark.ros
-@pytest.mark.sandbox
-@pytest.mark.parametrize("fork_from", [0, 1000], ids=["forked", "started"])
-@pytest.mark.parametrize(("text", "policy"), [("", os.SCHED_BATCH), ("from threading import Thread\n", os.SCHED_OTHER)])
-def test_only_a_node_with_one_thread_is_not_interrupted(
-    text: str, policy: int, fork_from: int,
-    reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: Any,
-):  # fmt: skip
-    """A MultiThreadedExecutor that no other thread may interrupt crawls. The package's text tells."""
-    patch_workers(TELLS_CORES, tmp_path, monkeypatch)
-    built = building.build([reference], settings.cache, COURSE)
-    package = shutil.copytree(reference, tmp_path / "package")
-    (package / "ros2_robot_controller" / "other.py").write_text(text)
-    (trial,) = run_all([catalog.trials(COURSE)["creeping"]], built, contract, tmp_path / "out", fork_from, package)
-    assert trial.choices["policy"] == policy
-
-
-TELLS_CORES = """
-import os
-from grader.trials.stage import Stage
-
-def facts(self, *how):
-    threads = [0, *self.node.process.thread_times()]
-    self.choices["forked"] = float(self.node.process._program is not None)
-    (self.choices["policy"],) = {float(os.sched_getscheduler(thread)) for thread in threads}
-    self.choices["cores"] = float(len(set().union(*map(os.sched_getaffinity, threads))))
-    return usual(self, *how)
-
-usual, Stage.facts = Stage.facts, facts
+ABOUT_ITS_HOST = """#!/usr/bin/env python3
+import json, os, resource
+limits = {name: resource.getrlimit(getattr(resource, name)) for name in dir(resource) if name.startswith("RLIMIT")}
+del limits["RLIMIT_OFILE"]  # another name of RLIMIT_NOFILE
+cores = sorted(os.sched_getaffinity(0)), os.cpu_count()
+turns = os.nice(0), os.sched_getscheduler(0)
+found = {"cores": cores, "turns": turns, "limits": limits, "environment": dict(os.environ)}
+print(json.dumps(found), flush=True)
 """
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.parametrize("fork_from", [0, pytest.param(1000, marks=pytest.mark.slow)], ids=["forked", "started"])
+def test_a_node_sees_its_host_as_with_ros2_run_but_for_what_is_listed(
+    fork_from: int, reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path
+):
+    """It saw one core: a MultiThreadedExecutor made one thread there, and a callback that waits hung for good."""
+    built = building.build([reference], settings.cache, COURSE)
+    install = shutil.copytree(built.install, tmp_path / "install", symlinks=True)
+    (install / "lib" / reference.name / "robot_controller").write_text(ABOUT_ITS_HOST)
+    command = [sys.executable, str(ros2_runs.COMMAND), "run", reference.name, "robot_controller"]
+    sourced = {"PATH": f"{sys.prefix}/bin:/usr/bin:/bin", "HOME": str(tmp_path), "LANG": "C.UTF-8"}
+    sourced["AMENT_PREFIX_PATH"] = str(install)
+    run = subprocess.run(command, env=sourced, capture_output=True, text=True, check=True)
+    plain = about_its_host(run.stdout)
+    plans = [catalog.trials(COURSE)[name] for name in ("creeping", "launch_robot_controller")]
+    for trial in run_all(plans, replace(built, install=install), contract, tmp_path / "out", fork_from):
+        assert trial.process is not None
+        seen = about_its_host(trial.process.output_tail)
+        assert (seen["cores"], seen["turns"]) == (plain["cores"], plain["turns"])
+        limits = {name for name, limit in seen["limits"].items() if limit != plain["limits"][name]}
+        variables = seen["environment"].keys() ^ plain["environment"].keys()
+        assert limits | variables <= set(re.findall("`([A-Z_]+)`", LISTED))
+
+
+LISTED = (KIT / "docs" / "trials.md").read_text().partition("What a trial changes")[2].partition("\n\n")[0]
+
+
+def about_its_host(output: str) -> dict[str, Any]:
+    """Return what a program has said of its host; a launch file puts the node's name before that."""
+    line = next(line for line in output.splitlines() if '{"cores"' in line)
+    found: dict[str, Any] = json.loads(line[line.index("{") :])
+    return found
 
 
 CRASHES_ON_CLOSE = """
