@@ -245,7 +245,7 @@ def test_a_class_is_graded_by_the_whole_and_judged_again_by_changes(course: Cour
     assert "extends" not in yaml.safe_load(kept)
     assert rubric.load(out / RUBRIC).sha256 == folder.facts().rubric
     assert cli.main(["batch", "--out", str(out)]) == 0  # nothing to do
-    change(course, "points: 4}", "points: 8}")
+    change(course, "points: 3.5}", "points: 7.5}")
     assert cli.main(["rescore", str(out), "--rubric", str(course.rubric)]) == 0
     report = folder.report("team01") or {}
     assert report["total"] == report["max"] == 104
