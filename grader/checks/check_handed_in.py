@@ -11,7 +11,8 @@ from grader.words import say, some
 
 NEEDS = ("quality", "linters")
 
-_STATUS_TOPIC = "/_action/status"  # behind an action's name
+# Behind an action's name. On the topic anybody can say something; the service is the observer's, who asks the node.
+_STATUS_TOPIC, _SEND_GOAL = "/_action/status", "/_action/send_goal"
 _ENDED = {4, 5, 6}  # action_msgs/GoalStatus: succeeded, canceled, aborted
 _DROPPED = "Ignoring unexpected goal response"  # what rclpy logs if the answer comes before it has noted the request
 _CRASHES = (-signal.SIGSEGV, -signal.SIGBUS, -signal.SIGABRT)
@@ -29,7 +30,8 @@ def test_demonstration_runs(judge: Judge) -> None:
     if end is None or (end.by == "us" and trial.ended):
         raise NotReached(trial.ended or say("the demonstration was not started"))
     words, share = [], 1.0
-    called = {call.service for call in trial.calls if call.response is not None}
+    answered = {call.service for call in trial.calls if call.response is not None}
+    called = {service for service in answered if not service.endswith(_SEND_GOAL)}
     if called and _goals(trial) and (excuse := _excuse(trial, end)):
         judge.remark(say("it did all it should; then {excuse}", excuse=excuse))
     elif end.by == "us":
@@ -39,14 +41,16 @@ def test_demonstration_runs(judge: Judge) -> None:
         words.append(say("it ended with exit status {end.exit_code}", end=end))
         share -= 0.5
     services = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.services.items()}
-    if not called and (changed := _changed(judge, services.values())):
+    actions = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.actions.items()}
+    unseen = [*(() if called else services.values()), *(() if _goals(trial) else actions.values())]
+    if changed := _changed(judge, unseen):
         said = say("{changed} differs from the contract, so its calls cannot be observed", changed=", ".join(changed))
         raise NotReached(said, *judge.judged_by("check_interfaces"))
     if not called:
         words.append(say("it called none of {services}", services=", ".join(services)))
         share -= 0.25
     if not _goals(trial):
-        words.append(say("it sent no goal to {keys}", keys=" or ".join(judge.course.offered.keys() - services.keys())))
+        words.append(say("it sent no goal to {keys}", keys=" or ".join(actions)))
         share -= 0.25
     if words:
         last = [line for line in end.output_tail.splitlines() if line.strip()][-3:]
@@ -82,10 +86,10 @@ def test_test_results_match_the_tests(judge: Judge) -> None:
         judge.share((len(quality.tests) - len(absent)) / together, "\n".join(words), try_)
 
 
-def _changed(judge: Judge, services: Iterable[str]) -> list[str]:
-    """Return the services whose definition differs from the contract's: the observer cannot see calls of them."""
+def _changed(judge: Judge, types: Iterable[str]) -> list[str]:
+    """Return the services and actions whose definition differs from the contract's: the observer cannot see calls."""
     build = judge.evidence.build
-    return [name for name in services if build.type_hashes.get(name) != build.contract_hashes.get(name)]
+    return [name for name in types if build.type_hashes.get(name) != build.contract_hashes.get(name)]
 
 
 def _excuse(trial: Trial, end: ProcessEnd) -> str:
@@ -114,8 +118,10 @@ def _died_in_the_libraries(trial: Trial, end: ProcessEnd) -> bool:
 
 
 def _goals(trial: Trial) -> dict[str, int]:
-    """Return the last status of each goal that the action's status topic reported."""
-    return {str(m.data.get("goal")): m.data.get("status", 0) for m in trial.messages if m.topic.endswith(_STATUS_TOPIC)}
+    """Return the goals that the node accepted, each with the last status that the action's topic reported."""
+    told = {str(m.data.get("goal")): m.data.get("status", 0) for m in trial.messages if m.topic.endswith(_STATUS_TOPIC)}
+    sent = [call for call in trial.calls if call.service.endswith(_SEND_GOAL) and (call.response or {}).get("accepted")]
+    return {goal: told.get(goal, 0) for goal in (str(call.request.get("goal")) for call in sent)}
 
 
 def _matched(case: str, tests: list[str]) -> str:

@@ -33,6 +33,8 @@ _WORK_LIMIT_S = 120.0
 # Words without which a package has one thread that serves its callbacks.
 _THREADS = re.compile(r"(?<!Single)Thread|CallbackGroup|multiprocessing|concurrent|asyncio|EventsExecutor")
 
+SEND_GOAL = "/_action/send_goal"
+"""Behind an action's name the service that takes goals."""
 _ROLES = {
     "sensor_msgs/msg/LaserScan": "scan", "nav_msgs/msg/Odometry": "odom",
     "sensor_msgs/msg/Imu": "imu", "sensor_msgs/msg/BatteryState": "battery",
@@ -272,7 +274,8 @@ class NodeUnderTest:
         if self.plan.launch:
             return set(self.plan.awaits) <= set(self.bridge.node.get_node_names())
         services = all(client.service_is_ready() for client in self.services.values())
-        return services and (self.action is None or self.action.server_is_ready())
+        elsewhere = f"{self.action_name}{SEND_GOAL}" in self.plan.remappings
+        return services and (self.action is None or elsewhere or self.action.server_is_ready())
 
     def _why_not_ready(self) -> Reason:
         code, launch = self.process.exit_code(), self.plan.launch

@@ -27,7 +27,7 @@ from grader.trials import graph
 from grader.trials.goal import ANSWER_WALL_S, SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
-from grader.trials.node_under_test import NodeUnderTest, Program
+from grader.trials.node_under_test import SEND_GOAL, NodeUnderTest, Program
 from grader.trials.plan import TrialPlan
 from grader.trials.recorder import TrialRecorder
 from grader.trials.service_proxy import ServiceProxy
@@ -45,8 +45,6 @@ _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unj
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
 LOG_TOPIC = "rosout"
-SEND_GOAL = "/_action/send_goal"
-"""Behind an action's name the service that takes goals."""
 
 ChangeRanges = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
 

@@ -90,7 +90,60 @@ def beside(payload: str, executable: str = "robot_controller") -> Change:
     return node(text, executable, before=before)
 
 
+_STATUS_ALONE = """#!/usr/bin/env python3
+import rclpy
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from rclpy.qos import qos_profile_action_status_default
+from ros2_robot_controller.srv import SetSpeed
+
+rclpy.init()
+node = rclpy.create_node('demo')
+client = node.create_client(SetSpeed, 'set_speed')
+client.wait_for_service()
+rclpy.spin_until_future_complete(node, client.call_async(SetSpeed.Request(speed=0.1)))
+topic = 'navigate_to_position/_action/status'
+publisher = node.create_publisher(GoalStatusArray, topic, qos_profile_action_status_default)
+status = GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)
+status.goal_info.goal_id.uuid[0] = 7
+for _ in range(20):
+    publisher.publish(GoalStatusArray(status_list=[status]))
+    rclpy.spin_once(node, timeout_sec=0.05)
+print('ATTACK published a status')
+rclpy.shutdown()
+"""
+
+_SLEEPS = """
+
+import time as clock
+from rclpy.publisher import Publisher
+
+plain_publish = Publisher.publish
+
+
+def publish(self, message):
+    clock.sleep(1.0)
+    plain_publish(self, message)
+
+
+Publisher.publish = publish
+"""
+
 ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "waits_in_every_callback",
+        "Each callback waits for a second, so that a trial of five seconds takes two minutes, and a class a day.",
+        append("ros2_robot_controller/robot_controller.py", _SLEEPS),
+        needs="F1", costs="F1", proof='"waits"',
+        stopped="a trial ends when its node has waited 30 s longer than a robot would have taken, a submission after 300 s",
+    ),
+    attack(
+        "publishes_a_goals_status",
+        "The demonstration sends no goal and publishes on the action's status topic that one has succeeded.",
+        put("scripts/demo.py", _STATUS_ALONE, executable=True),
+        needs="Q6", weak=(put("scripts/demo.py", _STATUS_ALONE.partition("topic = ")[0] + "rclpy.shutdown()\n", executable=True),),
+        proof="ATTACK published a status",
+        stopped="goals go through the observer, as calls do, and only one that the node has accepted counts",
+    ),
     attack(
         "vanishes_from_the_graph",
         "The node moves to another DDS domain before it starts.",

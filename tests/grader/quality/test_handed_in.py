@@ -16,6 +16,7 @@ from grader.evidence import Kind, Reason
 # -- the demonstration ------------------------------------------------------------------------------------------------
 
 CALLED = evidence.Call(1.0, "set_speed", {"speed": 0.1}, {"success": True, "message": "ok"}, 1.0)
+SENT = evidence.Call(1.5, "navigate_to_position/_action/send_goal", {"goal": "ab"}, {"accepted": True}, 1.5)
 GOAL = evidence.Message(2.0, "navigate_to_position/_action/status", {"goal": "ab", "status": 4})
 WELL = evidence.ProcessEnd("itself", 0, 4.0, "arrived\n")
 
@@ -25,7 +26,7 @@ def seen(
 ) -> Judged:
     trial = evidence.Trial(
         "demo", "robot_controller", "open_field", 0, ready=end is not None, pace="real time", ended=ended,
-        calls=[CALLED] if calls else [], messages=[GOAL] if goals else [],
+        calls=[CALLED] * calls + [SENT] * goals, messages=[GOAL] if goals else [],
         others={"demo.py": end} if end else {},
     )  # fmt: skip
     return judged(demonstration, untouched(), trials={"demo": trial})
@@ -61,6 +62,18 @@ def test_a_script_without_the_action_loses_a_quarter():
     result = seen(WELL, goals=False)
     assert result.share == 0.75
     assert "no goal" in result.seen
+
+
+@pytest.mark.parametrize("calls", [[], [replace(SENT, response={"accepted": False})], [replace(SENT, response=None)]])
+def test_a_status_without_a_goal_that_the_node_accepted_is_no_goal(calls: list[evidence.Call]):
+    """A script published it itself, and no node offered the action."""
+    trial = evidence.Trial(
+        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended=None,
+        calls=[CALLED, *calls], messages=[GOAL], others={"demo.py": WELL},
+    )  # fmt: skip
+    result = judged(demonstration, untouched(), trials={"demo": trial})
+    assert result.share == 0.75
+    assert "it sent no goal to navigate_to_position" in result.seen
 
 
 def test_a_script_without_a_service_loses_a_quarter():

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 NODES = ("robot_controller", "sensor_processor")
+ASKED = ("set_speed", "get_status", "navigate_to_position/_action/send_goal")
 _DEMO_LIMIT_S = 60.0  # the robot crosses its world in less
 
 
@@ -71,18 +72,18 @@ def interrupted_navigating(stage: Stage) -> None:
     stage.interrupt()
 
 
-# The service calls go through the observer: otherwise it could not see them and would have to believe the script.
+# Calls and goals go through the observer: otherwise it could not see them and would have to believe the script.
 @trial(
     serves=["Q6"],
     world="open_field",  # the script may drive anywhere
     beside={"sensor_processor": {"raw_scan": "scan"}},
-    remappings={"set_speed": "behind/set_speed", "get_status": "behind/get_status"},
+    remappings={name: f"behind/{name}" for name in ASKED},
     real_time=True,
     shows_source=True,
 )
 def demo(stage: Stage) -> None:
     """Run the package's demonstration script against both nodes, in real time."""
-    stage.proxy_services(["set_speed", "get_status"])
+    stage.proxy_services(ASKED)
     stage.watch_goals()
     stage.run(0.5)
     script = stage.run_script("scripts/demo.py")
