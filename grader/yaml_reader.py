@@ -229,8 +229,8 @@ def scalar(text: str, *, plain: bool = True) -> Scalar:
         with contextlib.suppress(OverflowError):
             return float.fromhex(text)
     if _DOUBLE.fullmatch(text):
-        number = float(text)
-        return text if number in (float("inf"), float("-inf")) and "n" not in text.lower() else number
+        value = float(text)
+        return text if value in (float("inf"), float("-inf")) and "n" not in text.lower() else value
     return text
 
 
@@ -249,7 +249,7 @@ def parameter_blocks(text: str) -> list[ParameterBlock]:
         if "*" in text:
             for event in yaml.parse(text, FAST_LOADER):
                 if isinstance(event, yaml.AliasEvent):
-                    line = event.start_mark.line + 1
+                    line = event.start_mark.line + 1 if event.start_mark else 0
                     raise ParameterFileError(
                         line, f"rcl knows no alias such as `*{event.anchor}`", "write the value out"
                     )

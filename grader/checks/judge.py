@@ -216,9 +216,9 @@ class Judge:
             return NotReached(spins)
         if reason.kind in SILENT and (held := holds_on(self.habits, reason.place)):
             first = held[0]
-            shown = Fault(first.path, first.line, "start", first.text, say(HOLDS_ON[first.rule]))
-            found = replace(reason, place=reason.place or place(first), fault=shown)
-            return NotReached(found, words=words + holding_on(held))
+            fault = Fault(first.path, first.line, "start", first.text, say(HOLDS_ON[first.rule]))
+            explained = replace(reason, place=reason.place or place(first), fault=fault)
+            return NotReached(explained, words=words + holding_on(held))
         return NotReached(reason, words=words)
 
     @property
