@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+import yaml
 
 from grader.yaml_reader import ParameterFileError, parameter_blocks, scalar_of
 
@@ -67,7 +68,8 @@ def block(value: str) -> str:
 
 
 def read(text: str) -> dict[str, object]:
-    return {name: scalar_of(node) for found in parameter_blocks(text) for name, node in found.values.items()}
+    nodes = [pair for found in parameter_blocks(text) for pair in found.values.items()]
+    return {name: scalar_of(node) for name, node in nodes if isinstance(node, yaml.ScalarNode)}
 
 
 @pytest.mark.parametrize("written", VALUES)

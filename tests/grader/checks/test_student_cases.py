@@ -183,7 +183,7 @@ def test_a_command_of_another_type_or_name_is_the_first_cause(check: str, name: 
     call = Call(0.5, "set_speed", {"speed": 0.125}, {"success": True, "message": "yes"})
     goal = Goal(0.5, 2.5, 0.0, 0.1, True, "unfinished", None, 0.0, 0.0, float("nan"))
     marks = dict.fromkeys(("cruise", "scans"), 1.5) | {"cruise_end": 3.5}
-    facts = {"calls": [call], "goals": [goal], "marks": marks, "choices": {"speed": 0.125}}
+    facts: dict[str, Any] = {"calls": [call], "goals": [goal], "marks": marks, "choices": {"speed": 0.125}}
     said = ask(find(check), of(trial(name, graph=Graph(endpoints=[other]), **facts)))
     assert said.seen.startswith(f"expected a publisher of cmd_vel (geometry_msgs/msg/Twist); {found} (I4)\n")
     assert said.reason is not None

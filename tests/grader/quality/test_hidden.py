@@ -217,7 +217,7 @@ def test_a_small_unreadable_file_costs_little(tmp_path: Path):
 def test_a_line_that_keeps_a_module_from_being_read_is_to_be_fixed_first(check: Check):
     """Q3 said "move each decision into a function of its own", and that no node calls a conversion."""
     quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 90, "is not valid Python: line 83: '(' was"))
-    quality = replace(quality, functions=replace(quality.functions, calls=0))
+    quality = replace(quality, functions=replace(quality.functions, calls=[]))
     result = judged(check, quality)
     assert result.try_ == "fix line 83 of m/b.py first"
     assert "no node calls" not in result.seen
