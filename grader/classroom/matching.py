@@ -228,7 +228,7 @@ def _doubt(label: str, unknown: Identified, entry: str, others: bool) -> Doubt:
 def _is_text(path: Path) -> bool:
     """Return whether somebody handed in words: one file that is no archive, or a folder without code and archives."""
     if not path.is_dir():
-        return not is_archive(path)
+        return path.is_file() and not is_archive(path)
     try:
         files = [file for file in path.rglob("*") if file.is_file() and ".git" not in file.relative_to(path).parts]
     except OSError:

@@ -285,3 +285,15 @@ def test_a_state_without_a_time_says_who_handed_in(tmp_path):
     assert [[claim.value for claim in time.claims] for time in times.load(tmp_path / "sheet.csv")] == [
         ["41", "Jane Doe"]
     ]
+
+
+def test_a_hand_in_that_is_a_link_to_nowhere_is_not_nothing(tmp_path):
+    (tmp_path / "plain").mkdir()
+    (tmp_path / "plain" / "jdoe.zip").symlink_to("gone")
+    (tmp_path / "plain" / "boek.zip").write_text("x")
+    assert stops(found(tmp_path / "plain")) == ["jdoe.zip is neither an archive nor a folder."]
+    (tmp_path / "moodle").mkdir()
+    (tmp_path / "moodle" / "Jane Doe_41_assignsubmission_file").symlink_to("gone")
+    what = found(tmp_path / "moodle", (JANE,))
+    assert [doubt.what for doubt in what.doubts] == ["Jane Doe cannot be read: No such file or directory."]
+    assert what.missing == ()
