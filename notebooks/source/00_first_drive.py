@@ -585,7 +585,7 @@ rclpy.try_shutdown()
 # > - It stops by itself half a second after the last command. So a program must command again and again, and yours will: ten times a second.
 # > - It drives at most 0.306 m/s until its safety limits are lifted; ours does 0.5 m/s.
 # > - Its lidar is mounted turned by 90°, so the beam at 0 rad does not look ahead. Always ask the robot where its sensor sits; notebook 04 shows how.
-# > - The sensors of its base publish *best effort*: what gets lost on the network is not sent again. A program on the robot passes them on *reliably*; notebook 04 shows what that means for you.
+# > - Its base publishes its sensors *best effort*: what gets lost is not sent again. A program on the robot passes them on *reliably* (notebook 04).
 #
 # ## Go further
 #

@@ -184,7 +184,6 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # The number is not converted: its memory is read as if it held a float.
 # That is so in the wheels that this kit uses, which are built without assertions.
 # With types that you have built yourself it is worse: there the same mistake ends the whole program, with `Assertion 'PyFloat_Check(field)' failed`.
-# A robot that gets `speed = 1` and stands still costs a long afternoon.
 #
 # Python can look at every value, if you ask it to before it starts:
 

@@ -1552,7 +1552,7 @@ rclpy.try_shutdown()
 # > **On a real TurtleBot 4**
 # >
 # > - The topics are called `scan`, `imu` and `battery_state`: three remappings, no change in your code. That is what relative names are for.
-# > - Its base, a Create 3, sends its sensor data best effort; a republisher on the robot's computer passes IMU and battery on reliably (`QoS(1)`, transient local), and its lidar's driver, rplidar, is reliable, too. A subscriber with `qos_profile_sensor_data` hears all of them, with or without the republisher.
+# > - Its base, a Create 3, sends its sensor data best effort; a republisher on the robot passes IMU and battery on reliably (`QoS(1)`, transient local). Its lidar's driver, rplidar, is reliable, too. `qos_profile_sensor_data` hears all three.
 # > - The lidar is mounted turned by 90°, free-running at 5.5 to 10 Hz. For the closest reading *anywhere* that makes no difference; for "ahead" it does, see "Whose ahead?".
 # > - The lidar sees nothing nearer than 0.15 m, and at the back of a Standard the hull ends 0.13 m from it: a wall that it touches with its back is inside the blind zone.
 # > - This course counts `-inf`, "too close to measure", as an invalid reading, as the contract says. On a robot of your own, let it count as very near: stopping once too often is the better mistake.

@@ -1345,7 +1345,7 @@ Film(recording)
 # | `rqt_graph` | nodes and topics | `graph_view` |
 # | `rqt_plot` | a number over time | `run.messages(...)` and a plot |
 # | `rqt_console` | the log of all nodes, by level | `ros2 topic echo /rosout` |
-# | `rqt_reconfigure` | a field for each parameter, a slider where a range is declared | `ros2 param set` |
+# | `rqt_reconfigure` | sliders for declared ranges | `ros2 param set` |
 #
 # RViz is the first thing that you will open on a real robot.
 # Its [guide](https://docs.ros.org/en/jazzy/Tutorials/Intermediate/RViz/RViz-User-Guide/RViz-User-Guide.html) has pictures of the window: the three-dimensional view in the middle, and to its left a list of displays, one for each topic that is drawn.
@@ -1356,7 +1356,7 @@ Film(recording)
 #
 # > **On a real TurtleBot 4**
 # >
-# > - The base is a node with parameters like yours, in a hidden namespace. `ros2 param set --include-hidden-nodes /_do_not_use/motion_control safety_override full` lifts its speed limit from 0.306 to 0.46 m/s, and the cliff sensors no longer limit it.
+# > - The base is a hidden node with parameters. `ros2 param set --include-hidden-nodes /_do_not_use/motion_control safety_override full` lifts its limit from 0.306 to 0.46 m/s, and the cliff sensors no longer limit it.
 # > - `turtlebot4-setup` gives a robot a namespace; everything on it moves there, and the launch files of its packages take `namespace:=/robot1`. With relative names your package moves along.
 # > - A real robot that is started with `use_sim_time:=true` looks dead: there is no `/clock`, so no timer ever fires. Check that first when nothing happens.
 # > - The robot's lidar publishes `scan`. Your second node wants `raw_scan`: that is a job for a remapping, not for another version of the code.

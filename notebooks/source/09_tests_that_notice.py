@@ -1906,7 +1906,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 #
 # Now let the grader read, run and break your package: T1, T2, and T3, which mutates all of it.
 # Here it tries ten or twenty mutants, as many as fit into a few seconds; the grading tries fifty, these among them.
-# So the share that you see here is a sample, often 7 to 11 points off: 80 % today may be 70 % there.
+# So the share here is a sample, with a spread of 7 to 11 points.
 # It takes a while: the tests run several times.
 
 # %% tags=["check"]

@@ -182,7 +182,7 @@ check("C2", diagnosis)
 # <details><summary>Afterwards: what happened</summary>
 #
 # `10` as the last argument means the default profile, which is *reliable*. The lidar offers *best effort*, and a reliable subscriber gets nothing from it.
-# `ros2 topic hz` makes a subscriber of its own, which always asks for best effort, so it sees what the node does not.
+# `ros2 topic hz` makes a subscriber of its own that asks for best effort, so it sees what the node does not.
 #
 # **Faster:** make `ros2 topic info -v` your first command whenever something is sent and does not arrive. It prints the two profiles one below the other.
 #
@@ -526,7 +526,7 @@ check("C10", diagnosis)
 # </details>
 # <details><summary><code>ros2 topic hz</code> shows messages, and your node gets none. What do you look at?</summary>
 #
-# Both ends' quality of service: `ros2 topic info -v`. The tool's own subscriber asks for best effort, your node for more.
+# Both ends' quality of service: `ros2 topic info -v`. The tool asks for best effort, your node for more.
 # </details>
 # <details><summary>Three faults: one comes and goes with a period of one second, one is gone for an hour after a restart, one appears only with large values. What does each suggest?</summary>
 #
