@@ -30,7 +30,7 @@ HOLDS_ON = {
 }
 # What launch says of a process that died, and the last line of that process's traceback.
 _DIED = "process has died"
-_UNSAID = re.compile(r", cmd '.*'(?=])|/ws/install/share/[^/]+/(?=\S)")  # the place of a file is that in the package
+_INSTALLED = re.compile(r"/ws/install/share/[^/\s]{1,200}/(?=\S)")  # the place of a file is that in the package
 _LAUNCH_ERROR = re.compile(r".*(?:\[(?:ERROR|FATAL)\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 
 
@@ -152,10 +152,17 @@ def launch_errors(trial: Trial) -> str:
     """Return as the end of a sentence the errors that `ros2 launch` printed, "" if it printed none."""
     output = trial.process.output_tail if trial.process is not None else ""
     said, place = tracebacks.raised(output)
-    lines = [_UNSAID.sub("", line.strip()) for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
+    errors = (line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line))
+    lines = [_without_command(_INSTALLED.sub("", line)) for line in errors]
     lines = [f"{line} ({place})" if place and said in line else line for line in lines]
-    errors = sorted(lines, key=lambda line: (_DIED in line, said not in line))[:3]  # what a node said comes first
-    return say("; `ros2 launch` said: {errors}", errors=" | ".join(errors)[:600]) if errors else ""
+    first = sorted(lines, key=lambda line: (_DIED in line, said not in line))[:3]  # what a node said comes first
+    return say("; `ros2 launch` said: {errors}", errors=" | ".join(first)[:600]) if first else ""
+
+
+def _without_command(line: str) -> str:
+    """Return a line of launch's without the command that it quotes."""
+    before, quoted, rest = line.partition(", cmd '")
+    return before + rest[rest.rfind("'") + 1 :] if quoted else line
 
 
 def its_name(trial: Trial, nodes: Collection[str]) -> str:

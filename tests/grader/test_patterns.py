@@ -26,7 +26,7 @@ BOUNDED = {
     "causes._CUT": "a report's sentence has been cut to a few hundred characters",
     "causes._NUMBER": "as causes._CUT",
     "sections._HEADING": "the course's own notebooks",
-    "cells.86": "a sheet that the learning platform exported",
+    "cells.84": "a sheet that the learning platform exported",
 }
 """Patterns that would be slow on a long text and do not get one, with the reason."""
 

@@ -141,7 +141,7 @@ def blocked_goal(stage: Stage) -> None:
 
 @trial(serves=["F4"])
 def emergency(stage: Stage) -> None:
-    """Let something appear within the emergency distance: beside the robot as it creeps on, behind it as it turns."""
+    """Let something appear within the emergency distance: beside it as it creeps, behind it as it turns."""
     side = stage.choose("side", [-1.0, 1.0])
     stage.run(0.3)
     # So slow that it leaves what is beside it no sooner than it has to stop.
