@@ -61,6 +61,7 @@ def checked_in_a_notebook(package: Path, out: Path, settings: Settings) -> pipel
         return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
 
 
+@pytest.mark.slow  # three gradings of one requirement
 @pytest.mark.sandbox
 def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_path: Path, monkeypatch: Any):
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)

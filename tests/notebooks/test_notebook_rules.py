@@ -196,6 +196,7 @@ def test_a_large_notebook_breaks_the_rule(example: Path):
     assert list(rule_named("is_small")(page)) == ["is 2.0 MB large, more than 1.5"]
 
 
+@pytest.mark.slow  # nbval runs; so it does on the two notebooks of `make test`
 def test_nbval_reproduces_the_published_outputs(example: Path, tmp_path: Path):
     """Also where a semicolon keeps a value from being shown."""
     found = validate(editions.published_file(NAME, example), tmp_path / "ws")
@@ -203,6 +204,7 @@ def test_nbval_reproduces_the_published_outputs(example: Path, tmp_path: Path):
     assert found.cells == len(published_in(example).code())
 
 
+@pytest.mark.slow  # nbval runs; so it does on the two notebooks of `make test`
 def test_nbval_notices_an_exception_and_a_wrong_published_output(example: Path, tmp_path: Path):
     page = published_in(example)
     page.code()[1].outputs[0].text = "one\nthree\n"

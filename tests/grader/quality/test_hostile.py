@@ -44,6 +44,7 @@ def read(tmp_path_factory: pytest.TempPathFactory):
     return with_linters(package)
 
 
+@pytest.mark.slow  # reads megabytes
 def test_the_good_module_among_them_is_read(read):
     good = next(file for file in read.files if file.path == "m/good.py")
     assert good.problem == ""

@@ -475,6 +475,7 @@ def with_a_node(folder: FilePath, kind: str) -> dict[str, Any]:
     return run_with_node(folder / "host.py", kind)
 
 
+@pytest.mark.slow  # two runs of a node
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_node_in_lockstep_does_the_same_with_and_without_a_view(tmp_path: FilePath) -> None:
