@@ -54,8 +54,8 @@ def test_published_it_shows_what_a_solved_run_shows(name: str, course: Course):
 
 
 def test_notebooks_that_follow_each_other_share_a_workspace():
-    assert sequences("bcd", "abcdef", "d") == [["b", "c"], ["d"]]
-    assert sequences("af", "abcdef", "d") == [["a"], ["f"]]
+    assert sequences(["b", "c", "d"], list("abcdef"), ["d"]) == [["b", "c"], ["d"]]
+    assert sequences(["a", "f"], list("abcdef"), ["d"]) == [["a"], ["f"]]
 
 
 @pytest.mark.slow  # a whole grading
