@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -125,6 +126,20 @@ def test_an_exception_that_ends_a_thread_comes_before_where_the_others_wait():
     assert said.seen.startswith(
         "ValueError: min() iterable argument is empty at ros2_robot_controller/utils/scans.py:37,"
     )
+
+
+@pytest.mark.ros
+def test_a_node_whose_thread_died_is_not_said_to_hang():
+    """The dump of a deaf node shows where the main thread waits."""
+    from grader.trials.node_under_test import NodeUnderTest
+
+    node: Any = object.__new__(NodeUnderTest)
+    node.process = SimpleNamespace(abort=lambda: None, exit_code=lambda: -6, output=IN_THREAD)
+    node._clock = SimpleNamespace(read=lambda: 0.0, seconds=lambda: 0.0)
+    found = node._stopped(Kind.HANGS, 10.0)
+    assert (found.kind, found.said) == (Kind.RAISED, "ValueError: min() iterable argument is empty")
+    node.process.output = IN_THREAD.partition("Fatal")[2]
+    assert node._stopped(Kind.HANGS, 10.0).place == "ros2_robot_controller/utils/running.py:45, in `spin_until`"
 
 
 def test_a_traceback_is_kept_though_much_was_written_after_it():
