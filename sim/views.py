@@ -65,7 +65,7 @@ def png(figure: Figure, dpi: float = 96) -> bytes:
 
 def framed(figure: Figure) -> Figure:
     """Give a figure a frame and return it: on a dark page, white without one looks like an oversight."""
-    figure.patch.set(edgecolor=_FRAME, linewidth=2.0)
+    figure.patch.set(edgecolor=_FRAME, linewidth=4.0)
     return figure
 
 

@@ -93,8 +93,7 @@ def test_habits_are_judged_by_the_text_of_a_package_that_does_not_build(package:
 @pytest.mark.sandbox
 def test_a_finding_has_seen_and_try(package: Path) -> None:
     module = package / PACKAGE / "driver.py"
-    unused = "".join(f"import {name}\n" for name in ("os", "pickle", "queue", "random", "shlex"))  # one costs too little
-    module.write_text(module.read_text().replace("import math\n", f"import math\n{unused}"))
+    module.write_text(module.read_text().replace("import math\n", "import math\nimport os\nimport re\nimport sys\n"))
     said = repr(notebook.check("Q1"))
     assert said.startswith("Q1 not yet (4.")
     assert "F401" in said

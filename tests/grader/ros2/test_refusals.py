@@ -6,6 +6,7 @@ import argparse
 from contextlib import nullcontext
 from itertools import count
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
@@ -44,7 +45,7 @@ def test_the_parameters_of_a_hidden_node_are_asked_for_by_a_flag():
     def nodes(hidden=False):
         return ["/robot_controller", *(["/_do_not_use/motion_control"] if hidden else [])]
 
-    seen = SimpleNamespace(node=None, nodes=nodes, has_node=lambda name, hidden: name in nodes(hidden))
+    seen: Any = SimpleNamespace(node=None, nodes=nodes, has_node=lambda name, hidden: name in nodes(hidden))
     with pytest.raises(refusals.Refusal, match="Node not found\nIt is hidden: add --include-hidden-nodes"):
         param.Parameters(seen, "/_do_not_use/motion_control")
     with pytest.raises(refusals.Refusal, match="Node not found\nDid you mean /robot_controller"):
