@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import tarfile
 import zipfile
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -157,7 +158,7 @@ def test_an_unmatched_hand_in_may_be_the_listed_ones(tmp_path):
 
 
 def test_a_decision_ends_the_doubt_about_a_lost_hand_in():
-    decided = PersonDecision(adjustments=(Adjustment(Change.TOTAL, 0, "never came", "Ada"),))
+    decided = PersonDecision(adjustments=(Adjustment(Change.TOTAL, Decimal(0), "never came", "Ada"),))
     doubt = Doubt(DoubtKind.LOST, "Bo Ek", "", "", people=(BO,), stops=True)
     assert overrides._undecided(doubt, Decisions(people={BO.key: decided})) is None
     assert overrides._undecided(doubt, Decisions()) == doubt

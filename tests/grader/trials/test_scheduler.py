@@ -254,7 +254,7 @@ def waiting_node(pace: str, waits_s: float) -> NodeUnderTest:
     """Return a node whose callbacks wait for so long in each tick of a simulated tenth of a second."""
     node: Any = object.__new__(NodeUnderTest)
     bridge = SimpleNamespace(time=0.0, pace=pace, can_ask=False, heard=0)
-    clock = SimpleNamespace(idle=0.0, seconds=lambda: clock.idle, read=lambda: clock.idle)
+    clock: Any = SimpleNamespace(idle=0.0, seconds=lambda: clock.idle, read=lambda: clock.idle)
 
     def tick(dt: float, further_rounds: int) -> None:
         bridge.time += dt
