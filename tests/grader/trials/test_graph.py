@@ -41,3 +41,25 @@ def test_a_node_that_published_the_clock_for_a_moment_stays_on_record():
     del publishers[1]
     assert graph.foreign_publishers(observer, ["/clock"]) == []
     assert graph.foreign_publishers(observer, ["/clock"], first) == first
+
+
+def test_a_second_publisher_under_the_observers_own_name_is_foreign():
+    from grader.trials import graph
+
+    twice = [SimpleNamespace(node_name="simulator"), SimpleNamespace(node_name="simulator")]
+    observer: Any = SimpleNamespace(get_name=lambda: "simulator", get_publishers_info_by_topic=lambda _topic: twice)
+    assert graph.foreign_publishers(observer, ["/clock"]) == ["/clock by simulator"]
+
+
+def test_readings_at_both_ends_of_the_range_are_valid_and_those_beyond_are_not():
+    import numpy as np
+
+    from grader.trials.recorder import _summary
+    from sim.sensors import ScanReading
+
+    def anywhere(*ranges: float) -> float:
+        return _summary(ScanReading(0.0, 0.0, 0.1, 0.15, 12.0, np.array(ranges))).anywhere
+
+    assert anywhere(0.15, 3.0) == 0.15
+    assert anywhere(0.149, 12.0) == 12.0
+    assert anywhere(12.001, float("nan"), float("inf")) == float("inf")
