@@ -187,14 +187,13 @@ class NodeUnderTest:
         self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0
         if self._deaf_s > DEAF_S:
             raise TrialOver(self._stopped(Kind.HANGS, DEAF_S))
-        if self.bridge.pace == "lockstep":
-            self._waited_s += self._clock.idle - idle
+        self._waited_s += self._clock.idle - idle
         if self.behind_s > BEHIND_S:
             raise TrialOver(self._stopped(Kind.WAITS, BEHIND_S))
 
     @property
     def behind_s(self) -> float:
-        """Return how much longer the node has waited in lockstep than a robot would have taken; at least 0."""
+        """Return how much longer the trial's ticks have waited than a robot would have taken; at least 0."""
         return max(self._waited_s - self.bridge.time, 0.0)
 
     def wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:

@@ -121,6 +121,7 @@ plain_publish = Publisher.publish
 
 
 def publish(self, message):
+    print('ATTACK waits', flush=True)
     clock.sleep(1.0)
     plain_publish(self, message)
 
@@ -133,8 +134,8 @@ ATTACKS: tuple[Attack, ...] = (
         "waits_in_every_callback",
         "Each callback waits for a second, so that a trial of five seconds takes two minutes, and a class a day.",
         append("ros2_robot_controller/robot_controller.py", _SLEEPS),
-        needs="F1", costs="F1", proof='"waits"',
-        stopped="a trial ends when its node has waited 30 s longer than a robot would have taken, a submission after 300 s",
+        needs="F1", costs="F1", proof="ATTACK waits",
+        stopped="time goes on by the wall beside a node that is late, and 30 s later than a robot a trial ends, 300 s a submission",
     ),
     attack(
         "publishes_a_goals_status",

@@ -278,9 +278,9 @@ def test_a_node_whose_callbacks_wait_for_a_second_each_does_not_take_a_short_tri
     assert node.aborted
 
 
-@pytest.mark.parametrize(("pace", "waits_s"), [("lockstep", 0.1), ("lockstep", 0.6), ("real time", 1.0)])
+@pytest.mark.parametrize(("pace", "waits_s"), [("lockstep", 0.1), ("lockstep", 0.6), ("real time", 0.1)])
 def test_a_node_that_keeps_up_with_a_robot_or_nearly_is_not_cut_off(pace: str, waits_s: float):
-    """In real time it is the grader that waits."""
+    """In real time each tick waits for as long as it is."""
     node = waiting_node(pace, waits_s)
     for _ in range(50):
         node.tick(0.1, busy=False)
