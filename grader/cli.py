@@ -37,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     As the program itself, without `arguments`, a verb that grades runs in a child process, so that Ctrl-C ends it.
     """
-    options = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    options = _parser(words).parse_args(words)
     if arguments is None and "interrupted" in options:
         return _supervised(options)
     return _carry_out(options)
@@ -114,7 +115,11 @@ def _name_course_passed_over(options: argparse.Namespace) -> None:
             print("grader: " + note, file=sys.stderr)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return the parser with all verbs, or only those of this file if `words` begin with one.
+
+    The other rooms take a second to import, which each grading and each check would wait for.
+    """
     parser = argparse.ArgumentParser(
         prog="grader",
         description="Grade ROS 2 packages: build each in a sandbox, drive it through trials, score what was seen.",
@@ -128,6 +133,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_handout(verbs)
     _add_doctor(verbs)
     _add_cache(verbs)
+    if next((word for word in words if not word.startswith("-")), "") in verbs.choices:
+        return parser
     if (KIT / "grader" / "classroom").exists():  # not in the students' kit, as authoring
         from grader.authoring import checkpoint_texts, course_command, export
         from grader.classroom import command as classroom

@@ -231,6 +231,16 @@ def test_wrong_usage_is_status_2(words: list[str]):
         cli.main(words)
 
 
+@pytest.mark.parametrize(
+    ("words", "all_verbs"),
+    [(["grade", "batch"], False), (["--debug", "check"], False), (["batch", "grade"], True), (["--help"], True)],
+)
+def test_a_grading_does_not_wait_for_the_verbs_of_other_rooms(words: list[str], all_verbs: bool):
+    shown = cli._parser(words).format_help()
+    assert ("grade a class" in shown) is all_verbs
+    assert "grade a submission" in shown
+
+
 def test_a_package_xml_that_is_not_xml_gets_no_points(tmp_path: Path, settings):
     package = apply(None, tmp_path)
     (package / "package.xml").write_text("this is <not xml")
