@@ -171,6 +171,8 @@ def _gradebook(options: argparse.Namespace) -> int:
             folder.decide(zero_missing=options.zero_missing)
         book = gradebook.read(folder)
         _refresh(folder)
+        if options.out is None:
+            overview.write(folder, book)
         reports = {
             row.submission: folder.report(row.submission, for_student=True) for row in book.rows if row.submission
         }
