@@ -1,4 +1,4 @@
-"""The verbs of a class that is graded: gradebook, rescore, compare, similar, regrade, term and forget."""
+"""The verbs of a class that is graded: gradebook, rescore, compare, similar and regrade."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ from grader.classroom import (
     anonymous,
     class_folder,
     comparison,
-    forgetting,
     gradebook,
     hand_ins,
     overrides,
@@ -26,18 +24,15 @@ from grader.classroom import (
     regrades,
     rescore,
     similarity,
-    term,
     words,
 )
-from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder
 from grader.classroom.gradebook import Gradebook, State
-from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
 from grader.course import Course, find, named
 from grader.errors import EXIT_GRADED, GraderError, UsageError
-from grader.evidence.kept import KEPT_DAYS
 from grader.progress import Progress
 from grader.report import EVIDENCE
 from grader.report.standing import DATA
@@ -112,21 +107,6 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     verb("--points", metavar="N", help="the points that the requirement gets; without, they stay")
     verb("--why", default="", metavar="TEXT", help="the reason of the decision, which the student reads")
     verb("--by", default="", metavar="NAME", help="who decides")
-    verb = _verb(
-        verbs, "term", _term, "add up the classes of a term",
-        "Add up the classes that term.yaml lists, each with a weight, into one total for each person. Whoever cannot "
-        "be matched with certainty is listed and not counted.",
-        "robotics/term.yaml", folder=("term", "TERM", "term.yaml, or the folder that it is in"),
-    )  # fmt: skip
-    verb("--out", type=Path, help=f"the CSV file (default: {term.TOTALS} beside term.yaml)")
-    verb = _verb(
-        verbs, "forget", _forget, "remove all that a class or a term keeps of one person",
-        "Show what a class, or each class of a term, keeps of one person; with --yes remove it. A team's submission "
-        "stays as long as it has another member. docs/privacy.md says what is kept elsewhere.",
-        "s1234 class --yes", folder=("person", "", "an id, a login, an e-mail or the whole name"),
-    )  # fmt: skip
-    verb("folder", type=Path, metavar="CLASS", help="a class, term.yaml, or the folder of a term")
-    verb("--yes", action="store_true", help="remove it; without, nothing is changed")
 
 
 def _verb(
@@ -138,7 +118,7 @@ def _verb(
     parser: argparse.ArgumentParser = verbs.add_parser(name, help=words, description=description, epilog=epilog)
     parser.set_defaults(run=run, **more)
     attribute, shown, what = folder
-    parser.add_argument(attribute, type=str if attribute == "person" else Path, metavar=shown or None, help=what)
+    parser.add_argument(attribute, type=Path, metavar=shown or None, help=what)
     return parser.add_argument
 
 
@@ -171,6 +151,8 @@ def _gradebook(options: argparse.Namespace) -> int:
             folder.decide(zero_missing=options.zero_missing)
         book = gradebook.read(folder)
         _refresh(folder)
+        if options.out is None:
+            overview.write(folder, book)
         reports = {
             row.submission: folder.report(row.submission, for_student=True) for row in book.rows if row.submission
         }
@@ -178,7 +160,7 @@ def _gradebook(options: argparse.Namespace) -> int:
     if options.anonymous:
         return _anonymous(options, folder, book)
     out: Path = options.out or options.folder / platform.out
-    feedback = _feedback(out) if options.feedback else None
+    feedback = out.with_name(f"{out.stem}_feedback.zip") if options.feedback else None
     if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
         raise UsageError("--feedback is for the classes of --for moodle and --for canvas.")
     entries = folder.facts().entries if feedback else ()
@@ -208,10 +190,6 @@ def _course_of(folder: Path) -> Course:
     place = folder / EVIDENCE
     origin = evidence.load(place).origin if any(place.glob("*.json")) else {}  # a refusal's folder is empty
     return named(origin["course"]) if "course" in origin else find()
-
-
-def _feedback(out: Path) -> Path:
-    return out.with_name(f"{out.stem}_feedback.zip")
 
 
 def _anonymous(options: argparse.Namespace, folder: ClassFolder, book: Gradebook) -> int:
@@ -365,70 +343,3 @@ def _require_undecided(folder: ClassFolder, facts: ClassFacts, whole: Rubric, su
             f"{folder.overrides} gives {submission} {found.points} points for {name}, whatever is decided here.",
             "Change it there.",
         )
-
-
-def _term(options: argparse.Namespace) -> int:
-    return _write_term(term.read(options.term), options.out or _beside(options.term) / term.TOTALS)
-
-
-def _beside(path: Path) -> Path:
-    return path if path.is_dir() else path.parent
-
-
-def _write_term(found: term.Term, out: Path) -> int:
-    totals = term.add_up(found)
-    term.write(found, totals, out)
-    for doubt in totals.doubts:
-        print(f"doubt: {printable(doubt, 300)}")
-    whole = sum(line.total is not None for line in totals.lines)
-    people, doubts = counted(len(totals.lines), "person", "people"), counted(len(totals.doubts), "doubt")
-    print(f"{people}, {whole} with a total of at most {totals.max:f}; {doubts}")
-    print(f"Totals: {out}")
-    return EXIT_GRADED
-
-
-def _forget(options: argparse.Namespace) -> int:
-    is_class = (options.folder / CLASS).is_file()
-    folders = [options.folder] if is_class else [sheet.folder for sheet in term.read(options.folder).sheets]
-    exports = [
-        name for platform in all_platforms().values() for name in (platform.out, _feedback(Path(platform.out)).name)
-    ]
-    exports += [anonymous.FOLDER, anonymous.key_of(Path(anonymous.FOLDER)).name]
-    # All classes are looked at before one is changed.
-    found = [(path, forgetting.plan(ClassFolder(path), options.person, sorted(set(exports)))) for path in folders]
-    if not any(planned for _, planned in found):
-        where = "The class has" if is_class else "The term's classes have"
-        raise GraderError(f"{where} nobody called {options.person}. Try an id, a login, an e-mail or the whole name.")
-    for path, planned in found:
-        folder = ClassFolder(path)
-        if planned is None:
-            print(f"{path}: nothing about {options.person}")
-            continue
-        print(f"{path}: {planned.person.label}")
-        if options.yes:
-            with folder.locked():
-                for step in planned.steps:
-                    step.do()
-            write_pages(folder)
-        for step in planned.steps:
-            print(f"  {'removed' if options.yes else 'to remove'}: {printable(step.what, 200)}")
-        named = forgetting.still_named(folder, planned.named) if options.yes else []
-        for text in (*planned.left, *(f"{each} still names them" for each in named)):
-            print(f"  left: {printable(text, 200)}")
-    if not is_class:
-        listed = term.read(options.folder)
-        roster = tuple(
-            who for who in listed.roster if who not in identify([Claim(ANY, options.person)], listed.roster).people
-        )
-        if len(roster) < len(listed.roster):
-            print("left: the roster of the term has them; without that line they are in no further totals")
-        if options.yes:
-            _write_term(replace(listed, roster=roster), _beside(options.folder) / term.TOTALS)
-    print(
-        f"left: builds and evidence that this machine keeps without names, {KEPT_DAYS:g} and 30 days after their last "
-        "use; `grader cache --prune --older-than 0` removes them now. Exports, rosters, backups and what a platform "
-        "has are yours to remove, and a source that still has the submission brings it back: docs/privacy.md."
-    )
-    if not options.yes:
-        print("Nothing was changed. Add --yes to remove it.")
-    return EXIT_GRADED

@@ -165,7 +165,8 @@ class ClassFolder:
             data = yaml.load(path.read_text(encoding="utf-8"), yaml_reader.FAST_LOADER)
             if data.pop("schema") != _CLASS_SCHEMA:
                 raise ValueError("made by another version of the kit")
-            return _CONVERTER.structure(data, ClassFacts)
+            told = {name: value for name, value in data.items() if value is not None}  # a list may be emptied by hand
+            return _CONVERTER.structure(told, ClassFacts)
         except (
             OSError,
             ValueError,

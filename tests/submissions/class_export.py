@@ -42,7 +42,7 @@ def make(folder: Path, count: int) -> None:
         team = f"team{number:02}"
         members = [(f"s{number:02}{letter}", f"{letter.upper()}da Example{number:02}") for letter in "ab"]
         people += [(name, words, f"{name}@uni.example", name, team) for name, words in members]
-        hand_in(kind, export / f"submission_{number}")
+        _hand_in(kind, export / f"submission_{number}")
         submitted = DEADLINE + dt.timedelta(hours=30 if number % 10 == 0 else -number)
         said = "".join(f"  - :name: {who}\n    :sid: {sid}\n    :email: {sid}@uni.example\n" for sid, who in members)
         metadata.append(f"submission_{number}:\n  :submitters:\n{said}  :created_at: {submitted:%Y-%m-%d %H:%M:%S} Z\n")
@@ -56,7 +56,7 @@ def make(folder: Path, count: int) -> None:
     )
 
 
-def hand_in(kind: str, folder: Path) -> None:
+def _hand_in(kind: str, folder: Path) -> None:
     """Write one submission into the new folder `folder`."""
     folder.mkdir()
     if kind == "damaged_zip":

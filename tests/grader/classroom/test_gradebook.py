@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
+import re
+import shutil
 from dataclasses import replace
 from decimal import Decimal
 
@@ -12,6 +14,7 @@ from helpers.class_reports import report
 
 from grader import cli
 from grader.classroom import gradebook
+from grader.classroom.class_folder import CLASS
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.gradebook import Gradebook, Row, State, rounded
 from grader.scoring import rubric
@@ -249,3 +252,28 @@ def test_a_text_instead_of_a_package_waits_for_a_person(class_of_four):
     folder.overrides.write_text("submissions: {boek: {adjust: {total: 0, why: only a link, by: Ada}}}")
     states = {row.submission: (row.state, row.total) for row in gradebook.read(folder).rows}
     assert states["boek"] == (State.GRADED, 0)
+
+
+@pytest.mark.parametrize(
+    ("person", "submission", "named"),
+    [("s3", "boek", ("Bo Ek", "bo@uni.edu")), ("s2", "", ("=Li Wu", "li@uni.edu")), ("s4", "", ("Eva Ost",))],
+    ids=["alone", "in a team", "without a hand-in"],
+)
+def test_whoever_is_deleted_as_the_privacy_page_says_is_on_no_sheet_and_no_page(
+    class_of_four, capsys, person: str, submission: str, named: tuple[str, ...]
+):
+    folder = class_of_four()
+    folder.write_facts(replace(folder.facts(), roster=tuple(row.person for row in gradebook.read(folder).rows)))
+    assert cli.main(["gradebook", str(folder.path)]) == 0
+    assert all(word in (folder.path / "index.html").read_text() for word in named[:1])
+    if submission:
+        shutil.rmtree(folder.submission(submission))
+    block = rf"^( *)- id: (?:{person}|{submission or person})\n(?:\1 .*\n)*"
+    text = re.sub(block, "", (folder.path / CLASS).read_text(), flags=re.MULTILINE)
+    (folder.path / CLASS).write_text(text)
+    assert cli.main(["gradebook", str(folder.path)]) == 0
+    assert cli.main(["gradebook", str(folder.path), "--for", "canvas"]) == 0
+    for path in (CLASS, "gradebook.csv", "canvas.csv", "index.html"):
+        assert [word for word in named if word in (folder.path / path).read_text()] == [], path
+    assert "Jane Doe" in (folder.path / "gradebook.csv").read_text()
+    assert len(gradebook.read(folder).rows) == 3

@@ -1,8 +1,7 @@
-"""The commands of docs/term.md and docs/classes.md work as they are typed; only the gradings are made up."""
+"""The commands of docs/classes.md work as they are typed; only the gradings are made up."""
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 import shlex
@@ -11,7 +10,6 @@ from pathlib import Path
 
 import pytest
 from helpers.class_reports import GRADED, report
-from submissions import term_export
 
 from grader import KIT, cli
 from grader.classroom import batch
@@ -42,15 +40,6 @@ def here(tmp_path, monkeypatch, workers) -> Path:
 
 
 @pytest.fixture
-def term(here) -> Path:
-    """Return that folder with all that docs/term.md says is there."""
-    term_export.make(here)
-    (text,) = re.findall(r"## term.yaml\n\n((?:    .*\n)+)", (KIT / "docs" / "term.md").read_text())
-    (here / "term.yaml").write_text(re.sub("^    ", "", text, flags=re.MULTILINE))
-    return here
-
-
-@pytest.fixture
 def canvas_class(here) -> Path:
     """Return that folder with an export of Canvas, a roster, and the gradebook that Canvas exported."""
     with zipfile.ZipFile(here / "export.zip", "w") as export:
@@ -69,34 +58,6 @@ Student,ID,SIS User ID,SIS Login ID,Section,Quiz (70),Robots (77)
 "Doe, Jane",101,s1,jdoe,A,9,
 "Ek, Bo",102,s2,boek,A,8,
 """
-
-
-@pytest.mark.slow  # ten commands
-def test_a_term_in_ten_commands_is_graded_as_it_is_typed(term: Path, capsys):
-    typed = commands("term.md")
-    assert len(typed) == 10
-    said = []
-    for command in typed:
-        assert cli.main(command) == 0, (command, capsys.readouterr().err)
-        said.append(capsys.readouterr().out)
-    plan, *_, shown, _, written, totals, _ = said
-    assert not re.search("^DOUBT|^doubt", "".join(said), re.MULTILINE)
-    assert re.search(r"team07 +Jane Doe +Jane Doe, Li Wu .* in time", plan)
-    assert re.search(r"s1232 +Bo Ek .* late by 11:03:00, 1 started day", plan)
-    assert "not decided yet" in shown
-    assert "report.html#F4" in shown
-    assert "Feedback: sheet1_moodle_feedback.zip" in written
-    assert "5 people, 5 with a total of at most 100.00; 0 doubts" in totals
-    filled = {line["ID number"]: line for line in csv.DictReader(Path("sheet1_moodle.csv").read_text().splitlines())}
-    assert (filled["s1230"]["Grade"], filled["s1231"]["Grade"], filled["s1235"]["Grade"]) == ("98.00", "98.00", "0.00")
-    assert filled["s1232"]["Grade"] == "84.60", "10 % of 94 are deducted"
-    assert filled["s1232"]["Feedback comments"].startswith("See me. A. Lee<br>[Automatic grading: 84.60")
-    assert "F4: 3 points by A. Lee (so it did; asked because" in filled["s1230"]["Feedback comments"]
-    with zipfile.ZipFile("sheet1_moodle_feedback.zip") as feedback:
-        assert {name.split("_")[1] for name in feedback.namelist()} == {"10000", "10001", "10002", "10003"}
-    assert "Bo Ek" in Path("totals.csv").read_text()
-    kept = [Path("totals.csv"), *Path("sheet1").rglob("*"), *Path("sheet2").rglob("*")]
-    assert not [path for path in kept if path.is_file() and b"Eva" in path.read_bytes()]
 
 
 def test_a_class_is_graded_by_the_first_commands_of_its_page(canvas_class: Path, capsys):
