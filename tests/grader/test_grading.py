@@ -241,6 +241,7 @@ def test_a_grading_does_not_wait_for_the_verbs_of_other_rooms(words: list[str], 
     assert "grade a submission" in shown
 
 
+@pytest.mark.slow  # a grading; test_package_xml.py reads many such files
 def test_a_package_xml_that_is_not_xml_gets_no_points(tmp_path: Path, settings):
     package = apply(None, tmp_path)
     (package / "package.xml").write_text("this is <not xml")

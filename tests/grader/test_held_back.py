@@ -392,6 +392,7 @@ def test_a_flag_that_only_such_a_trial_raised_is_the_instructors(touched: Path):
     assert flag["where"] == "to_the_end"
 
 
+@pytest.mark.slow  # a report more
 def test_a_report_without_anything_held_back_has_no_second_page(course: Course, touched: Path, tmp_path: Path):
     """The page for students stayed there when a rubric no longer held anything back."""
     shutil.copytree(touched, tmp_path / "again")
@@ -431,6 +432,7 @@ def test_what_a_platform_gets_tells_nothing_of_it(platform: str, a_class: Path, 
     assert all(zipfile.ZipFile(path).namelist() for path in feedback), "a page for the student is in it"
 
 
+@pytest.mark.slow  # two reports more
 def test_a_class_without_names_has_the_students_reports(a_class: Path, tmp_path: Path):
     """It had the instructor's, with the trial, the threshold and a replay."""
     assert cli.main(["gradebook", str(a_class), "--anonymous", "--out", str(tmp_path / "anonymous")]) == 0

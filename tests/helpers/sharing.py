@@ -32,13 +32,13 @@ meets the nodes of another. All others start theirs in networks of their own."""
 DEAR = (
     *ONE_NETWORK,
     "tests/grader/test_grading.py",
-    "tests/grader/test_variants.py",
-    "tests/grader/student_tests/test_worker.py",
-    "tests/grader/mutation/test_mutant_run.py",
-    "tests/grader/student_tests/test_suite_run.py",
+    "tests/grader/test_collect.py",
+    "tests/grader/building/test_colcon.py",
+    "tests/grader/classroom/test_class_memory.py",
+    "tests/grader/test_held_back.py",
+    "tests/grader/trials/test_scheduler.py",
     "tests/grader/trials/test_late_discovery.py",
-    "tests/grader/quality/test_faults.py",
-    "tests/sim/test_bridge.py",
+    "tests/grader/classroom/test_batch.py",
 )
 """The files that take longest. They begin first: the last to begin runs while other cores have nothing to do."""
 

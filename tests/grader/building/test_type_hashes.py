@@ -10,6 +10,7 @@ from helpers import course as spec
 from grader.building import type_hashes
 
 
+@pytest.mark.slow  # a run of rosidl; each build of the contract compares them
 @pytest.mark.sandbox
 def test_hashes_are_computed_from_the_text(tmp_path: Path):
     texts = type_hashes.definitions(spec.CONTRACT)

@@ -91,6 +91,7 @@ def test_another_value_is_refused_with_what_it_would_make_void(
     assert (tmp_path / "class" / "class.yaml").read_bytes() == before
 
 
+@pytest.mark.slow  # three runs of a class
 def test_a_changed_seed_regrades_all_and_a_changed_deadline_nobody(tmp_path, source, workers):
     workers(graded)
     first_run(tmp_path)
@@ -109,6 +110,7 @@ def test_a_change_without_its_value_is_wrong_usage(tmp_path, source, workers, ca
     assert "--change seed needs the new value. Add --seed." in capsys.readouterr().err
 
 
+@pytest.mark.slow  # two runs of a class
 def test_the_rubric_of_the_class_counts_when_the_kit_has_another_one_by_now(tmp_path, source, workers, monkeypatch):
     workers(graded)
     first_run(tmp_path)
@@ -137,6 +139,7 @@ def test_a_partial_export_turned_graded_people_into_nothing_handed_in(tmp_path, 
     assert folder.facts().entries[0].source == str(source)
 
 
+@pytest.mark.slow  # three runs of a class
 def test_a_second_source_is_read_with_the_first_from_then_on(tmp_path, source, workers):
     workers(graded)
     first_run(tmp_path)
@@ -177,6 +180,7 @@ def test_an_absent_submission_without_a_grade_is_a_doubt_and_not_a_zero(tmp_path
     assert (row.state, row.total) == (State.ERROR, None)
 
 
+@pytest.mark.slow  # three runs of a class
 def test_only_the_named_submissions_are_graded(tmp_path, source, workers, capsys):
     made = workers(graded)
     assert first_run(tmp_path, "--only", "team02") == 0
@@ -187,6 +191,7 @@ def test_only_the_named_submissions_are_graded(tmp_path, source, workers, capsys
     assert made.orders == ["team02", "team02"]
 
 
+@pytest.mark.slow  # three runs of a class
 def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, workers, monkeypatch, capsys):
     workers(graded)
     first_run(tmp_path)

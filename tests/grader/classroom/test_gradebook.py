@@ -161,6 +161,7 @@ def test_an_extension_of_all_members_is_the_teams(class_of_four):
         ("adjust: {total: 50", "adjust: {points: 1.5", "51.50"),
         ("adjust: {points: -8", "adjust: {total: 60", "60.00"),
         ("adjust: {total: 99", "bonus: {points: 2", "101.00"),
+        ("bonus: {points: 30", "adjust: {points: -1", "107.40"),
     ],
 )
 def test_people_adjust_the_total_after_lateness(class_of_four, team, person, total):

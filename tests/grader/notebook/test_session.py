@@ -198,6 +198,7 @@ report(abandoned=abandoned.exit_code())
     )
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_node_drives_and_stops_before_the_wall(driven: Facts) -> None:
     assert driven["trouble"] == ""
     assert driven["good"][0] is True
@@ -208,22 +209,26 @@ def test_a_node_drives_and_stops_before_the_wall(driven: Facts) -> None:
     assert driven["rate"] == pytest.approx(10.0, rel=0.2)
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_refusal_comes_with_the_nodes_own_message(driven: Facts) -> None:
     assert driven["bad"][0] is False
     assert "0.5 m/s" in driven["bad"][1]
     assert driven["speed"] == 0.375
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_the_recording_holds_the_whole_run(driven: Facts) -> None:
     assert driven["t"] == pytest.approx(8.5)
     assert driven["columns"] == 171
     assert driven["scans"] == 85
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_drive_ends_early_when_its_condition_holds(driven: Facts) -> None:
     assert driven["early"] == pytest.approx(0.25)
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_goal_is_reached(driven: Facts) -> None:
     assert driven["went"] == ["succeeded", True]
     assert driven["missed"] < 0.15
@@ -232,36 +237,43 @@ def test_a_goal_is_reached(driven: Facts) -> None:
     assert driven["first_feedback"] == pytest.approx(0.98, abs=0.15)
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_cancel_is_answered_before_time_goes_on(driven: Facts) -> None:
     """Whether it came before the next tick was chance, and so was how far the robot rolled."""
     assert driven["answered"] is True
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_goal_is_canceled_or_left_unfinished(driven: Facts) -> None:
     assert driven["canceled"] == "canceled"
     assert driven["limit"] == "unfinished"
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_running_node_accepts_or_refuses_a_parameter(driven: Facts) -> None:
     assert driven["refused"][0] is False
     assert "max_linear_speed" in driven["refused"][1]
     assert driven["taken"] == [True, ""]
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_click_on_the_map_is_a_goal(driven: Facts) -> None:
     assert driven["clicked"] == "goal sent: (0.50, 0.50) m"
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_cell_with_rclpy_of_its_own_hears_the_node(driven: Facts) -> None:
     assert driven["heard"] >= 1
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_the_kernel_knows_the_students_modules_and_the_contracts_types(driven: Facts) -> None:
     assert driven["clamped"] == 1.0
     assert "/ws/src/" in driven["own"]
     assert driven["request"] == 0.5
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_ctrl_c_ends_the_node_with_a_zero_command(driven: Facts) -> None:
     seconds, code, last = driven["ended"]
     assert code == 0
@@ -272,12 +284,14 @@ def test_ctrl_c_ends_the_node_with_a_zero_command(driven: Facts) -> None:
     assert driven["after"] == "no node offers set_speed"
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_closed_run_leaves_no_robot_on_the_graph(driven: Facts) -> None:
     """Three performances of a demonstration were three ghosts, and a warning that they share a name."""
     assert driven["beside"]
     assert not driven["left"]
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_the_sensor_processor_runs_with_parameters(driven: Facts) -> None:
     t, frame, count = driven["fused"]
     assert frame == "base_link"
@@ -285,20 +299,24 @@ def test_the_sensor_processor_runs_with_parameters(driven: Facts) -> None:
     assert count == driven["distances"] == pytest.approx(20, abs=3)
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_second_run_of_a_node_ends_the_first(driven: Facts) -> None:
     assert driven["replaced"] == "Run(robot_controller in 'open_field': closed)"
     assert driven["deaf"] == 0  # its cmd_vel had another name
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_live_view_steps_the_run(driven: Facts) -> None:
     assert driven["live"] == pytest.approx(0.5)
     assert driven["view"] == "Live view of 'wall_ahead'"
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_a_run_without_references_ends(driven: Facts) -> None:
     assert driven["abandoned"] == -9
 
 
+@pytest.mark.slow  # a package is built and driven for all of these
 def test_no_node_outlives_the_kernel(driven: Facts) -> None:
     assert all(is_gone(driven[name]) for name in ("first", "second", "third"))
 

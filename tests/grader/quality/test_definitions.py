@@ -100,6 +100,7 @@ def test_points_fall_linearly_below_nine_of_ten(tmp_path: Path):
     assert f"{MOTION}:" in result.seen
 
 
+@pytest.mark.slow  # the linters for ten packages
 def test_docstrings_for_nine_of_ten_are_enough():
     things = [Definition("m/a.py", n, "function", f"f{n}", documented=n > 0) for n in range(10)]
     assert judged(coverage, with_things(things)).share == 1.0

@@ -132,6 +132,7 @@ def test_other_ways_to_give_the_commands_lose_nothing(tmp_path: Path, text: str)
     assert said(tmp_path, text).share == 1.0
 
 
+@pytest.mark.slow  # reads megabytes
 @pytest.mark.parametrize(
     "text", [b"\xff\xfe\0\0", b"|" * 100_000, b"|-" * 100_000, b"| a |\n|---|\n" * 2000, b"\0" * 1000, b"[" * 30_000]
 )

@@ -135,6 +135,7 @@ def test_a_test_of_nothing_counts_for_no_node(modules: dict[str, evidence.TestMo
     assert not (module.reaches and module.asserting)
 
 
+@pytest.mark.slow  # the toy's tests and probes
 @pytest.mark.parametrize("name", REAL)
 def test_a_test_that_runs_the_nodes_own_code_counts(modules: dict[str, evidence.TestModule], name: str):
     module = modules[name]

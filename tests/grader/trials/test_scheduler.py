@@ -136,11 +136,12 @@ turns = os.nice(0), os.sched_getscheduler(0)
 found = {"cores": cores, "turns": turns, "limits": limits, "environment": dict(os.environ)}
 print(json.dumps(found), flush=True)
 """
+STARTED = pytest.param(1000, marks=pytest.mark.slow)  # two nodes more
 
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.parametrize("fork_from", [0, pytest.param(1000, marks=pytest.mark.slow)], ids=["forked", "started"])
+@pytest.mark.parametrize("fork_from", [0, STARTED], ids=["forked", "started"])
 def test_a_node_sees_its_host_as_with_ros2_run_but_for_what_is_listed(
     fork_from: int, reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path
 ):
@@ -180,6 +181,7 @@ sim.bridge.Bridge.close = lambda self: os.kill(os.getpid(), signal.SIGSEGV)
 """
 
 
+@pytest.mark.slow  # a node more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_crash_on_leaving_the_graph_loses_no_trial(
@@ -199,6 +201,7 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
     assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]
 
 
+@pytest.mark.slow  # two nodes more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_forked_node_is_observed_as_one_that_was_started(
