@@ -22,7 +22,7 @@ from grader import KIT
 MAY_MISS = 4
 QUICK = "not slow and not notebooks"
 FURTHER = {"test-notebooks": "notebooks", "test-all": "slow"}
-_FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/\S+?)(?: - .*)?$", re.MULTILINE)
+_FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/.+?)(?: - .*)?$", re.MULTILINE)
 
 
 def clone(folder: Path) -> Path:

@@ -17,6 +17,7 @@ from helpers.class_reports import report
 
 from grader import cli
 from grader.classroom import cells, gradebook, words
+from grader.classroom.gradebook import State
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
 from grader.errors import GraderError, UsageError
@@ -130,6 +131,13 @@ def test_canvas_imports_the_grades(book, tmp_path):
     assert (title, number) == ("Robots", "77")
     assert scores == {"12345": "98.00", "12346": "98.00", "12347": "0.00", "12348": "EX"}
     assert rows(tmp_path / "canvas.csv")[1][0] == "    Points Possible"
+
+
+def test_a_total_that_waits_for_a_person_is_no_score_in_canvas(book, tmp_path):
+    waiting = replace(book, rows=tuple(replace(row, state=State.TO_GRADE) for row in book.rows))
+    assert {row.final for row in waiting.rows} == {False}
+    canvas.write(Delivery(numbered_by("canvas", waiting), {}, tmp_path / "canvas.csv", title="Robots (77)"))
+    assert {line[-1] for line in rows(tmp_path / "canvas.csv")[1:]} <= {"", "100.00"}  # the points possible
 
 
 CANVAS_EXPORT = (

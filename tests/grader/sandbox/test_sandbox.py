@@ -142,7 +142,7 @@ def test_the_system_and_read_only_mounts_cannot_be_written(tmp_path: Path):
     (tmp_path / "file").write_text("before")
     tmp_path.chmod(0o755)
     box = Sandbox(read_only={tmp_path: "/ws/in"}, environment=PYTHON.environment)
-    for path in ("/usr/evil", "/ws/in/evil", "/ws/in/file", f"{ros_env.PREFIX}/evil"):
+    for path in ("/evil", "/ws/evil", "/usr/evil", "/ws/in/evil", "/ws/in/file", f"{ros_env.PREFIX}/evil"):
         assert "Error" in python(f"open({path!r}, 'w')", box).output
     assert (tmp_path / "file").read_text() == "before"
 
