@@ -230,6 +230,12 @@ def test_a_class_is_not_graded_as_its_first_student(tmp_path: Path, out: Path, s
     assert "grader batch" in read(out)["refused"]["try"]
 
 
+def test_a_folder_of_two_people_is_not_one_submission(tmp_path: Path, out: Path):
+    folder = write(tmp_path / "class", {**below("alice/ctl/"), **below("bob/ctl/", CHANGED)})
+    assert grade(folder, "--out", out) == 1
+    assert read(out)["refused"]["because"].startswith("class holds the submissions of several people: ")
+
+
 @pytest.mark.parametrize(
     "files",
     [

@@ -74,6 +74,7 @@ def test_files_laid_out_by_the_course_are_named(package: Path):
     (package / "setup.py").write_text("# mine now\n")
     submission = packing.submit(package, check=False)
     assert submission.laid_out == ("package.xml",)
+    assert f"{PACKAGE}/{course_marker.MARKER}" in packed(submission.archive)
     assert "package.xml   laid out by the course" in str(submission)
     assert "1 of " in str(submission)
 

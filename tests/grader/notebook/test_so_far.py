@@ -129,3 +129,11 @@ def test_whatever_waits_is_a_check_of_the_rubric() -> None:
     for name, found in so_far.stand_ins().items():
         assert whole.requirement(name)
         assert found.check in {check.id for check in whole.requirement(found.requirement).checks}
+
+
+def test_a_check_waits_before_the_notebook_that_brings_what_it_needs_and_not_in_it():
+    assert so_far.waiting()
+    for check, row in so_far.waiting().items():
+        assert so_far.later(check, "00") == row
+        assert so_far.later(check, row.notebook) is None
+        assert so_far.later(check, "") is None

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from grader import KIT
-from grader.ros2.commands import arguments, graph, param, refusals, topic_meters
+from grader.ros2.commands import arguments, bag, graph, param, qos, refusals, topic_meters
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 
@@ -100,3 +100,30 @@ def test_a_parameter_file_is_loaded_whatever_node_its_keys_name():
     assert param.values_of(both) == {"a.b": 1, "c": 3}
     with pytest.raises(param.Refusal, match="not a valid ROS parameter file for node n"):
         param.values_of({"n": {"max_linear_speed": 1.0}})
+
+
+@pytest.mark.ros
+def test_one_best_effort_publisher_among_reliable_ones_is_heard_too():
+    def offered(*reliabilities: str) -> list[SimpleNamespace]:
+        volatile = SimpleNamespace(name="VOLATILE")
+        return [SimpleNamespace(reliability=SimpleNamespace(name=name), durability=volatile) for name in reliabilities]
+
+    assert qos.matching(offered("RELIABLE", "BEST_EFFORT")).reliability.name == "BEST_EFFORT"
+    assert qos.matching(offered("RELIABLE", "RELIABLE")).reliability.name == "RELIABLE"
+    assert qos.matching([]).reliability.name == "RELIABLE"
+
+
+def test_a_bag_at_twice_its_rate_takes_half_its_time(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr(
+        bag, "time", SimpleNamespace(monotonic=lambda: now[0], sleep=lambda s: now.__setitem__(0, now[0] + s))
+    )
+    connection, sent = SimpleNamespace(id=1), []
+    recorded = SimpleNamespace(
+        start_time=0,
+        message_count=2,
+        messages=lambda **_chosen: [(connection, 0, b"first"), (connection, 4 * 10**9, b"last")],
+    )
+    publishers = {1: SimpleNamespace(publish=lambda raw: sent.append((now[0] - 10.0, raw)))}
+    bag._play(recorded, [connection], publishers, argparse.Namespace(rate=2.0, clock=0), None)
+    assert sent == [(0.0, b"first"), (2.0, b"last")]
