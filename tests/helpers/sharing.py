@@ -44,7 +44,7 @@ DEAR = (
 
 TAKES = {
     "not slow and not notebooks": "5 minutes on two cores, the first time, too",
-    "notebooks": "15 minutes on two cores",
+    "notebooks": "10 minutes on two cores",
     "": "several hours",
 }
 """How long the whole selection takes, by pytest's option -m."""
