@@ -45,7 +45,7 @@ doctor: setup  ## Report what this machine has and lacks
 test: setup  ## Run the tests of every commit, five minutes; ARGS="-k lidar" narrows them down
 	@$(PYTEST) -m "$(QUICK)" $(PARALLEL) $(ARGS)
 
-test-notebooks: setup  ## Run all notebooks of both editions under nbval
+test-notebooks: setup  ## Run the notebooks of both editions, but for the two short ones that `make test` runs
 	@$(PYTEST) -m notebooks tests/notebooks $(ARGS)
 
 test-all: setup  ## Run all tests

@@ -91,9 +91,7 @@ def fingerprint() -> str:
 
 def added() -> list[Path]:
     """Return the files of the packages that the courses of this kit add; whatever else lies in its folder adds none."""
-    named = (
-        ROOT / "grader" / "course" / "installed.txt"
-    )  # in the students' kit of another course (grader.course.reader)
+    named = ROOT / "grader" / "course" / "installed.txt"  # in a kit for another course (grader.course.reader)
     own = [ROOT / named.read_text(encoding="utf-8").strip()] if named.is_file() else []
     folders = (ROOT, *own, *ROOT.glob("grader/courses/*"))
     return sorted(path for folder in folders if (path := folder / "extra-requirements.txt").is_file())
