@@ -45,6 +45,7 @@ from grader.evidence.trial import (
     Message,
     ParameterAnswer,
     ProcessEnd,
+    Ran,
     Sample,
     ScanSummary,
     Touch,

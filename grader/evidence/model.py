@@ -12,11 +12,18 @@ from grader.evidence.trial import Trial
 
 @dataclass(frozen=True)
 class Flag:
-    """Something an instructor should look at, such as an attempt at tampering or a grading without a sandbox."""
+    """Something an instructor should look at, such as an attempt at tampering or a grading without a sandbox.
+
+    `where` is the file, `trial` the trial in which it was seen, if it was one. `concerns` names the sources of evidence
+    that may not mean what they say ("quality", "student tests", "mutation"): the requirements whose checks need
+    them are the ones concerned.
+    """
 
     kind: str
     what: str
     where: str = ""
+    trial: str = ""
+    concerns: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

@@ -159,6 +159,19 @@ class ParameterAnswer:
 
 
 @dataclass(frozen=True)
+class Ran:
+    """The package's Python files of which code ran in a node's process, as the process itself noted.
+
+    `functions` maps the path of each file, as `SourceFile.path` has it, to the first lines of its functions that ran;
+    the list is empty where the file was only imported. `unseen` says what code ran that lies in no file that can be
+    read: text made into code at run time, byte code, archives, libraries; each as "kind: where, made by".
+    """
+
+    functions: dict[str, list[int]] = field(default_factory=dict)
+    unseen: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
 class Trial:
     """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is None for a complete script.
 
@@ -210,6 +223,8 @@ class Trial:
     """How many messages were not kept because there were too many."""
     deaf_to: list[str] = field(default_factory=list)
     """The sensors' topics of which the node receives nothing: they are best effort, and it asks for reliable ones."""
+    ran: Ran | None = None
+    """What ran of the package; None in a trial that does not note it, or whose node did not come up."""
     stopped: str = ""
     """The sandbox's limit that the node exceeded: "memory", "processes" or ""."""
     behind_s: float = 0.0
