@@ -272,6 +272,9 @@ def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
     ccache = job.cache / "ccache" if job.trusted else build_cache.compiler_cache(job.cache)
     ccache.mkdir(parents=True, exist_ok=True)
     environment = ros_env.environment(home=sandbox.HOME, wheels=job.trusted)  # the observer's types are the kit's own
+    # Without MAKEFLAGS colcon adds `-l` with the number of cores: on a busy machine no second compiler would start.
+    jobs = len(os.sched_getaffinity(0))
+    environment |= {"MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": f"{jobs}"}
     launchers = []
     if shutil.which("ccache"):
         environment |= {"CCACHE_DIR": _CCACHE, "CCACHE_NOHASHDIR": "1", "CCACHE_BASEDIR": "/ws", "CCACHE_NOSTATS": "1"}

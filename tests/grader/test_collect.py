@@ -165,6 +165,7 @@ def test_a_source_waits_only_for_those_that_it_uses(monkeypatch, submission, set
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
     asked: list[str] = []
     broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
+    monkeypatch.setattr(collect, "_contract", lambda *_: broken)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
     drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
     read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)

@@ -33,8 +33,7 @@ def grader(*arguments: object, **options: Any) -> subprocess.CompletedProcess[st
 
 
 # Graded on everything that trials judge; only the one that nothing is run of is quick.
-THOROUGHLY = ("does_not_compile",)
-SLOWLY = ("crashes_at_start", "misnames_set_speed", "drives_into_the_wall", "ignores_the_limit")
+THOROUGHLY = ("does_not_compile", "crashes_at_start", "misnames_set_speed", "drives_into_the_wall", "ignores_the_limit")
 
 
 @pytest.fixture(scope="session")
@@ -85,7 +84,8 @@ def test_evidence_that_another_process_will_judge_is_not_judged_before(
 
 
 # Half a minute each.
-@pytest.mark.parametrize("name", [*THOROUGHLY, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOWLY)])
+@pytest.mark.slow  # a build or a whole set of trials each
+@pytest.mark.parametrize("name", THOROUGHLY)
 def test_an_edit_costs_its_own_points_and_no_others(graded: Grade, by_trial: tuple[str, ...], name: str):
     report = graded(name, by_trial)
     assert report["complete"], words(report)
@@ -116,7 +116,7 @@ def test_executables_in_bin_cost_one_point_and_are_run_from_there(graded: Grade,
 
 
 @pytest.mark.slow  # half a minute each
-@pytest.mark.parametrize("name", sorted(set(EDITS) - {*THOROUGHLY, *SLOWLY}))
+@pytest.mark.parametrize("name", sorted(set(EDITS) - {*THOROUGHLY}))
 def test_an_edit_costs_the_requirements_it_names(graded: Grade, settings: pipeline.Settings, name: str):
     """That it costs nothing elsewhere is shown by `make known-bad`, which takes an hour."""
     wanted = tuple(r.id for r in settings.rubric.requirements if r.id in EDITS[name].costs)
@@ -136,6 +136,7 @@ def test_an_edit_that_costs_more_than_one_requirement_says_why():
     assert all(edit.why for edit in EDITS.values() if len(edit.costs) > 1)
 
 
+@pytest.mark.slow  # a build; test_agreement.py judges the recorded one
 def test_what_cannot_be_reached_says_because_of_what(graded: Grade, by_trial: tuple[str, ...]):
     report = graded("does_not_compile", by_trial)
     outcomes = {r["id"]: r["outcome"] for r in report["requirements"]}

@@ -32,7 +32,6 @@ meets the nodes of another. All others start theirs in networks of their own."""
 DEAR = (
     *ONE_NETWORK,
     "tests/grader/test_grading.py",
-    "tests/grader/test_collect.py",
     "tests/grader/building/test_colcon.py",
     "tests/grader/classroom/test_class_memory.py",
     "tests/grader/test_held_back.py",

@@ -308,9 +308,9 @@ KINDS = ("right", "listed", "refused", "wrong", "lost")
 TABLE: list[str] = []
 
 
-# `make test` runs one of each platform but GitHub, whose clones are made in sandboxes.
-OFTEN = {("moodle", "sheet"), ("moodle groups", "own"), ("canvas", "sheet"), ("gradescope", "none")}
-SELDOM = pytest.mark.slow  # 24 classes of 50
+# `make test` runs the two with a sheet of the platform's own.
+OFTEN = {("moodle", "sheet"), ("canvas", "sheet")}
+SELDOM = pytest.mark.slow  # 21 classes of 50
 
 
 @pytest.mark.parametrize(
