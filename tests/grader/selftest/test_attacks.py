@@ -29,7 +29,8 @@ from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
 KNOWN = 43  # the list of known attacks on autograders from which this one started; each number occurs here
-ALL = [each.on(COURSE, rubric.load(COURSE.rubric)) for each in (*ATTACKS.values(), *attacks.ATTACKS)]
+RUBRIC = rubric.load(COURSE.rubric)
+ALL = [each.on(COURSE, RUBRIC) for each in (*ATTACKS.values(), *attacks.ATTACKS)]
 RUN = [each for each in ALL if not each.not_applicable]
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
 
