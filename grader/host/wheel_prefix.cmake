@@ -23,12 +23,13 @@ endfunction()
 
 cmake_language(DEFER CALL kit_drop_missing_include_directories)
 
-# Generate no type support for introspection: the Fast DDS of the wheels does not load it, and it is a third of a build.
-# ament_cmake_core defines its macros once, so this one stays; CMake keeps the first as _ament_register_extension.
+# Generate no C++ type support for introspection, which no Python loads. (That for C is loaded: rmw_fastrtps_cpp describes
+# types by it, and without it no publisher can be made.) ament_cmake_core defines its macros once, so this one stays;
+# CMake keeps the first as _ament_register_extension.
 find_package(ament_cmake_core QUIET)
 if(COMMAND ament_register_extension)
   macro(ament_register_extension extension_point package_name cmake_filename)
-    if(NOT "${package_name}" MATCHES "^rosidl_typesupport_introspection_c(pp)?$")
+    if(NOT "${package_name}" STREQUAL "rosidl_typesupport_introspection_cpp")
       _ament_register_extension("${extension_point}" "${package_name}" "${cmake_filename}")
     endif()
   endmacro()

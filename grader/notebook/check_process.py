@@ -1,8 +1,7 @@
 """Grade for `check`, in a process of its own, so that interrupting the cell ends it at once and leaves nothing.
 
 A grading waits in several threads, which a kernel cannot interrupt; see host/supervised.py. The process writes a line
-for each step, and the evidence into a folder, which is judged here. Its start takes half a second, so after a check it
-is started for the next one.
+for each step, and the evidence into a folder, which is judged here.
 """
 
 from __future__ import annotations
@@ -19,15 +18,12 @@ from grader import KIT, pipeline
 from grader.checks import checks_run
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.host import supervised
-from grader.notebook.spare_process import SpareProcess
 from grader.scoring.grading import Grading
 from grader.settings import Settings
 from grader.words import say
 
 _STEP, _REFUSED, _FAILED = "step ", "refused ", "failed "
 _TAIL = 500  # characters of what a process that broke has printed
-_IDLE_S = 600.0
-_spare = SpareProcess(["-P", "-m", __spec__.name], KIT, _IDLE_S)
 
 
 def grade(package: Path, out: Path, settings: Settings) -> Grading:
@@ -43,13 +39,12 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
         _observe(json.dumps(wanted), settings)
         settings.progress(say("checking the evidence"))
         grading = pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
-    _spare.prepare()
     return grading
 
 
 def _observe(wanted: str, settings: Settings) -> None:
     """Collect the evidence in a process of its own."""
-    process = _spare.take()
+    process = _start()
     said: list[str] = []
     try:
         assert process.stdin is not None
@@ -76,6 +71,17 @@ def _observe(wanted: str, settings: Settings) -> None:
                 said=" ".join(said)[-_TAIL:],
             )
         )
+
+
+def _start() -> subprocess.Popen[str]:
+    """Start the process, in a session of its own, so that Ctrl-C does not reach it."""
+    # Without empty parts, each of which would mean the current folder.
+    path = [str(KIT), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", __spec__.name],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
+    )  # fmt: skip
 
 
 def _end(process: subprocess.Popen[str]) -> None:

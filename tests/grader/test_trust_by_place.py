@@ -16,8 +16,7 @@ from grader.course import find, kits_own
 from grader.course.reader import VARIABLE
 from grader.host import provenance
 from grader.intake.submission import open_submission
-from grader.notebook import spare_process
-from grader.notebook.spare_process import SpareProcess
+from grader.notebook import check_process
 from grader.notebook.workspace import VARIABLE as WORKSPACE
 
 RUNS = "open(__file__ + '.ran', 'w').close()\n"
@@ -112,13 +111,13 @@ def test_no_python_that_the_kit_starts_looks_for_modules_in_the_current_folder()
     assert sorted(found) == ["one_grading.py", "worker_start.py"]
 
 
-def test_a_search_path_without_more_folders_has_no_empty_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_search_path_without_more_folders_has_no_empty_part(monkeypatch: pytest.MonkeyPatch):
     """Python and the dynamic linker take an empty part for the current folder."""
     monkeypatch.delenv("PYTHONPATH", raising=False)
     started = []
-    monkeypatch.setattr(spare_process.subprocess, "Popen", lambda *_, env, **__: started.append(env["PYTHONPATH"]))
-    SpareProcess(["-P"], tmp_path, 1.0).take()
-    assert started == [str(tmp_path)]
+    monkeypatch.setattr(check_process.subprocess, "Popen", lambda *_, env, **__: started.append(env["PYTHONPATH"]))
+    check_process._start()
+    assert started == [str(KIT)]
 
 
 def test_pictures_are_drawn_without_the_settings_of_the_current_folder(tmp_path: Path):

@@ -30,7 +30,7 @@ def test_all_settings_reach_the_process():
 
 def test_while_it_waits_it_has_no_other_threads():
     """numpy's import starts one, which would take the signal that ends a check, and die of it with all its kind."""
-    process = check_process._spare.take()
+    process = check_process._start()
     here = Path(f"/proc/{process.pid}")
     until(lambda: (here / "syscall").read_text().startswith(READS_STANDARD_INPUT))
     threads = len(list((here / "task").iterdir()))
