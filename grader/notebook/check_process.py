@@ -38,8 +38,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     with checks_run.Checks(settings.course, pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
         settings.progress(say("checking the evidence"))
-        grading = pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
-    return grading
+        return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
 
 
 def _observe(wanted: str, settings: Settings) -> None:
