@@ -36,11 +36,16 @@ _NEEDS = re.compile(r"^NEEDS = (\(.*\))$", re.MULTILINE)
 def known(course: Course) -> list[str]:
     """Return the ids of all checks there are: the course's own, and those that every course can use."""
     return [
-        f"{path.stem}::{node.name}"
+        f"{path.stem}::{name}"
         for path in (*course.files("checks", "check_*.py"), *sorted(_FOLDER.glob("check_*.py")))
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
+        for name in _checks_in(path.read_text(encoding="utf-8"))
     ]
+
+
+@cache
+def _checks_in(text: str) -> list[str]:
+    functions = (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef))
+    return [function.name for function in functions if function.name.startswith("test_")]
 
 
 @cache

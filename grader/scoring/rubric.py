@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import yaml
@@ -13,7 +14,7 @@ import yaml
 from grader import KIT, yaml_reader
 from grader.errors import GraderError
 from grader.scoring import rubric_changes
-from grader.words import say
+from grader.words import say, spoken
 from grader.yaml_reader import YamlReader, line_of
 
 RUBRIC = KIT / "rubric.yaml"
@@ -155,6 +156,14 @@ def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
     Raises:
         GraderError: the file cannot be read, names something unknown, or its points do not add up.
     """
+    here = _text(path)
+    kit = "" if path == RUBRIC else _text(RUBRIC)
+    return _loaded(path, here, kit, None if checks is None else frozenset(checks), spoken())
+
+
+@lru_cache(32)
+def _loaded(path: Path, _here: str, _kit: str, checks: frozenset[str] | None, _language: str) -> Rubric:
+    """Return the rubric in `path`; the other arguments are all that it depends on. Reading one takes 10 ms."""
     text, root = _read(path)
     reader = _Reader(path, checks)
     rubric = replace(reader.rubric(root), sha256=hashlib.sha256(text.encode()).hexdigest())
@@ -172,11 +181,15 @@ def text(path: Path) -> str:
     return _read(path)[0]
 
 
-def _read(path: Path) -> tuple[str, yaml.Node]:
+def _text(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise GraderError(f"{path} cannot be read as a rubric ({error}). Compare it with the kit's own.") from error
+
+
+def _read(path: Path) -> tuple[str, yaml.Node]:
+    text = _text(path)
     root = yaml_reader.compose(path, text)
     if not isinstance(root, yaml.MappingNode):
         raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
