@@ -23,6 +23,7 @@ from grader.checks.first_cause import (
     shown_by,
 )
 from grader.checks.graph import near_miss
+from grader.checks.measured import Measured, measure
 from grader.course import Course
 from grader.evidence import (
     Call,
@@ -349,12 +350,16 @@ class Judge:
         return self.evidence.quality
 
     def student_tests(self) -> StudentTests:
-        """Return the facts about the package's own tests, which need a build: `judge.student_tests().doubts`."""
+        """Return the facts about the package's own tests, which need a build: `judge.student_tests().modules`."""
         self.require_build()
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
         self.expect_readable()
         return self.evidence.tests
+
+    def measured(self) -> Measured:
+        """Return what of the package counts for its tests: `judge.measured().covers(path, line)`."""
+        return measure(self.evidence, self.course)
 
     @property
     def unread_nodes(self) -> set[str]:
@@ -384,16 +389,6 @@ class Judge:
     def each_node(self) -> str:
         """Return in words what a node weighs where only some are there: `judge.weigh(0.5, judge.each_node)`."""
         return share_of_each(len(self.course.nodes))
-
-    def expect_trusted(self, tests: StudentTests) -> None:
-        """Fail the check if a test run whose result was known beforehand reported another result.
-
-        `judge.expect_trusted(judge.student_tests())`
-        """
-        seen = say("the reports of these tests cannot be trusted: {doubts}", doubts=some(tests.doubts, 3, "; "))
-        self.expect(
-            not tests.doubts, seen, say("leave pytest's reports and coverage's data alone; a failing test is useful")
-        )
 
     def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
         """Fail the check unless `holds`; say what was seen, and what to try.
