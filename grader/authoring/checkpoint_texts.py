@@ -19,6 +19,7 @@ from grader.errors import GraderError
 from grader.notebook import checkpoints, pieces
 from grader.notebook.workspace import course
 from grader.scoring import rubric
+from grader.yaml_reader import FAST_LOADER
 
 Edit = tuple[str, str]
 """A text that the solution holds once, and its replacement."""
@@ -110,7 +111,7 @@ def pack() -> bytes:
 def cases() -> dict[str, Any]:
     """Return the cases of the clinic ("C3"), each with the edits that make the solution ill."""
     path = course().path("patients/edits.yaml")
-    return dict(yaml.safe_load(path.read_text(encoding="utf-8"))) if path.is_file() else {}
+    return dict(yaml.load(path.read_text(encoding="utf-8"), FAST_LOADER)) if path.is_file() else {}
 
 
 def patient(case: str) -> dict[str, Any]:

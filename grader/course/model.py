@@ -13,6 +13,7 @@ import yaml
 
 from grader.scoring import rubric
 from grader.words import ENGLISH
+from grader.yaml_reader import FAST_LOADER
 
 JUDGED = ("module", "launch", "script")
 """The roles of files that run on the robot; tests and setup.py serve the author."""
@@ -237,7 +238,7 @@ class Course:
     def notebook_table(self) -> dict[str, Any]:
         """Return what notebooks.yaml says: the notebooks with their files, and what checks in them need."""
         path = self.path("notebooks.yaml")
-        found = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        found = yaml.load(path.read_text(encoding="utf-8"), FAST_LOADER) if path.is_file() else {}
         return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins", "edits")}
 
     def full_type(self, type_: str) -> str:

@@ -60,17 +60,17 @@ def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> 
         for source in source_files.find(package, COURSE)
         if not source.problem and (tests or not source.path.startswith("test/"))
     ]
-    with patch.object(worker, "parse", _parsed):
+    with patch.object(worker, "parse", parsed):
         return worker.package_facts(package, beside, found, course=COURSE)
 
 
 def with_manifest_of(package: Path) -> evidence.Quality:
     """Return the reference's facts with those of this package's package.xml."""
-    found = [_parsed(source.path, source.data, COURSE.package) for source in source_files.find(package, COURSE)]
+    found = [parsed(source.path, source.data, COURSE.package) for source in source_files.find(package, COURSE)]
     return replace(untouched(), manifest=read_manifest(read_sources(package, None, COURSE), found))
 
 
-_parsed = cache(parsed_module.parse)  # most files of the reference are the same in every test
+parsed = cache(parsed_module.parse)  # most files of the reference are the same in every test
 
 
 def with_linters(package: Path) -> evidence.Quality:

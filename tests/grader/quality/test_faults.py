@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE, PACKAGE
+from helpers.quality_examples import parsed
 from submissions.edits import EDITS, REFERENCE, apply
 from variants import VARIANTS, make
 
@@ -15,7 +16,7 @@ from grader.quality import cmake_text, source_files
 from grader.quality.faults import find_faults
 from grader.quality.faults_of_build import build_faults
 from grader.quality.package_sources import read_sources
-from grader.quality.parsed_module import Module, parse
+from grader.quality.parsed_module import Module
 
 CMAKE, XML, SETUP = "CMakeLists.txt", "package.xml", "setup.py"
 NODE = "ros2_robot_controller/robot_controller.py"
@@ -29,7 +30,7 @@ def faults(package: Path, interfaces: Path | None = None) -> list[Fault]:
     unreadable: list[SourceFile] = []
     for source in source_files.find(package, COURSE):
         try:
-            modules.append(parse(source.path, source.data, PACKAGE))
+            modules.append(parsed(source.path, source.data, PACKAGE))
         except ValueError as error:
             unreadable.append(SourceFile(source.path, 0, f"is not valid Python: {error}"))
     return find_faults(read_sources(package, interfaces, COURSE), interfaces, modules, unreadable)
