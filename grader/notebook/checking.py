@@ -107,7 +107,7 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
     beside = prerequisites.interfaces_beside(package)
-    grade = check_process.grade if needs_build(settings, [package, *beside]) else pipeline.grade
+    grade = check_process.grade if needs_build(settings) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
         if beside:  # together, as they are handed in, and nothing else of the workspace
             together = Path(scratch) / "src"
