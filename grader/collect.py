@@ -11,14 +11,12 @@ from typing import Any
 
 from grader import building
 from grader.building import Built
-from grader.course import Course
 from grader.evidence import Build, Evidence
 from grader.evidence.kept import Kept, NotKept, forget_old
 from grader.functions.source import FunctionCalls
 from grader.host import namespaces, provenance
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
-from grader.quality import left_by_build, source_files
 from grader.quality.source import PackageText
 from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject
@@ -49,21 +47,20 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
         texts = pool.submit(_ask, of_text, Subject(submission, settings, folder, kept))
         built = None
-        if needs_build(settings, _folders(submission)):
+        if needs_build(settings):
             contract = _contract(submission, settings)
             if not building.is_built(_folders(submission), settings.cache, settings.course):
                 beside = [source.prepare(settings, contract, folder / f"{source.name} prepared") for source in to_run]
                 prepared = [stack.enter_context(context) for context in beside]
             built, own = _build(submission, contract, settings)
         if built is not None and built.facts.ok:
-            found |= _ask(
-                prepared if own is contract else to_run, Subject(submission, settings, folder, kept, built, own)
-            )
+            subject = Subject(submission, settings, folder, kept, built, own)
+            found |= _ask(prepared if own is contract else to_run, subject)
         found |= texts.result()
-        if built is not None and built.facts.ok and _has_left_code(submission, built, settings.course):
-            again = folder / "installed"
+        if "trials" in found and (left := found["trials"].handover):
+            again = folder / "left by the build"
             again.mkdir()
-            found |= _ask(of_text, Subject(submission, settings, again, kept, built))
+            found |= _ask(of_text, replace(subject, folder=again, earlier={"trials": left}))
     facts = built.facts if built is not None else Build.not_tried(settings.course.package)
     return _merged(submission, facts, found)
 
@@ -84,24 +81,13 @@ def kept_evidence(settings: Settings) -> Kept:
     return Kept(folder, common, settings.fresh, settings.only_kept)
 
 
-def needs_build(settings: Settings, packages: Sequence[Path] = ()) -> bool:
-    """Return whether any wanted requirement needs the packages built; the others are judged by their text alone.
-
-    Text that a build makes is part of it.
-    """
-    if left_by_build.may_leave_code(packages, settings.course.nodes):
-        return True
+def needs_build(settings: Settings) -> bool:
+    """Return whether any wanted requirement needs the package built; the others are judged by its text alone."""
     text, later = set[str](), set[str]()
     for source in SOURCES:
         (text if source.phase is Phase.TEXT else later).update(source.serves(settings))
     # What no source serves is judged by the build itself.
     return not settings.checked <= text - later
-
-
-def _has_left_code(submission: Submission, built: Built, course: Course) -> bool:
-    """Return whether a build has left Python that was not read with the text handed in."""
-    handed_in = source_files.find_in_both(submission.package, submission.interfaces, course)
-    return bool(left_by_build.left_by_build(handed_in, built.install, course.nodes))
 
 
 def _folders(submission: Submission) -> list[Path]:
@@ -151,7 +137,7 @@ def _ask(sources: Sequence[Source], subject: Subject) -> dict[str, Collected]:
         own = subject.folder / source.name
         own.mkdir()
         earlier = {name: answers[name].result().handover for name in source.uses & answers.keys()}
-        return source.collect(replace(subject, folder=own, earlier=earlier))
+        return source.collect(replace(subject, folder=own, earlier={**subject.earlier, **earlier}))
 
     with ThreadPoolExecutor(len(sources)) as pool:
         for source in sorted(sources, key=lambda source: bool(source.uses)):

@@ -35,7 +35,6 @@ class Settings:
             reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
         fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
         keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
-        keep_runs: keep each run of the package's own tests, too, for the next check in a notebook.
         only_kept: collect nothing, and raise NotKept where something is not kept.
         fresh: collect everything anew, whatever is kept.
         overwrite: whether the reports may replace those of another submission.
@@ -54,7 +53,6 @@ class Settings:
     best_effort: bool = False
     fork_from: int = FORK_FROM
     keep: bool = False
-    keep_runs: bool = False
     only_kept: bool = False
     fresh: bool = False
     overwrite: bool = True

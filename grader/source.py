@@ -24,7 +24,9 @@ _NO_SOURCE = ("__pycache__", ".git", ".pytest_cache")
 class Phase(Enum):
     """When a source collects, and beside what."""
 
-    TEXT = "reads the package and runs nothing of it, so it goes on beside a build; again if that has left Python"
+    TEXT = (
+        "reads the package and runs nothing of it, so it goes on beside a build; again if that has made code that ran"
+    )
     RUN = "needs the build; all sources of this phase collect at the same time, but for those that use others"
 
 
@@ -33,8 +35,8 @@ class Subject:
     """What a source collects evidence about, and how. `kept` has what was collected earlier.
 
     `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
-    the phase TEXT, but for `built` where a build has left Python. `earlier` has what the sources that this one `uses`
-    handed over, by their names.
+    the phase TEXT, but where code ran that the build has made. `earlier` has what the sources that this one `uses`
+    handed over, by their names, and then the trials that code.
     """
 
     submission: Submission

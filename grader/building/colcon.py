@@ -381,12 +381,12 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
             hashes[name] = "the installed hash is not that of the text"
             words = f"the hash installed for {name} is not that of its text"
             flags.append(evidence.Flag("forged type", words, where=f"{name}.json"))
-    unread = installed_code.unreadable(work / "install", work / "src", made, job.course.nodes)
-    if unread:
-        words = "the build installed code that cannot be read, so what it does is not known"
-        flags.append(evidence.Flag("unreadable code", words, where=", ".join(unread[:5])))
+    if odd := installed_code.not_generated(work / "install", made):
+        words = "the build put code among the types that ROS's tools do not make; nobody measures it there"
+        concerns = ["quality", "student tests", "mutation"]
+        flags.append(evidence.Flag("forged type", words, where=", ".join(odd[:5]), concerns=concerns))
     tampering = install_tree.tampering_flags(work / "install")
-    return replace(facts, type_hashes=hashes, not_handed_in=unread, flags=[*removed, *flags, *tampering])
+    return replace(facts, type_hashes=hashes, flags=[*removed, *flags, *tampering])
 
 
 def _without_host_paths(log: str) -> str:

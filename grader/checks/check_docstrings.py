@@ -6,16 +6,12 @@ from dataclasses import replace
 from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
-    Count,
-    every,
     label,
-    lowest_share,
     public_definitions,
     readable_first,
     unread_files,
     unread_lines,
     unread_share,
-    used_by_nodes,
 )
 from grader.evidence import Definition
 from grader.words import MOST_SHOWN, mark, say
@@ -33,11 +29,11 @@ def test_public_things_have_docstrings(judge: Judge) -> None:
     things = _with_docstrings_of_their_own(judge)
     unread = unread_files(judge)
     bare = [thing for thing in things if not thing.documented]
-    share, used = lowest_share(judge, things, _share_documented)
+    share = 1 - len(bare) / len(things)
     if share < _FULL or unread:
         names = [label(thing) + (say(_REPEATED) if thing.words else "") for thing in bare[:MOST_SHOWN]]
         head = say("{n} of {n2} have a docstring; it is missing at", n=len(things) - len(bare), n2=len(things))
-        said = [head, *names, *([used] if used else [])] if bare else []
+        said = [head, *names] if bare else []
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share / _FULL, 1 - unread_share(judge, unread))
         try_ = say("say in one sentence what a caller gets, with units and frames")
@@ -49,11 +45,13 @@ def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
     things = _with_docstrings_of_their_own(judge)
     clean = sum(map(_is_clean, things))
     unread = unread_files(judge)
-    share, used = lowest_share(judge, things, _share_clean)
+    # One good docstring does not earn the points of a package full of them.
+    wanted = max(sum(thing.documented for thing in things), _FULL * len(things))
+    share = min(1.0, clean / wanted)
     if share < 1 or unread:
         violations = [violation for thing in things if thing.documented for violation in thing.violations]
         seen = say("{clean} of {n} have a docstring that follows every rule", clean=clean, n=len(things))
-        said = [seen, *([used] if used else []), *([listing(violations)] if violations else [])]
+        said = [seen, *([listing(violations)] if violations else [])]
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
         try_ = say("run `ament_pep257` in the package's folder; it reports the same")
@@ -63,24 +61,13 @@ def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
 def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:
     """Return the public things; a docstring that is the same on many of different names documents none of them."""
     things = public_definitions(judge)
-    judged = used_by_nodes(judge, things) or things
-    most = max(_SHARED, _SHARED_PART * len(judged))
+    most = max(_SHARED, _SHARED_PART * len(things))
     names: dict[str, set[str]] = defaultdict(set)
-    for thing in judged:
+    for thing in things:
         # Methods that replace each other, and every `main`, do the same thing.
         names[thing.words].add(thing.name.rpartition(".")[2])
     shared = {words for words, of in names.items() if words and len(of) > most}
     return [replace(thing, documented=False) if thing.words in shared else thing for thing in things]
-
-
-def _share_documented(count: Count) -> float:
-    return count(lambda thing: thing.documented) / count(every)
-
-
-def _share_clean(count: Count) -> float:
-    # One good docstring does not earn the points of a package full of them.
-    wanted = max(count(lambda thing: thing.documented), _FULL * count(every))
-    return min(1.0, count(_is_clean) / wanted)
 
 
 def _is_clean(thing: Definition) -> bool:

@@ -5,11 +5,9 @@ from collections.abc import Sequence
 from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
-    Count,
     charge,
-    every,
     label,
-    lowest_share,
+    measured,
     public_definitions,
     readable,
     readable_first,
@@ -77,17 +75,12 @@ def test_public_functions_are_annotated(judge: Judge) -> None:
     unread = unread_files(judge)
     if bare or unread:
         shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
-        share, used = lowest_share(judge, functions, _share_with_annotations)
         said = [say("{n} of {n2} lack annotations", n=len(bare), n2=len(functions)), *shown] if bare else []
-        seen = "\n".join([*said, *([used] if used else []), *unread_lines(unread)])
-        share = min(share, 1 - unread_share(judge, unread))
+        seen = "\n".join([*said, *unread_lines(unread)])
+        share = min(1 - len(bare) / len(functions), 1 - unread_share(judge, unread))
         try_ = say("def nearest(ranges: Sequence[float], limit: float) -> float")
         judge.share(share, seen, readable_first(unread, try_))
 
 
-def _share_with_annotations(count: Count) -> float:
-    return 1 - count(lambda thing: bool(thing.unannotated)) / count(every)
-
-
 def _habits(judge: Judge, *rules: str) -> list[Finding]:
-    return [finding for finding in weighed(judge).habits if finding.rule in rules]
+    return [finding for finding in measured(judge, weighed(judge).habits) if finding.rule in rules]

@@ -1,9 +1,12 @@
 """Layout, complexity, functions in their place, repeated blocks."""
 
+from dataclasses import replace
+
 from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
     charge,
+    measured,
     readable,
     readable_first,
     unread_files,
@@ -12,6 +15,7 @@ from grader.checks.package_text import (
     weighed,
     within_bounds,
 )
+from grader.evidence import Copy
 from grader.words import MOST_SHOWN, say, say_count, some
 
 NEEDS = ("quality", "linters")
@@ -33,7 +37,7 @@ def test_layout_matches_the_contract(judge: Judge) -> None:
 
 def test_no_function_is_too_complex(judge: Judge) -> None:
     """No function has a cyclomatic complexity above 10; each one that has costs a quarter."""
-    found = weighed(judge).complex
+    found = measured(judge, weighed(judge).complex)
     words = [say_count("{n} function above 10", "{n} functions above 10", len(found)), listing(found)]
     charge(judge, len(found), 4, words, say("move each decision into a function of its own"))
 
@@ -43,6 +47,7 @@ def expect_functions_used(judge: Judge) -> None:
     quality, functions = readable(judge), judge.course.functions
     assert functions is not None, "the contract names no functions"
     found, path = quality.functions, functions.module.partition("/")[2]
+    calls, elsewhere = measured(judge, found.calls), measured(judge, found.elsewhere)
     missing = [name for name in functions.names if name not in found.defined]
     words = []
     share = 1.0
@@ -50,15 +55,15 @@ def expect_functions_used(judge: Judge) -> None:
         words.append(say("{path} does not define {missing}", path=path, missing=", ".join(missing)))
         share -= 0.5 * len(missing) / len(functions.names)
     unread = unread_files(judge)
-    if not found.calls and not unread:  # else the calls may be where nobody can read them
+    if not calls and not unread:  # else the calls may be where nobody can read them
         words.append(say("no node calls a function of {path}, directly or through another module", path=path))
         share -= 0.5
-    if found.elsewhere:
-        words += [f"{place(finding)} {finding.text}" for finding in found.elsewhere[:MOST_SHOWN]]
-        share -= 0.25 * len(found.elsewhere)
+    if elsewhere:
+        words += [f"{place(finding)} {finding.text}" for finding in elsewhere[:MOST_SHOWN]]
+        share -= 0.25 * len(elsewhere)
     if unread:
         words += unread_lines(unread)
-        share -= max(unread_share(judge, unread), 0.0 if found.calls else 0.5)
+        share -= max(unread_share(judge, unread), 0.0 if calls else 0.5)
     if words:
         module = functions.module.removesuffix(".py").replace("/", ".")
         judge.share(
@@ -78,7 +83,8 @@ def test_functions_are_in_their_module_and_used(judge: Judge) -> None:
 
 def test_no_block_is_repeated(judge: Judge) -> None:
     """No block of six or more lines is repeated in the package; each one that is costs a quarter."""
-    copies = weighed(judge).copies
+    weighed(judge)
+    copies = _measured_copies(judge)
     shown = [
         say("{copy.lines} lines: {places}", copy=copy, places=" = ".join(copy.places)) for copy in copies[:MOST_SHOWN]
     ]
@@ -89,6 +95,20 @@ def test_no_block_is_repeated(judge: Judge) -> None:
     charge(
         judge, len(copies), 4, words, say("make the block a function in utils/, so that a bug is fixed in one place")
     )
+
+
+def _measured_copies(judge: Judge) -> list[Copy]:
+    """Return the blocks that occur more than once where it counts."""
+    found = []
+    for copy in judge.quality().copies:
+        places = [place for place in copy.places if _counts(judge, place)]
+        found += [replace(copy, places=places)] if len(places) > 1 else []
+    return found
+
+
+def _counts(judge: Judge, place: str) -> bool:
+    path, _, lines = place.rpartition(":")
+    return judge.measured().covers(path, int(lines.partition("-")[0]))
 
 
 def _similar(path: str, paths: set[str]) -> str:

@@ -2,7 +2,7 @@
 
 from grader.checks.findings import place
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import Kind, Reason, StudentTests, TestModule
+from grader.evidence import TestModule
 from grader.words import mark, say, some
 
 NEEDS = ("student tests",)
@@ -13,12 +13,15 @@ _STEADY = mark(
 
 def test_both_nodes_have_tests(judge: Judge) -> None:
     """Tests exist for both nodes."""
-    modules = _own(judge)
-    expect_contract(judge)
+    modules, own = _own(judge), judge.measured().of_node
     nodes = judge.course.nodes
-    missing = [node for node in nodes if not any(node in module.subjects and module.asserting for module in modules)]
+    missing = [
+        node
+        for node in nodes
+        if not any(own.get(node, frozenset()).intersection(m.tested) or node in m.starts for m in modules)
+    ]
     if missing:
-        looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
+        looked = ", ".join(_describe(judge, module) for module in modules) or _nothing(judge)
         share = 1 - len(missing) / len(nodes)
         seen = say(
             "no test that asserts something runs code of {missing}; found {looked}",
@@ -26,6 +29,11 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
             looked=looked,
         )
         judge.share(share, seen, _try_tests(missing, {module.path.rpartition("/")[2] for module in modules}))
+    elif idle := _idle(modules):
+        judge.remark(
+            say("these tests pass although every function that they call raises: {idle}", idle=some(idle, 3)),
+            say("a test of what goes wrong expects the one error that it is about"),
+        )
 
 
 def _try_tests(nodes: list[str], files: set[str]) -> str:
@@ -49,12 +57,12 @@ def _try_tests(nodes: list[str], files: set[str]) -> str:
 
 def test_every_test_asserts_something(judge: Judge) -> None:
     """The tests assert something."""
-    expect_contract(judge)
     modules = _reaching(judge)
-    tests, asserting = sum(m.tests for m in modules), sum(m.asserting for m in modules)
+    tests = sum(m.tests for m in modules)
+    silent = [f"{m.path} {name}" for m in modules for name in dict.fromkeys([*m.silent, *m.idle])]
+    asserting = sum(m.asserting - len({*m.idle} - {*m.silent}) for m in modules)
     judge.expect(tests > 0, _nothing(judge), say("write a test that fails when the node is wrong"))
     if asserting < tests:
-        silent = [f"{m.path} {name}" for m in modules for name in m.silent]
         seen = say(
             "{tests} of {tests2} tests assert nothing: {silent}",
             tests=tests - asserting,
@@ -69,15 +77,14 @@ def test_every_test_asserts_something(judge: Judge) -> None:
 
 def test_own_tests_pass(judge: Judge) -> None:
     """The tests pass under pytest in a fresh environment."""
-    expect_contract(judge)
     modules = _own(judge)
     if not sum(m.tests for m in modules):
         raise NotReached(_nothing(judge))
     if not sum(m.asserting for m in modules):
         raise NotReached(say("no test asserts anything, so that they pass shows nothing"))
-    judge.expect_trusted(judge.student_tests())
-    # A module that never comes to the package's code shows nothing by passing; but one that cannot be imported fails.
-    passed = sum(m.passed for m in modules if m.reaches)
+    # A module of which no test can fail shows nothing by passing; but one that cannot be imported fails.
+    measured = judge.measured().whole
+    passed = sum(m.passed for m in modules if measured.intersection(m.tested) or m.starts)
     ran = passed + sum(m.failed + m.errors for m in modules)
     unsteady = some([f"{m.path} {name}" for m in modules for name in m.unsteady], 3)
     changing = say(
@@ -86,7 +93,7 @@ def test_own_tests_pass(judge: Judge) -> None:
     )
     judge.expect(bool(ran or not unsteady), changing, _STEADY)
     if not ran and any(m.passed for m in modules):
-        raise NotReached(say("no test that passed runs code of the package: {names}", names=_names(modules)))
+        raise NotReached(say("no test that passed tests code of the package: {names}", names=_names(modules)))
     judge.expect(ran > 0, say("no test ran: all were skipped"), say("run pytest in a clean folder"))
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
@@ -116,54 +123,20 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     tests = judge.student_tests()
     if not any(m.passed + m.failed for m in _own(judge)):
         raise NotReached(say("no test ran, so nothing was covered"), *judge.judged_by("check_student_tests"))
-    expect_contract(judge)
-    judge.expect_trusted(tests)
-    judge.expect(
-        bool(tests.coverage), say("the tests ran no line of the package"), say("import the package in the tests")
-    )
-    percent = _percent(tests)
-    worst = sorted(tests.coverage, key=lambda f: f.lines_hit + f.branches_hit - f.lines - f.branches)[:3]
+    measured = judge.measured().whole
+    coverage = [file for file in tests.coverage if file.path in measured]
+    judge.expect(bool(coverage), say("the tests ran no line of the package"), say("import the package in the tests"))
+    hit = sum(f.lines_hit + f.branches_hit for f in coverage)
+    percent = 100 * hit / max(1, sum(f.lines + f.branches for f in coverage))
+    worst = sorted(coverage, key=lambda f: f.lines_hit + f.branches_hit - f.lines - f.branches)[:3]
     words = ", ".join(say("{f.path} lines {ranges}", f=f, ranges=_ranges(f.missing)) for f in worst if f.missing)
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     share = (round(percent, 1) - 40) / 50
     if share < 1:
         seen = say(
             "{percent:.1f} % covered; not reached: {words}", percent=percent, words=words or say("some branches")
-        ) + _padding(tests)
+        )
         judge.share(share, seen, say("write tests for the lines listed"))
-
-
-def _percent(tests: StudentTests) -> float:
-    """Return how much of the package is covered; no module weighs more than those of the nodes together."""
-    of_nodes = sum(f.lines + f.branches for f in tests.coverage if f.path in tests.nodes)
-    total = hit = 0.0
-    for file in tests.coverage:
-        size = file.lines + file.branches
-        weight = min(1.0, of_nodes / size) if size and of_nodes and file.path not in tests.nodes else 1.0
-        total += weight * size
-        hit += weight * (file.lines_hit + file.branches_hit)
-    return 100 * hit / total if total else 0.0
-
-
-def _padding(tests: StudentTests) -> str:
-    lines = {file.path: file.padding for file in tests.coverage if file.padding}
-    if not lines:
-        return ""
-    return say(
-        "; {n} lines do not count, because no node comes to them: {files}",
-        n=sum(lines.values()),
-        files=some(list(lines), 3),
-    )
-
-
-def expect_contract(judge: Judge) -> None:
-    """Return if the package has a module of the contract: tests are asked for of those.
-
-    Raises:
-        NotReached: it has none.
-    """
-    if not judge.student_tests().of_contract:
-        raise NotReached(Reason(Kind.NO_MODULES, said=", ".join(judge.course.modules)))
 
 
 def _own(judge: Judge) -> list[TestModule]:
@@ -174,7 +147,7 @@ def _own(judge: Judge) -> list[TestModule]:
 def _reaching(judge: Judge) -> list[TestModule]:
     """Return the modules whose tests run code of the package: only those can show anything about it."""
     modules = _own(judge)
-    found = [module for module in modules if module.reaches]
+    found = [module for module in modules if _reaches(judge, module)]
     seen = say("no test runs code of the package: {names}", names=_names(modules)) if modules else _nothing(judge)
     judge.expect(
         bool(found), seen, say("call the package's functions in the tests, and assert what they return or publish")
@@ -186,9 +159,19 @@ def _names(modules: list[TestModule]) -> str:
     return some([module.path for module in modules], 3)
 
 
-def _describe(module: TestModule) -> str:
+def _reaches(judge: Judge, module: TestModule) -> bool:
+    """Return whether tests run code of the package that a node runs, too."""
+    return bool(judge.measured().whole.intersection(module.reached) or module.starts)
+
+
+def _idle(modules: list[TestModule]) -> list[str]:
+    return [f"{module.path} {name}" for module in modules for name in module.idle]
+
+
+def _describe(judge: Judge, module: TestModule) -> str:
     what = say("no test") if not module.tests else say("no test that asserts anything") if not module.asserting else ""
-    what = what or ("" if module.reaches else say("runs no code of the package"))
+    what = what or ("" if _reaches(judge, module) else say("runs no code of the package"))
+    what = what or (say("passes whatever the code does") if module.idle and not module.tested else "")
     return f"{module.path} ({what})" if what else module.path
 
 

@@ -2,7 +2,7 @@
 
 from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
-from grader.checks.package_text import readable_first, weighed, weights
+from grader.checks.package_text import measured, readable_first, unread_files, weighed
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 
@@ -12,30 +12,27 @@ NEEDS = ("quality", "linters")
 def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     """ament_flake8 finds nothing: full marks for no finding, none for 1 per 10 lines of code or more."""
     quality = weighed(judge)
-    broken = [file for file in quality.files if file.problem]
-    count = quality.style_count + sum(map(_findings_hidden_in, broken))
-    lines = reading_limits.counted_lines(quality.files)
-    suppressed = _suppressed(quality)
+    found, broken = measured(judge, quality.style), unread_files(judge)
+    count = len(found) + sum(map(_findings_hidden_in, broken))
+    lines = judge.measured().lines(quality.files)
+    beside = "\n".join(part for part in (_suppressed(quality), _idle(judge)) if part)
     if not count:
-        judge.share(1.0, suppressed, "")
+        judge.share(1.0, beside, "")
         return
     said = (
         say_count(
             "{n} finding in {lines} lines of code",
             "{n} findings in {lines} lines of code",
-            quality.style_count,
+            len(found),
             lines=lines,
         )
-        if quality.style_count
+        if found
         else ""
     )
     unread = [f"{file.path} {file.problem}" for file in broken[:MOST_SHOWN]]
-    density = count / max(1, lines)
-    of_nodes, where = _of_the_nodes(judge)
-    parts = [said, where if of_nodes > density else "", listing(quality.style), *unread, suppressed]
-    seen = "\n".join(part for part in parts if part)
+    seen = "\n".join(part for part in (said, listing(found), *unread, beside) if part)
     try_ = say("run `ament_flake8` in the package's folder; it reports the same")
-    judge.share(1 - 10 * max(density, of_nodes), seen, readable_first(broken, try_))
+    judge.share(1 - 10 * count / max(1, lines), seen, readable_first(broken, try_))
 
 
 def _findings_hidden_in(file: SourceFile) -> float:
@@ -47,20 +44,18 @@ def _findings_hidden_in(file: SourceFile) -> float:
     return max(1.0, file.lines if reading_limits.runs_unread(file) else file.lines / 10)
 
 
-def _of_the_nodes(judge: Judge) -> tuple[float, str]:
-    """Return the findings per line in the code that the nodes reach, and say how many they are.
-
-    Other code, however clean, does not dilute the findings in the nodes.
-    """
-    reached = judge.quality().reached
-    if reached is None:
-        return 0.0, ""
-    weight = weights(judge, reached.lines)
-    count, lines = sum(reached.style.values()), sum(reached.lines.values())
-    average = sum(weight.get(path, 0.0) * found for path, found in reached.style.items())
-    average /= max(1.0, sum(weight[path] * reached.lines[path] for path in weight))
-    return max(average, count / max(1, lines)), say(
-        "in the code that the nodes use, {count} in {lines}", count=count, lines=lines
+def _idle(judge: Judge) -> str:
+    """Return which files of the package do not count because nothing of them ran."""
+    idle = judge.measured().idle if judge.measured().by_notes else []
+    return (
+        say_count(
+            "{n} file of which nothing ran, so it neither earns nor costs: {names}",
+            "{n} files of which nothing ran, so they neither earn nor cost: {names}",
+            len(idle),
+            names=some(idle, 5),
+        )
+        if idle
+        else ""
     )
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from grader import tracebacks
 from grader.checks.findings import place
 from grader.checks.graph import wrong_topics
 from grader.course import Course
-from grader.evidence import Fault, Finding, Kind, Quality, Reason, Trial
+from grader.evidence import Fault, Finding, Kind, Reason, Trial
 from grader.words import mark, say
 
 OF_TRIALS = (Kind.RAISED, Kind.INACTIVE, Kind.NO_FLOAT, Kind.ON_GRAPH, Kind.SPINS)
@@ -74,16 +74,16 @@ def _shown_by_graph(trial: Trial, course: Course, graph: tuple[str, ...], seen: 
             yield Reason(Kind.ON_GRAPH, topic, said=words, requirements=graph)
 
 
-def spinning(trials: Sequence[Trial], quality: Quality | None) -> Reason | None:
+def spinning(
+    trials: Sequence[Trial], habits: Sequence[Finding], of_node: Mapping[str, frozenset[str]]
+) -> Reason | None:
     """Return which callback of a node of these trials spins, which takes its executor from it; None if none does.
 
     Only of trials in which something was asked of the node: which callbacks ran is not known.
     """
     trials = [trial for trial in trials if trial.goals or trial.calls]
-    files = quality.reached.nodes if quality is not None and quality.reached is not None else {}
-    own = {path for trial in trials for path in files.get(trial.node, ())}
-    found = [habit for habit in quality.habits if habit.path in own or not own] if quality is not None else []
-    return _spin(found) if trials else None
+    own = {path for trial in trials for path in of_node.get(trial.node, ())}
+    return _spin([habit for habit in habits if habit.path in own or not own]) if trials else None
 
 
 def _spin(habits: Sequence[Finding]) -> Reason | None:

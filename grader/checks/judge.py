@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import cached_property
 from pathlib import PurePosixPath
 
 from grader import tracebacks
@@ -23,6 +24,7 @@ from grader.checks.first_cause import (
     shown_by,
 )
 from grader.checks.graph import near_miss
+from grader.checks.measured import Measured, measure
 from grader.course import Course
 from grader.evidence import (
     Call,
@@ -217,7 +219,7 @@ class Judge:
         if by_itself:
             said, _ = tracebacks.raised(output)
             return NotReached(replace(reason, place=tracebacks.last_place(output), said=said), words=words)
-        if reason.kind in SILENT and (spins := first_cause.spinning([trial], self.evidence.quality)):
+        if reason.kind in SILENT and (spins := first_cause.spinning([trial], self.habits, self._own_files)):
             return NotReached(spins)
         if reason.kind in SILENT and (held := holds_on(self.habits, reason.place)):
             habit = held[0]
@@ -242,7 +244,7 @@ class Judge:
         The node's own last words, then what the graph shows, then what the node cannot hear.
         """
         shown = first_cause.of_trials(self._ran, self.course, seen, self.judged_by("check_graph"))
-        return shown or first_cause.spinning(self._ran, self.evidence.quality)
+        return shown or first_cause.spinning(self._ran, self.habits, self._own_files)
 
     @property
     def _ran(self) -> list[Trial]:
@@ -348,52 +350,34 @@ class Judge:
             raise Unjudged("the package's text was not read")
         return self.evidence.quality
 
+    def measured(self) -> Measured:
+        """Return what of the package counts for its quality and its tests: `judge.measured().covers(path, line)`."""
+        self.quality()
+        return self._measured
+
+    @cached_property
+    def _measured(self) -> Measured:
+        return measure(self.evidence, self.course)
+
+    @property
+    def _own_files(self) -> Mapping[str, frozenset[str]]:
+        return self._measured.of_node if self._measured.by_notes else {}
+
     def student_tests(self) -> StudentTests:
-        """Return the facts about the package's own tests, which need a build: `judge.student_tests().doubts`."""
+        """Return the facts about the package's own tests, which need a build: `judge.student_tests().modules`."""
         self.require_build()
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
-        self.expect_readable()
         return self.evidence.tests
 
-    @property
-    def unread_nodes(self) -> set[str]:
-        """Return the nodes whose program cannot be read: whatever modules there are, they need not be what runs.
-
-        `if judge.unread_nodes`
-        """
-        return self.course.nodes.keys() & {path.rpartition("/")[2] for path in self.evidence.build.not_handed_in}
-
-    def expect_readable(self) -> None:
-        """Fail the check if the build left code that cannot be read: `judge.expect_readable()`.
-
-        Code that is made at run time is a flag, and costs nothing.
-        Each node has the same share, where just the programs of some cannot be read.
-        """
-        unread = self.evidence.build.not_handed_in
-        seen = say("code that cannot be read: {some}", some=some(unread, 3))
-        nodes = self.course.nodes
-        of_all = [path for path in unread if path.rpartition("/")[2] not in nodes]
-        try_ = say("hand in the modules that the nodes run as text, and import them")
-        self.expect(not of_all and self.unread_nodes != nodes.keys(), seen, try_)
-        if unread and self._weight == 1:
-            left = 1 - len(self.unread_nodes) / len(nodes)
-            self.weigh(left, f"{seen}; {self.each_node}")
+    def measured(self) -> Measured:
+        """Return what of the package counts for its tests: `judge.measured().covers(path, line)`."""
+        return measure(self.evidence, self.course)
 
     @property
     def each_node(self) -> str:
         """Return in words what a node weighs where only some are there: `judge.weigh(0.5, judge.each_node)`."""
         return share_of_each(len(self.course.nodes))
-
-    def expect_trusted(self, tests: StudentTests) -> None:
-        """Fail the check if a test run whose result was known beforehand reported another result.
-
-        `judge.expect_trusted(judge.student_tests())`
-        """
-        seen = say("the reports of these tests cannot be trusted: {doubts}", doubts=some(tests.doubts, 3, "; "))
-        self.expect(
-            not tests.doubts, seen, say("leave pytest's reports and coverage's data alone; a failing test is useful")
-        )
 
     def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
         """Fail the check unless `holds`; say what was seen, and what to try.

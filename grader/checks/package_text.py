@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import PurePosixPath
+from typing import TypeVar
 
 from grader.checks.judge import Failed, Judge, NotReached
-from grader.course.model import JUDGED, role
-from grader.evidence import Definition, Kind, Quality, Reason, SourceFile, reading_limits
+from grader.evidence import Definition, Finding, Kind, Quality, Reason, SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
 _LINES_PER_FINDING = 10
 _FUNCTIONS_ALONE = 0.2
 
-Count = Callable[[Callable[[Definition], bool]], float]
-"""Counts the definitions for which something holds; some may weigh less than 1."""
+Placed = TypeVar("Placed", Definition, Finding)
 
 
 def within_bounds(judge: Judge) -> Quality:
@@ -27,7 +25,6 @@ def within_bounds(judge: Judge) -> Quality:
     words = reading_limits.beyond(quality.files)
     seen = say("{words}, so the package was not read completely", words=some(words))
     judge.expect(not words, seen, say("remove the files that the nodes do not need"))
-    judge.expect_readable()
     _require_modules(judge)
     return quality
 
@@ -62,9 +59,7 @@ def weigh(judge: Judge) -> None:
     """
     nodes, there = judge.course.nodes, _require_modules(judge)
     missing = [node for node in nodes if node not in there]
-    if missing and judge.unread_nodes.issuperset(missing):
-        judge.expect_readable()  # which has said so
-    elif missing and len(missing) < len(nodes):
+    if missing and len(missing) < len(nodes):
         absent = say_count(
             "{names} is not there", "{names} are not there", len(missing), names=say(" and ").join(missing)
         )
@@ -86,70 +81,23 @@ def _require_modules(judge: Judge) -> list[str]:
     Raises:
         NotReached: there are neither.
     """
-    quality = judge.quality()
-    if quality.reached is None:
-        return [node for node in judge.course.nodes if node not in judge.unread_nodes]
-    # A node that cannot be read is there; what it costs is another matter.
-    package = judge.course.package
-    hidden = [file.path for file in quality.files if file.problem and role(file.path, package) == "module"]
-    unread = {PurePosixPath(path).stem for path in hidden}
-    there = (quality.reached.nodes.keys() | unread) - judge.unread_nodes
+    there = judge.measured().of_node
     found = [node for node in judge.course.nodes if node in there]
-    if not found and not quality.functions.defined:
+    if not found and not judge.quality().functions.defined:
         raise NotReached(Reason(Kind.NO_MODULES, said=", ".join(judge.course.modules)))
     return found
 
 
 def public_definitions(judge: Judge) -> list[Definition]:
-    """Return the package's public modules, classes and functions, of which there is at least one."""
-    found = weighed(judge).definitions
+    """Return what is public in the measured modules, classes and functions, of which there is at least one."""
+    found = measured(judge, weighed(judge).definitions)
     judge.expect(bool(found), say("the modules define nothing public"), say("public names have no leading underscore"))
     return found
 
 
-def lowest_share(judge: Judge, things: Sequence[Definition], share: Callable[[Count], float]) -> tuple[float, str]:
-    """Return the share of all things, or of those that the nodes use if it is lower; then also words that say so.
-
-    `share` gets a function that counts the things for which something holds. Things that only tests call, or nothing,
-    may add to what is wrong, and cannot make up for it.
-    """
-    whole = share(lambda holds: sum(map(holds, things)))
-    used = used_by_nodes(judge, things)
-    if not used:
-        return whole, ""
-    weight = weights(judge, Counter(thing.path for thing in used))
-    # A cap on a file's weight keeps it from making up for others; what is wrong in it counts in full.
-    of_nodes = min(
-        share(lambda holds: sum(map(holds, used))),
-        share(lambda holds: sum(weight[thing.path] for thing in used if holds(thing))),
-    )
-    if of_nodes < whole:
-        return of_nodes, say(
-            "the nodes use {n} of the {n2}; the others do not make up for these", n=len(used), n2=len(things)
-        )
-    return whole, ""
-
-
-def used_by_nodes(judge: Judge, things: Sequence[Definition]) -> list[Definition]:
-    """Return the things that the nodes use."""
-    reached = judge.quality().reached
-    return [thing for thing in things if reached is not None and reached.covers(thing.path, thing.line)]
-
-
-def every(_: Definition) -> bool:
-    """Hold for every definition, to count all of them."""
-    return True
-
-
-def weights(judge: Judge, sizes: Mapping[str, float]) -> dict[str, float]:
-    """Return what counts for how much in each file that the nodes reach: no file weighs more than the nodes' together.
-
-    `sizes` says how much there is of it in each file: lines, or definitions.
-    """
-    reached = judge.quality().reached
-    of_nodes = {path for paths in reached.nodes.values() for path in paths} if reached else set()
-    most = sum(sizes.get(path, 0.0) for path in of_nodes) or math.inf
-    return {path: min(size, most) / size for path, size in sizes.items() if size}
+def measured(judge: Judge, things: Sequence[Placed]) -> list[Placed]:
+    """Return the things that stand on lines which count."""
+    return [thing for thing in things if judge.measured().covers(thing.path, thing.line)]
 
 
 def label(definition: Definition) -> str:
@@ -158,9 +106,8 @@ def label(definition: Definition) -> str:
 
 
 def unread_files(judge: Judge) -> list[SourceFile]:
-    """Return the files that could not be read and should have been; tests and setup.py need not be."""
-    package = judge.course.package
-    return [file for file in judge.quality().files if file.problem and role(file.path, package) in JUDGED]
+    """Return the files that count and could not be read."""
+    return [file for file in judge.quality().files if file.problem and file.path in judge.measured().whole]
 
 
 def unread_lines(unread: list[SourceFile]) -> list[str]:
@@ -179,11 +126,10 @@ def readable_first(unread: list[SourceFile], try_: str) -> str:
 
 
 def unread_share(judge: Judge, unread: list[SourceFile]) -> float:
-    """Return the share of the package's lines, tests left out, that are in unread files."""
-    package = judge.course.package
-    known = [file for file in judge.quality().files if not file.problem and role(file.path, package) in JUDGED]
+    """Return the share of the lines that count which are in unread files."""
+    known = [file for file in judge.quality().files if not file.problem]
     hidden = sum(max(1, file.lines) for file in unread)
-    return hidden / max(1, hidden + reading_limits.counted_lines(known))
+    return hidden / max(1, hidden + judge.measured().lines(known))
 
 
 def charge(judge: Judge, count: int, most: int, words: list[str], try_: str) -> None:

@@ -27,7 +27,6 @@ from grader.evidence.quality import (
     Manifest,
     ParameterUse,
     Quality,
-    Reached,
     Readme,
     SourceFile,
     Table,

@@ -54,8 +54,7 @@ class Build:
 
     `package` is the name under which the package was installed, and `named_in` the places ("setup.py:6") that give it
     that name if it is not the contract's; `types_package` is the package that has the interfaces. `executables` are the
-    programs where `ros2 run` looks, `misplaced` the nodes that are elsewhere, with their folders. `not_handed_in` are
-    the paths of installed code that cannot be read: no text of it was handed in or made by the build.
+    programs where `ros2 run` looks, `misplaced` the nodes that are elsewhere, with their folders.
     """
 
     ok: bool
@@ -76,7 +75,6 @@ class Build:
     named_in: list[str] = field(default_factory=list)
     types_package: str = ""
     misplaced: dict[str, str] = field(default_factory=dict)
-    not_handed_in: list[str] = field(default_factory=list)
 
     @classmethod
     def not_tried(cls, package: str) -> Build:

@@ -17,11 +17,17 @@ class Finding:
 
 @dataclass(frozen=True)
 class SourceFile:
-    """One Python file: its lines of code (neither blank nor comment), and why it could not be read, if so."""
+    """One Python file: its lines of code (neither blank nor comment), and why it could not be read, if so.
+
+    `outside` of these lines are in no function. `functions` are the first and last lines of the functions that are
+    inside no other one, decorators included.
+    """
 
     path: str
     lines: int
     problem: str = ""
+    outside: int = 0
+    functions: list[list[int]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -156,29 +162,6 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class Reached:
-    """What of the package's code the contract's nodes reach.
-
-    Attributes:
-        nodes: for each node of the contract that is there, the files that make it and the classes it inherits from.
-        lines: how many lines of code are reached in each file; other files are not reached at all.
-        gaps: the first and last lines of the functions in these files that nothing reaches.
-        style: how many of the findings of style are in reached lines, by file.
-        idle: how many lines of modules only tests or nothing can reach, by file; further nodes are left out.
-    """
-
-    nodes: dict[str, list[str]] = field(default_factory=dict)
-    lines: dict[str, int] = field(default_factory=dict)
-    gaps: dict[str, list[list[int]]] = field(default_factory=dict)
-    style: dict[str, int] = field(default_factory=dict)
-    idle: dict[str, int] = field(default_factory=dict)
-
-    def covers(self, path: str, line: int) -> bool:
-        """Return whether a line is reached."""
-        return path in self.lines and not any(first <= line <= last for first, last in self.gaps.get(path, []))
-
-
-@dataclass(frozen=True)
 class Quality:
     """Everything the package's text shows. `style` holds ament_flake8's findings, with suppressions ignored."""
 
@@ -186,7 +169,6 @@ class Quality:
     paths: list[str] = field(default_factory=list)
     files: list[SourceFile] = field(default_factory=list)
     style: list[Finding] = field(default_factory=list)
-    style_count: int = 0
     suppressions: list[Finding] = field(default_factory=list)
     definitions: list[Definition] = field(default_factory=list)
     complex: list[Finding] = field(default_factory=list)
@@ -198,6 +180,5 @@ class Quality:
     readme: Readme | None = None
     report: TestReport | None = None
     tests: list[str] = field(default_factory=list)
-    reached: Reached | None = None
     faults: list[Fault] = field(default_factory=list)
     """The first cause of what stops the package comes first."""

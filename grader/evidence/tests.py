@@ -9,16 +9,19 @@ from dataclasses import dataclass, field
 class TestModule:
     """One test module of the package: facts from reading it, and results from running it in a process of its own.
 
-    `subjects` are the nodes whose code its tests run, and assert something about; `silent` are the tests that assert
-    nothing, or cannot fail. `reaches` says whether its tests run any code of the package, beyond importing it.
-    `unsteady` tests passed in one of two runs and failed in the other; they count neither way.
+    `silent` are the tests that assert nothing, by their text. `unsteady` tests passed in one of two runs and failed in
+    the other; they count neither way.
+
+    `reached` are the files of the package of which the tests ran a function. A third run, the probe, is on the package
+    with functions that only raise. `tested` are the files of which a test ran a function that asserts something,
+    passed before, and failed in the probe. `idle` are the tests that ran functions of the package and passed in the
+    probe all the same. `starts` are the nodes whose programs were started, if a test failed in the probe.
     """
 
     path: str
     stub: bool
     tests: int
     asserting: int
-    subjects: list[str]
     silent: list[str] = field(default_factory=list)
     passed: int = 0
     failed: int = 0
@@ -28,15 +31,15 @@ class TestModule:
     failures: list[str] = field(default_factory=list)
     unsteady: list[str] = field(default_factory=list)
     output_tail: str = ""
-    reaches: bool = True
+    reached: list[str] = field(default_factory=list)
+    tested: list[str] = field(default_factory=list)
+    idle: list[str] = field(default_factory=list)
+    starts: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class FileCoverage:
-    """Lines and branches of one source file that the package's own tests reached.
-
-    The `padding` is left out of both: lines that tests reach and no node can come to.
-    """
+    """Lines and branches of one source file that the package's own tests reached."""
 
     path: str
     lines: int
@@ -44,23 +47,15 @@ class FileCoverage:
     branches: int
     branches_hit: int
     missing: list[int] = field(default_factory=list)
-    padding: int = 0
 
 
 @dataclass(frozen=True)
 class StudentTests:
-    """The package's own tests: the modules, and what they cover of the package.
-
-    `doubts` say where the tests' reports were wrong in runs whose result was known beforehand. `of_contract` says
-    whether the package has a module of the contract, `nodes` are the paths of the modules that make the nodes.
-    """
+    """The package's own tests: the modules, and what they cover of the package."""
 
     modules: list[TestModule] = field(default_factory=list)
     coverage: list[FileCoverage] = field(default_factory=list)
     note: str = ""
-    doubts: list[str] = field(default_factory=list)
-    of_contract: bool = True
-    nodes: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change, SourceText
-from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.warm_worker import WorkerPool
+from grader.student_tests.warm_worker import ModuleRequest, WorkerPool
 from grader.student_tests.worker_report import ModuleRun
 
 _LONGEST = 60.0  # seconds for the tests of one module on one mutant
@@ -69,7 +68,6 @@ class JobResult:
     seconds: float = 0.0
     failed: tuple[str, ...] = ()
     tried: bool = True
-    source_readers: frozenset[str] = frozenset()
 
 
 class JobRunner:
@@ -99,7 +97,6 @@ def run_job(workers: WorkerPool, package: TestedPackage, job: Job) -> JobResult:
     """Run a job's tests, module by module, until one fails."""
     files = package.files(job.change)
     seconds, count = 0.0, 0
-    readers: frozenset[str] = frozenset()
     for selection in job.selections:
         known = package.reach[selection.module].seconds
         limits = {name: job.patience * min(2.0 + 8 * known.get(name, 0.0), _LONGEST) for name in selection.tests}
@@ -114,14 +111,11 @@ def run_job(workers: WorkerPool, package: TestedPackage, job: Job) -> JobResult:
             return JobResult(job, ran=count, seconds=seconds)
         seconds += ran.quiet_seconds
         count += len(ran.tests)
-        readers |= ran.source_readers | (frozenset(known) if "" in ran.source_readers else frozenset())
         by = _noticed_by(ran, selection)
         if by:
             failed = tuple(test.id for test in ran.tests if test.outcome in ("failed", "error")) or (by,)
-            return JobResult(
-                job, by, selection.module, bool(ran.timed_out), count, seconds, failed, source_readers=readers
-            )
-    return JobResult(job, ran=count, seconds=seconds, source_readers=readers)
+            return JobResult(job, by, selection.module, bool(ran.timed_out), count, seconds, failed)
+    return JobResult(job, ran=count, seconds=seconds)
 
 
 def _noticed_by(ran: ModuleRun, selection: Selection) -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import random
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from grader.course import Course
-from grader.evidence import Mutant, Mutation, short_name
+from grader.evidence import Mutant, Mutation
 from grader.host import turns
 from grader.mutation.examination import examinations, judge
 from grader.mutation.jobs import Job, JobResult, JobRunner, TestedPackage
@@ -18,9 +19,7 @@ from grader.mutation.source_text import MODULE, Change, is_too_complex, parse
 from grader.mutation.verdicts import Verdicts
 from grader.settings import MUTATION_BUDGET_S
 from grader.student_tests import package_modules
-from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.padding import code_of, padding
 from grader.student_tests.warm_worker import start_workers
 from grader.words import mark, say
 
@@ -42,7 +41,6 @@ def mutate(
     count: int = MUTANTS,
     seconds: float = MUTATION_BUDGET_S,
     workers: int = WORKERS,
-    kept_runs: KeptRuns | None = None,
     progress: Callable[[str], None] = lambda _what: None,
 ) -> Mutation:
     """Return which mutants of a package its own tests notice.
@@ -56,23 +54,18 @@ def mutate(
         count: how many mutants to try that tests reach.
         seconds: the time to spend, as wall time of a quiet machine with `workers` cores.
         workers: how many mutants are tried at once.
-        kept_runs: runs that need not be done again. They count as the seconds that they took.
         progress: called with a sentence after each round.
     """
     started = time.monotonic()
     texts = package_modules.texts(package, install)
     sources = {name: source for name, text in texts.items() if text is not None and (source := parse(name, text))}
-    code = code_of(package, install, course)
-    padded = padding(code, [r.lines for r in reach])
-    possible = [c for source in sources.values() for c in mutants(source, course) if not _is_in(padded.get(c.path), c)]
-    nodes = frozenset[str]().union(*code.homes.values())
+    possible = [change for source in sources.values() for change in mutants(source, course)]
     selector = Selector(sources, reach)
-    chosen = choose(possible, count, lambda change: bool(selector.tests(change)), nodes)
+    chosen = choose(possible, count, lambda change: bool(selector.tests(change)))
     unreadable = _of_unreadable_modules(texts, len(chosen))
     paths = {name: package_modules.sandbox_paths(package, install, name, s.text) for name, s in sources.items()}
     tested = TestedPackage(sources, paths, {r.module: r for r in reach})
     verdicts = Verdicts(tested, selector, random.Random(f"decoys {seed}"))
-    verdicts.set_readers_aside({name for r in reach for name in r.source_readers})
     reached = [change for change in chosen if verdicts.selection(change)]
     quiet_seconds = 0.0
     if reached:
@@ -81,36 +74,28 @@ def mutate(
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
         life = _HARD_LIMIT * seconds + 600.0
-        with turns.reserve(size), start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as pool:
+        with turns.reserve(size), start_workers(package, install, size, seconds=life) as pool:
             quiet_seconds = _rounds(verdicts, chosen, JobRunner(pool, tested, until), seconds, progress)
     else:
         for change in chosen:
             verdicts.note_mutant(JobResult(Job(change, ())))
+    found = [verdicts.outcomes[change] for change in chosen]
+    places = package_modules.handed_in(package, texts)
     return Mutation(
         seed=seed, possible=len(possible) + len(unreadable),
-        mutants=[verdicts.outcomes[change] for change in chosen] + unreadable,
+        mutants=[replace(each, path=places.get(each.path, each.path)) for each in (*found, *unreadable)],
         equivalent_mutants=verdicts.equivalent_mutants,
-        set_aside=sorted(verdicts.set_aside - verdicts.source_readers), convicted=sorted(verdicts.convicted),
+        set_aside=sorted(verdicts.set_aside), convicted=sorted(verdicts.convicted),
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
         budget_seconds=seconds, note=_note(verdicts, seconds),
     )  # fmt: skip
 
 
-def _is_in(lines: frozenset[int] | None, change: Change) -> bool:
-    first, last = change.lines
-    return lines is not None and not lines.isdisjoint(range(first, last + 1))
-
-
 def _note(verdicts: Verdicts, seconds: float) -> str:
-    notes = []
     not_tried = sum(mutant.outcome == "not tried" for mutant in verdicts.outcomes.values())
-    if not_tried and not verdicts.convicted:
-        of = len(verdicts.outcomes)
-        notes.append(f"{not_tried} of {of} mutants were not tried: the budget of {seconds:g} s was used up")
-    if verdicts.blind:
-        names = ", ".join(short_name(name) for name in sorted(verdicts.blind)[:3])
-        notes.append(f"{names} read the package's source as text, so what they noticed did not count")
-    return "; ".join(notes)
+    if not not_tried or verdicts.convicted:
+        return ""
+    return f"{not_tried} of {len(verdicts.outcomes)} mutants were not tried: the budget of {seconds:g} s was used up"
 
 
 def _of_unreadable_modules(texts: Mapping[str, str | None], count: int) -> list[Mutant]:
@@ -161,8 +146,7 @@ def _judge_round(
     verdicts: Verdicts, runner: JobRunner, results: Sequence[JobResult]
 ) -> tuple[list[JobResult], list[Change]]:
     """Record a round's results; return those of noticed mutants, and the mutants to try again."""
-    # A test may read the source only in runs without coverage.
-    again = verdicts.set_readers_aside({name for result in results for name in result.source_readers})
+    again: list[Change] = []
     noticed: list[JobResult] = []
     # Examinations first: they decide whether what a test noticed in this round counts.
     for result in sorted((r for r in results if r.tried), key=lambda result: result.job.examines is None):

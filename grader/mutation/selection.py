@@ -12,7 +12,7 @@ from grader.mutation.source_text import Change, SourceText, header
 from grader.python_ast import TOO_COMPLEX, Function
 from grader.student_tests.module_results import ModuleReach
 
-_AT_LEAST = 5  # changes of a module, where the nodes themselves are very short
+_CONSIDERED = 10  # times as many changes as are to be tried, before long modules are cut to the length of others
 # Its multiples, without their whole parts, cover the interval from 0 to 1 evenly, however many there are.
 _GOLDEN = (5**0.5 - 1) / 2
 
@@ -25,24 +25,19 @@ class Selection:
     tests: tuple[str, ...]
 
 
-def choose(
-    changes: Sequence[Change], count: int, is_reached: Callable[[Change], bool], nodes: frozenset[str] = frozenset()
-) -> list[Change]:
+def choose(changes: Sequence[Change], count: int, is_reached: Callable[[Change], bool]) -> list[Change]:
     """Return changes, `count` of them reached by tests if there are so many, in the order in which to try them.
 
-    Those that no test reaches are among them in proportion. Of no module more are considered than of the `nodes` (their
-    modules) together: many small functions must not push the nodes aside.
+    Those that no test reaches are among them in proportion. Where there are many, no module has more than an even share
+    of those considered: a thousand small functions must not push the nodes aside.
     """
-    most = max(_AT_LEAST, sum(change.path in nodes for change in changes))
     by_path: dict[str, list[Change]] = defaultdict(list)
     for change in changes:
         by_path[change.path].append(change)
-    considered = [
-        change
-        for path, own in by_path.items()
-        for change in (evenly(own)[:most] if nodes and path not in nodes else own)
-    ]
-    order = evenly(considered)
+    most = 0
+    while sum(min(len(own), most) for own in by_path.values()) < min(_CONSIDERED * count, len(changes)):
+        most += 1
+    order = evenly([own[place] for own in by_path.values() for place in sorted(_spread(len(own))[:most])])
     places = [place for place, change in enumerate(order, 1) if is_reached(change)]
     return order[: places[count - 1] if len(places) >= count else len(order)]
 
@@ -52,7 +47,12 @@ def evenly(changes: Sequence[Change]) -> list[Change]:
 
     It depends on nothing but the changes: drawn by a seed, forty mutants moved a package by 0.9 of 6 points.
     """
-    return [changes[place] for place in sorted(range(len(changes)), key=lambda place: place * _GOLDEN % 1)]
+    return [changes[place] for place in _spread(len(changes))]
+
+
+def _spread(count: int) -> list[int]:
+    """Return the numbers below `count` in an order of which any first part is spread evenly over them."""
+    return sorted(range(count), key=lambda place: place * _GOLDEN % 1)
 
 
 class Selector:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from grader.evidence import Mutation
+from grader.evidence import Flag, Mutation, short_name
 from grader.mutation.mutant_run import mutate
 from grader.source import Collected, Source, Subject
-from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
+from grader.student_tests.source import StudentTestRuns, mutants_key
 from grader.student_tests.suite_run import SuiteRun
 from grader.words import say
 
@@ -23,11 +23,18 @@ class Mutants(Source):
             return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
         assert isinstance(ran, SuiteRun)
         settings.progress(say("mutating the package to see whether its own tests notice"))
-        kept_runs = runs_to_keep(subject)
         found = mutate(
             subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,
-            seconds=settings.mutation_budget_s, kept_runs=kept_runs, progress=settings.progress,
+            seconds=settings.mutation_budget_s, progress=settings.progress,
         )  # fmt: skip
-        if not ran.flags:
+        flags = [_told_apart(found)] if found.convicted else []
+        if not (ran.flags or flags):
             subject.kept.keep(found, *mutants_key(subject))
-        return Collected({"mutation": found}, kept=keep_runs(kept_runs, "runs on mutants", flagged=bool(ran.flags)))
+        return Collected({"mutation": found}, tuple(flags))
+
+
+def _told_apart(mutation: Mutation) -> Flag:
+    """Return the flag for tests that tell mutants by something else than what the package does."""
+    names = ", ".join(short_name(name) for name in mutation.convicted[:3])
+    words = f"{names} failed on changes that keep what the package does, so they tell mutants by its text"
+    return Flag("mutants told apart", words, where=mutation.convicted[0].partition("::")[0], concerns=["mutation"])

@@ -32,31 +32,11 @@ class Verdicts:
     """Tests that failed on several equivalent mutants."""
     passed_equivalent: set[tuple[str, str]] = field(default_factory=set)
     """Tests that have passed an equivalent mutant in a file: (test, file)."""
-    source_readers: set[str] = field(default_factory=set)
-    """Tests that read the source, set aside for that."""
 
     @property
     def noticed(self) -> int:
         """Return how many mutants were noticed."""
         return sum(mutant.outcome == "noticed" for mutant in self.outcomes.values())
-
-    @property
-    def blind(self) -> set[str]:
-        """Return the source readers that could have noticed a mutant: a linter's test reaches no line."""
-        return self.source_readers & {
-            name
-            for reach in self.package.reach.values()
-            for lines in reach.lines.values()
-            for tests in lines.values()
-            for name in tests
-        }
-
-    def set_readers_aside(self, tests: Set[str]) -> list[Change]:
-        """Set tests aside that read the source; return the mutants that they noticed."""
-        new = tests - self.source_readers - {""}
-        self.source_readers |= new
-        self.set_aside |= new
-        return self.noticed_by(new)
 
     def noticed_by(self, tests: Set[str]) -> list[Change]:
         """Return the mutants that one of the tests noticed: to be tried again where these prove unreliable."""

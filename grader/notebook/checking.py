@@ -102,12 +102,12 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
     settings = Settings(
         rubric=whole, course=course(), cache=building.cache_folder(),
         requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True, keep_runs=True,
+        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True,
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
     beside = prerequisites.interfaces_beside(package)
-    grade = check_process.grade if needs_build(settings, [package, *beside]) else pipeline.grade
+    grade = check_process.grade if needs_build(settings) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
         if beside:  # together, as they are handed in, and nothing else of the workspace
             together = Path(scratch) / "src"

@@ -7,21 +7,22 @@ import re
 import subprocess
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import ament_flake8
 
 from grader import evidence
 from grader.course import Course
 from grader.errors import GraderError
-from grader.evidence import Definition, Finding, Manifest, Quality, Reached, SourceFile, reading_limits
+from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.bisect_failures import run_python, run_without_culprits
-from grader.quality.left_by_build import with_installed
 from grader.quality.source_files import PythonFile
+from grader.sandbox import untrusted
 from grader.sanitize import printable
 from grader.words import mark, say
 
@@ -31,7 +32,7 @@ _RULES = re.compile(r"[EWF]\d")
 _CONFIGURATION = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"
 MAX_COMPLEXITY = 10
 _LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
-_MAX_FINDINGS = 500
+_MAX_FINDINGS = 500  # of one file, and of all comments for linters
 _MAX_VIOLATIONS = 5  # of one docstring
 
 _Violations = dict[tuple[str, int], list[Finding]]
@@ -39,12 +40,18 @@ _Violations = dict[tuple[str, int], list[Finding]]
 
 
 def analyse_package(
-    package: Path, course: Course, interfaces: Path | None = None, install: Path | None = None, *, lint: bool = True
+    package: Path,
+    course: Course,
+    interfaces: Path | None = None,
+    left: Mapping[str, Path] = MappingProxyType({}),
+    *,
+    lint: bool = True,
 ) -> Quality:
     """Return the facts of the text of `package`, with the reason for each file that cannot be read. Nothing is run.
 
-    Text that its build has left in `install` is part of it. Without `lint`, style and docstrings are left out:
-    package.xml needs no linter, and they take most of the time.
+    `left` are files of the build's own that are part of it, by the paths that they have in the package; one takes the
+    place of a file that was handed in there. Without `lint`, style and docstrings are left out: package.xml needs no
+    linter, and they take most of the time.
 
     Raises:
         GraderError: a tool of the grader is missing or broken.
@@ -52,12 +59,14 @@ def analyse_package(
     with tempfile.TemporaryDirectory(prefix="quality-") as name:
         scratch = Path(name)
         sources = source_files.find_in_both(package, interfaces, course)
-        every = source_files.copy(with_installed(sources, install, course.nodes) if install else sources, scratch)
+        made = [(path, untrusted.read_bytes(file) or b"") for path, file in left.items()]
+        sources = [source for source in sources if source.path not in left] + source_files.within_limits(made)
+        every = source_files.copy(sorted(sources, key=lambda source: source.path), scratch)
         good = [source for source in every if not source.problem]
         facts, unreadable = _facts(package, interfaces, good, scratch, course)
         # Linters see only what can be parsed: anything else would merely probe their weak spots.
         readable = {file.path for file in facts.files if not file.problem} - {source.path for source in unreadable}
-        good = [source for source in good if source.path in readable and not source.starts] if lint else []
+        good = [source for source in good if source.path in readable] if lint else []
         with ThreadPoolExecutor(2) as pool:
             style = pool.submit(run_without_culprits, lambda items: _flake8(items, scratch), good)
             docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
@@ -74,8 +83,7 @@ def _facts(
 
     def run(items: Sequence[PythonFile]) -> Quality | None:
         listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
-        both = [[[item.path, item.copy] for item in items if item.starts is starts] for starts in (False, True)]
-        listing.write_text(json.dumps(both))
+        listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
         command = ["-m", "grader.quality.worker", str(course.folder), str(package.resolve()), beside, str(listing)]
         done = run_python(command, scratch)
         if done is None or done.returncode:
@@ -86,7 +94,7 @@ def _facts(
     facts, unreadable = run_without_culprits(run, good)
     if facts is None:
         manifest = Manifest(found=False, problems=["package.xml could not be read"])
-        facts = run([]) or Quality(manifest=manifest, reached=Reached())
+        facts = run([]) or Quality(manifest=manifest)
     return facts, unreadable
 
 
@@ -159,18 +167,24 @@ def _combine(
         for source in every
         for line, words in source.suppressions()
     ]
-    reached = facts.reached or Reached()
-    used = Counter(finding.path for finding in style if reached.covers(finding.path, finding.line))
     return replace(
         facts,
-        reached=replace(reached, style=dict(used)),
         files=files,
-        style=style[:_MAX_FINDINGS],
-        style_count=len(style),
-        complex=[finding for finding in linted if finding.rule == "C901"][:_MAX_FINDINGS],
+        style=_most_of_each(style),
+        complex=_most_of_each(finding for finding in linted if finding.rule == "C901"),
         suppressions=suppressions[:_MAX_FINDINGS],
         definitions=public,
     )
+
+
+def _most_of_each(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings, so many of each file that more would make no difference."""
+    counts = Counter[str]()
+    found = []
+    for finding in findings:
+        counts[finding.path] += 1
+        found += [finding] if counts[finding.path] <= _MAX_FINDINGS else []
+    return found
 
 
 def _files(facts: Quality, every: Sequence[PythonFile], too_much: set[str]) -> list[SourceFile]:
@@ -181,8 +195,10 @@ def _files(facts: Quality, every: Sequence[PythonFile], too_much: set[str]) -> l
         problem = source.problem or (known.problem if known else "")
         if not problem and source.path in too_much:
             problem = reading_limits.TOO_HARD
-        lines = known.lines if known and not problem else source.rough_lines
-        files[source.path] = SourceFile(printable(source.path), lines, problem)
+        if known and not problem:
+            files[source.path] = replace(known, path=printable(source.path))
+        else:
+            files[source.path] = SourceFile(printable(source.path), source.rough_lines, problem)
     return [files[path] for path in sorted(files)]
 
 

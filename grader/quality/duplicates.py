@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from grader.course.model import JUDGED
@@ -53,6 +53,17 @@ def duplicated_blocks(modules: Sequence[Module]) -> list[Copy]:
             seen |= {(n, s + step) for n, s in group for step in range(length - BLOCK + 1)}
             found.append(Copy(length, [_place(runs[n][s : s + length]) for n, s in group[:5]]))
     return sorted(found, key=lambda copy: -copy.lines)[:_MAX_COPIES]
+
+
+def copied_lines(originals: Iterable[Module], module: Module) -> int:
+    """Return how many lines of a module stand in the originals, too, in blocks as `duplicated_blocks` compares them."""
+    known = {block for original in originals for block in _blocks(list(_lines(original)))}
+    blocks = _blocks(list(_lines(module)))
+    return len({start + step for start, block in enumerate(blocks) if block in known for step in range(BLOCK)})
+
+
+def _blocks(run: Sequence[_Line]) -> list[tuple[str, ...]]:
+    return [_block(run, start) for start in range(len(run) - BLOCK + 1)]
 
 
 def _block(run: Sequence[_Line], start: int) -> tuple[str, ...]:

@@ -10,11 +10,13 @@ from pathlib import PurePosixPath
 
 from grader.course import role
 from grader.evidence import Fault
+from grader.python_ast import called, last_name
 from grader.quality.cmake_text import Command
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module, imports
-from grader.quality.reachability import makes_a_node
 
+_NODE_BASES = {"Node", "LifecycleNode"}
+_MAKES_A_NODE = {*_NODE_BASES, "create_node"}
 _CMAKE, _SETUP = "CMakeLists.txt", "setup.py"
 _SCRIPTS = re.compile(r"console_scripts|project\.scripts|^[ \t]*scripts[ \t]*=", re.MULTILINE)
 _ENDS_INSTALL = {
@@ -79,10 +81,19 @@ def _without(sources: PackageSources, modules: Sequence[Module], missing: list[s
     text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
     cure = f"write {wanted}, or hand in the package that has them"
     others = [module for module in modules if module.role in ("module", "script") and module.stem not in course.nodes]
-    if nodes := [module.path for module in others if makes_a_node(module.tree)]:
+    if nodes := [module.path for module in others if _makes_a_node(module.tree)]:
         text += f"; its nodes are in {', '.join(nodes[:3])}"
         cure = f"the assignment's nodes belong in {wanted}"
     yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
+
+
+def _makes_a_node(tree: ast.AST) -> bool:
+    """Return whether a text makes a node of ROS itself, the contract's or another."""
+    return any(
+        called(part) in _MAKES_A_NODE
+        or (isinstance(part, ast.ClassDef) and any(last_name(base) in _NODE_BASES for base in part.bases))
+        for part in ast.walk(tree)
+    )
 
 
 def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Collection[str]) -> Iterator[Fault]:

@@ -23,12 +23,8 @@ _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
 
 
-def parameter_use(
-    modules: Sequence[Module], nodes: Iterable[Node], reached: Sequence[Module] | None = None
-) -> list[ParameterUse]:
+def parameter_use(modules: Sequence[Module], nodes: Iterable[Node]) -> list[ParameterUse]:
     """Return for each numeric parameter of the contract's `nodes` whether the package's modules declare and read it.
-
-    `reached` are the modules without what nothing reaches: a parameter that is declared there only is not declared.
 
     Names go through variables, tables, fields of a dataclass and helper functions: where the code declares or reads
     names that are not written in the call itself, a name counts that is written elsewhere in the modules. A callback
@@ -36,7 +32,7 @@ def parameter_use(
     is only kept in an attribute at which nothing looks is not read, nor is a name of which the code only asks whether
     it is `in` something.
     """
-    names = _Names([module for module in (modules if reached is None else reached) if module.role == "module"])
+    names = _Names([module for module in modules if module.role == "module"])
     return [
         ParameterUse(
             node=node.name,

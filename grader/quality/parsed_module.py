@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import PurePosixPath
 
 from grader.course import role
-from grader.python_ast import Function, is_docstring, tree_of
+from grader.python_ast import Function, first_line, is_docstring, tree_of
 
 _MAX_DEPTH = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
 _NOT_CODE = {
@@ -127,6 +127,19 @@ class Imports:
             before = self.meaning(node.value)
             return f"{before}.{node.attr}" if before else ""
         return ""
+
+
+def functions_of(tree: ast.Module) -> list[list[int]]:
+    """Return the first and last line of each function that is inside no other, its decorators included."""
+    found: list[list[int]] = []
+    todo: list[ast.AST] = [tree]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, Function):
+            found.append([first_line(node), node.end_lineno or node.lineno])
+        else:
+            todo += ast.iter_child_nodes(node)
+    return sorted(found)
 
 
 def imports(module: Module) -> Imports:

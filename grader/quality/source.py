@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import cast
 
 from grader import building
-from grader.course import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
-from grader.quality.unreadable_code import UNREADABLE
+from grader.sandbox import untrusted
 from grader.source import Collected, Phase, Source, Subject, served
 from grader.words import mark
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
-_MUCH = 100  # lines of code, and at least half as many as the nodes use
 
 
 class PackageText(Source):
@@ -28,35 +29,17 @@ class PackageText(Source):
         # The linters take most of the time, and package.xml needs none.
         settings = subject.settings
         lint = bool(settings.checked & served(settings, "linters"))
-        install = subject.install if subject.built is not None else None
-        decided_by = ("text", str(lint), subject.text, building.checksum(install) if install else "")
+        left = cast("Mapping[str, Path]", subject.earlier.get("trials", {}))
+        made = [f"{path}\0{building.content_key([], untrusted.read_text(file) or '')}" for path, file in left.items()]
+        decided_by = ("text", str(lint), subject.text, *sorted(made))
         if kept := subject.kept.find(Quality, *decided_by):
-            flags = text_flags(kept[0], settings.course.package)
-            return Collected({"quality": kept[0]}, tuple(flags), kept={mark("the package's files"): kept[1]})
+            return Collected(
+                {"quality": kept[0]}, tuple(suppression_flags(kept[0])), kept={mark("the package's files"): kept[1]}
+            )
         submission = subject.submission
-        found = analyse_package(submission.package, settings.course, submission.interfaces, install, lint=lint)
+        found = analyse_package(submission.package, settings.course, submission.interfaces, left, lint=lint)
         subject.kept.keep(found, *decided_by)
-        return Collected({"quality": found}, tuple(text_flags(found, settings.course.package)))
-
-
-def text_flags(quality: Quality, package: str) -> list[Flag]:
-    """Return a flag for what an instructor should look at in the package's text."""
-    made = [f"{found.path}:{found.line}" for found in quality.habits if found.rule == UNREADABLE]
-    words = "code that is made at run time, or run in another form than as a module"
-    unreadable = [Flag("unreadable code", words, where=", ".join(made[:5]))] if made else []
-    return [*suppression_flags(quality), *_padding_flags(quality, package), *unreadable]
-
-
-def _padding_flags(quality: Quality, package: str) -> list[Flag]:
-    """Return a flag where most of the code is used by nothing but tests. It was left out of every average."""
-    reached = quality.reached
-    idle = reached.idle if reached and reached.nodes else {}
-    used = sum(reached.lines[path] for path in reached.lines if role(path, package) == "module") if reached else 0
-    if sum(idle.values()) < max(_MUCH, used / 2):
-        return []
-    words = f"{sum(idle.values())} lines of code that no node uses, beside {used} that one does: they earned nothing"
-    most = sorted(idle, key=lambda path: (-idle[path], path))[:5]
-    return [Flag("padding", words, where=", ".join(most))]
+        return Collected({"quality": found}, tuple(suppression_flags(found)))
 
 
 def suppression_flags(quality: Quality) -> list[Flag]:

@@ -33,16 +33,12 @@ _SUPPRESSION = re.compile(
 
 @dataclass(frozen=True)
 class PythonFile:
-    """One Python file. `copy` is the path of the copy for the tools; `problem` says why there is none.
-
-    `starts` is True for a program that the build has made and that does nothing but start what is read elsewhere.
-    """
+    """One Python file. `copy` is the path of the copy for the tools; `problem` says why there is none."""
 
     path: str
     data: bytes
     problem: str = ""
     copy: str = ""
-    starts: bool = False
 
     @property
     def rough_lines(self) -> int:

@@ -1,7 +1,7 @@
 """Read a package's text into facts and print them as JSON, in a process of its own that hostile text may crash.
 
 python -I -m grader.quality.worker COURSE PACKAGE INTERFACES SOURCES; COURSE is a course's folder, SOURCES a JSON list
-of [path, copy] of Python files, and one of those that only start others.
+of [path, copy] of Python files.
 """
 
 from __future__ import annotations
@@ -27,11 +27,9 @@ from grader.quality.junit_report import names_of_tests, read_report
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
 from grader.quality.parameters import parameter_use
-from grader.quality.parsed_module import Module, installed_as, parse
-from grader.quality.reached import kept, reached_code
+from grader.quality.parsed_module import Module, functions_of, installed_as, parse
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
-from grader.quality.unreadable_code import unreadable_code
 from grader.sanitize import printable
 
 _MAX_ENTRIES = 2000
@@ -43,9 +41,9 @@ Sources = Sequence[tuple[str, str]]
 def main() -> int:
     """Print the facts."""
     course, package, interfaces, listing = sys.argv[1:]
-    sources, starting = json.loads(Path(listing).read_text())
+    sources = json.loads(Path(listing).read_text())
     beside = Path(interfaces) if interfaces else None
-    facts = package_facts(Path(package), beside, sources, starting, course=load(Path(course)))
+    facts = package_facts(Path(package), beside, sources, course=load(Path(course)))
     print(json.dumps(_cut(json.loads(evidence.to_json(facts)))))
     return 0
 
@@ -59,45 +57,34 @@ def _cut(value: Any) -> Any:
     return {_cut(key): _cut(item) for key, item in value.items()} if isinstance(value, dict) else value
 
 
-def package_facts(
-    package: Path, interfaces: Path | None, sources: Sources, starting: Sources = (), *, course: Course
-) -> evidence.Quality:
+def package_facts(package: Path, interfaces: Path | None, sources: Sources, *, course: Course) -> evidence.Quality:
     """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one.
 
-    Each source is a path with that of its copy; those that are `starting` others are not measured (`PythonFile`).
+    Each source is a path with that of its copy.
     """
     text = read_sources(package, interfaces, course)
     name = text.xml.name
     modules, files = _parse(sources, course)
-    starters, _ = _parse(starting, course)
     modules = installed_as(modules, name)
     paths = text.paths
     graph = CallGraph(modules)
-    texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in [*sources, *starting]}
-    reached = reached_code(package, modules, starters, texts, files, course)
-    # What nothing reaches declares no parameter and uses no conversion.
-    used = kept(modules, reached)
     public = [item for module in modules for item in public_definitions(module)]
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
-    unreadable = unreadable_code([*modules, *starters], course.demonstration)
     facts = evidence.Quality(
         manifest=read_manifest(text, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
         definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
-        habits=[*unreadable, *bad_habits(modules, graph)][:_MAX_ENTRIES],
-        functions=replace(
-            function_use(graph, course.functions), calls=function_use(CallGraph(used), course.functions).calls
-        ),
-        parameters=parameter_use(modules, course.nodes.values(), used),
+        habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
+        functions=function_use(graph, course.functions),
+        parameters=parameter_use(modules, course.nodes.values()),
         interfaces=created,
         readme=read_readme(package, paths, {course.package, name}, {*course.nodes, *(item.name for item in created)}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
-        reached=reached,
         faults=find_faults(text, interfaces, modules, [file for file in files if file.problem]),
     )
     if interfaces is not None:
@@ -120,7 +107,10 @@ def _parse(sources: Sources, course: Course) -> tuple[list[Module], list[evidenc
             modules.append(module)
             constants = min(module.constants, left)
             left -= constants
-            files.append(evidence.SourceFile(path, module.lines - module.constants + constants))
+            functions = functions_of(module.tree)
+            inside = sum(any(first <= line <= last for first, last in functions) for line in module.code)
+            lines = module.lines - module.constants + constants
+            files.append(evidence.SourceFile(path, lines, "", lines - inside, functions))
     return modules, files
 
 

@@ -4,8 +4,10 @@ The sandbox is made by bubblewrap: a read-only system, a private /tmp and home, 
 either no network or that of the caller's namespace, and limits on time, memory, processes, files and output.
 """
 
-from grader.sandbox.bwrap import HOME, MIB, Limits, Sandbox
+from grader.sandbox.bwrap import AT_START, HOME, MIB, Limits, Sandbox
 from grader.sandbox.process import Process, RunResult, require, run
 from grader.sandbox.warm_start import LAUNCH, WarmPython
 
-__all__ = ["HOME", "LAUNCH", "MIB", "Limits", "Process", "RunResult", "Sandbox", "WarmPython", "require", "run"]
+__all__ = [
+    "AT_START", "HOME", "LAUNCH", "MIB", "Limits", "Process", "RunResult", "Sandbox", "WarmPython", "require", "run",
+]  # fmt: skip

@@ -14,6 +14,8 @@ from grader.host import cgroup, namespaces, ros_env, submission_user
 
 MIB = 1024 * 1024
 HOME = Path("/home/student")
+AT_START = Path("/ws/at_start")
+"""Where a sandbox may have a folder of the grader's: each of its Pythons runs its sitecustomize.py at its start."""
 # Configuration that the loader, the resolver and Python read; nothing about the host's users or services.
 _ETC = ("alternatives", "ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "nsswitch.conf", "hosts")
 # What container engines make read-only below /proc, and what else a scan by root found writable.

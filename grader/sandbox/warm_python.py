@@ -285,6 +285,9 @@ def become_program(request: dict[str, Any]) -> types.CodeType:
     sys.path[0] = script if is_folder else os.path.dirname(os.path.realpath(script))  # noqa: PTH120
     sys.path_importer_cache.clear()  # it has noted that the sandbox's folders do not exist
     load(request["libraries"])
+    sys.modules.pop("sitecustomize", None)
+    with contextlib.suppress(ImportError):
+        importlib.import_module("sitecustomize")  # as Python does at its start
     sys.excepthook = without_our_frames
     main = types.ModuleType("__main__")
     loader = importlib.machinery.SourceFileLoader("__main__", file)

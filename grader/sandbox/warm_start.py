@@ -22,7 +22,7 @@ from typing import TextIO
 
 from grader.host import cgroup, namespaces, ros_env
 from grader.sandbox import untrusted
-from grader.sandbox.bwrap import DEFAULT_SIGNALS, Limits, Sandbox, resource_limits
+from grader.sandbox.bwrap import AT_START, DEFAULT_SIGNALS, Limits, Sandbox, resource_limits
 from grader.sandbox.syscall_filter import PROGRAM_BYTES
 
 NAMESPACES = namespaces.Confinement.NAMESPACES
@@ -155,7 +155,7 @@ class WarmPython:
         script = _on_host(Path(given), box)
         if script is None or not (_is_python(script) if given == command[0] else script.exists()):
             return False
-        paths = [Path(path) for path in box.environment["PYTHONPATH"].split(":")]
+        paths = [Path(path) for path in box.environment["PYTHONPATH"].split(":") if path != str(AT_START)]
         own = script if script.is_dir() else script.parent
         folders = [own, *(folder for path in paths if (folder := _on_host(path, box)) and folder.is_dir())]
         modules = {entry.name.split(".")[0] for folder in folders for entry in folder.iterdir()} - {"__main__"}

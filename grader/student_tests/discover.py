@@ -8,13 +8,16 @@ import re
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from grader.evidence import TestModule
+from grader.evidence import Flag, TestModule
 from grader.python_ast import TOO_COMPLEX, Function, called, is_test, last_name, parse
+from grader.quality.duplicates import copied_lines
+from grader.quality.parsed_module import Module
 
 FOLDERS = ("test", "tests")
 # What `ros2 pkg create` puts into every package, and the like: they call a linter and say nothing about the code.
 _LINTERS = re.compile(r"\bament_(copyright|flake8|pep257|mypy|xmllint|pycodestyle|lint)\b")
 _READ_CAP = 1_000_000  # bytes
+_COPIED_LINES = 12  # twice what Q3 calls a copy; a message that is filled the same way takes fewer
 _BUILTINS = frozenset(dir(builtins))
 
 
@@ -40,8 +43,32 @@ def discover_tests(package: Path, nodes: Collection[str]) -> list[TestModule]:
             )
         except (KeyError, *TOO_COMPLEX):  # it has no tree, or one that cannot be written out
             why = [f"{name} cannot be read as Python"]
-            found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=why, reaches=False))
+            found.append(TestModule(name, stub=False, tests=0, asserting=0, failures=why))
     return found
+
+
+def copy_flags(package: Path, texts: Mapping[str, str | None]) -> list[Flag]:
+    """Return a flag if the tests hold a copy of the package's modules, given by path: in a file, or as a string.
+
+    Tests that compare the package with a copy of itself notice every change and show nothing.
+    """
+    originals = [Module(name, tree, 0) for name, text in texts.items() if text is not None and (tree := parse(text))]
+    files = sorted(path for folder in FOLDERS for path in (package / folder).rglob("*") if path.is_file())
+    found = {}
+    for path in files:
+        name = str(path.relative_to(package))
+        if (tree := _read(path)) is not None:
+            strings = (node.value for node in ast.walk(tree) if isinstance(node, ast.Constant))
+            inside = (parse(text) for text in strings if isinstance(text, str) and text.count("\n") >= _COPIED_LINES)
+            lines = [copied_lines(originals, Module(name, made, 0)) for made in (tree, *inside) if made]
+            if max(lines) >= _COPIED_LINES:
+                found[name] = max(lines)
+    if not found:
+        return []
+    words = (
+        f"{sum(found.values())} lines of the package stand in its tests, too: do they compare it with a copy of itself?"
+    )
+    return [Flag("copy of the package", words, where=", ".join(found), concerns=["student tests", "mutation"])]
 
 
 def is_run(module: TestModule) -> bool:
@@ -57,8 +84,6 @@ def _describe(name: str, tests: Sequence[Function], code: str, helpers: set[str]
         tests=len(tests),
         asserting=len(tests) - len(silent),
         silent=silent[:50],
-        subjects=[],
-        reaches=False,
     )
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
 
-from grader.evidence import Flag, TestModule
-from grader.quality.reachability import Reachability
+from grader.evidence import Flag, TestModule, short_name
 from grader.student_tests.worker_report import ModuleRun, TestResult, started_nodes
+
+_FLAGGED_LINES = 30  # a test of an error or two that cannot fail runs fewer
 
 
 @dataclass(frozen=True)
@@ -23,69 +26,99 @@ class ModuleReach:
     seconds: Mapping[str, float]
     lines: Mapping[str, Mapping[int, frozenset[str]]]
     interdependent: bool = False
-    source_readers: frozenset[str] = frozenset()
-    """Tests that read the package's source: what they notice says nothing about what the package does."""
 
 
-def module_reach(module: TestModule, ran: ModuleRun, again: ModuleRun | None = None) -> ModuleReach:
-    """Return what the steady tests of a module reach."""
-    loose = unsteady(ran, again)
-    passed = [test for test in ran.tests if test.outcome == "passed" and not test.xfail and test.id not in loose]
-    # No test took longer than all of them together, whatever the report says: time limits are derived from these.
-    seconds = {test.id: min(test.seconds, ran.seconds) for test in passed}
-    return ModuleReach(module.path, seconds, ran.reach, ran.shares_fixtures, ran.source_readers)
+@dataclass(frozen=True)
+class ModuleRuns:
+    """The one or two runs of a test module, and the one on functions that only raise, if a test has passed before.
+
+    `functions` are the lines inside the functions of each of the package's files.
+    """
+
+    module: TestModule
+    runs: Sequence[ModuleRun]
+    probe: ModuleRun | None = None
+    functions: Mapping[str, frozenset[int]] = field(default_factory=dict)
+
+    @cached_property
+    def unsteady(self) -> set[str]:
+        """Return the tests that passed in one of two runs of the same code, and failed in the other."""
+        passed = [{test.id for test in run.tests if test.outcome == "passed"} for run in self.runs]
+        failed = [{*(test.id for test in failures(run)), run.timed_out} for run in self.runs]
+        return {name for both in zip(passed, reversed(failed), strict=True) for name in both[0] & both[1]}
+
+    @property
+    def passed(self) -> list[TestResult]:
+        """Return the tests that passed and are steady."""
+        loose = self.unsteady
+        return [t for t in self.runs[0].tests if t.outcome == "passed" and not t.xfail and t.id not in loose]
+
+    @cached_property
+    def called(self) -> dict[str, set[str]]:
+        """The files of which each test has called a function, "" for what tests share. Importing is not a call."""
+        found: dict[str, set[str]] = {}
+        for ran in self.runs:
+            for path, lines in ran.reach.items():
+                for line in lines.keys() & self.functions.get(path, frozenset()):
+                    for test in lines[line] - ({""} if line in ran.imported.get(path, ()) else set()):
+                        found.setdefault(test, set()).add(path)
+        return found
+
+    @property
+    def noticing(self) -> set[str]:
+        """Return the tests that passed before and failed in the probe."""
+        if self.probe is None:
+            return set()
+        names = {test.id for test in self.passed}
+        if self.probe.collection_error:
+            return names
+        return names & {self.probe.culprit, *(test.id for test in failures(self.probe))}
+
+    @property
+    def idle(self) -> set[str]:
+        """Return the tests that called functions of the package and passed in the probe all the same."""
+        if self.probe is None:
+            return set()
+        again = {test.id for test in self.probe.tests if test.outcome == "passed"}
+        return {test.id for test in self.passed if test.id in again and test.id in self.called}
+
+    def reach(self) -> ModuleReach:
+        """Return what the steady tests reach."""
+        ran = self.runs[0]
+        # No test took longer than all of them together, whatever the report says: time limits are derived from these.
+        seconds = {test.id: min(test.seconds, ran.seconds) for test in self.passed}
+        return ModuleReach(self.module.path, seconds, ran.reach, ran.shares_fixtures)
+
+    def results(self, nodes: Collection[str], places: Mapping[str, str] = MappingProxyType({})) -> TestModule:
+        """Return the module with what its runs reported; `places` are files that the build installs from elsewhere.
+
+        A test that was started or collected and has no result is an error. One that passed in one run and failed in the
+        other has neither passed nor failed.
+        """
+        ran, loose = self.runs[0], self.unsteady
+        counts = Counter(test.outcome for test in ran.tests if test.id not in loose)
+        messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failures(ran, loose)]
+        missing, reasons = _missing(self.module, ran)
+        asserting = {name for name in self.noticing if _function(name) not in self.module.silent}
+        idle = {_function(name) for name in self.idle} - {_function(name) for name in self.noticing}
+        started = {node for run in self.runs for line in run.started for node in started_nodes(line, nodes)}
+        return replace(
+            self.module, passed=counts["passed"], failed=counts["failed"], errors=counts["error"] + missing,
+            skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
+            unsteady=sorted(map(_short, loose))[:20], output_tail=ran.output_tail,
+            reached=self._files(self.called, places), idle=sorted(idle)[:50],
+            tested=self._files({"", *asserting} if asserting else (), places),
+            starts=sorted(started) if asserting else [],
+        )  # fmt: skip
+
+    def _files(self, tests: Iterable[str], places: Mapping[str, str]) -> list[str]:
+        files = set[str]().union(*(self.called.get(test, ()) for test in tests))
+        return sorted(places.get(path, path) for path in files)
 
 
 def failures(ran: ModuleRun, but: Set[str] = frozenset()) -> list[TestResult]:
     """Return the tests that failed or ended in an error, without some."""
     return [test for test in ran.tests if test.outcome in ("failed", "error") and test.id not in but]
-
-
-def unsteady(ran: ModuleRun, again: ModuleRun | None) -> set[str]:
-    """Return the tests that passed in one of two runs of the same code, and failed in the other."""
-    runs = [ran, again] if again is not None else []
-    passed = [{test.id for test in run.tests if test.outcome == "passed"} for run in runs]
-    failed = [{*(test.id for test in failures(run)), run.timed_out} for run in runs]
-    return {name for both in zip(passed, reversed(failed), strict=True) for name in both[0] & both[1]}
-
-
-def with_results(module: TestModule, code: Reachability, runs: Sequence[ModuleRun], idle: bool = False) -> TestModule:
-    """Return the module with what its one or two runs reported, and which of the package's nodes its tests reach.
-
-    A test that was started or collected and has no result is an error. One that passed in one run and failed in the
-    other has neither passed nor failed. A node counts as tested by tests that assert something and are steady; where
-    all tests are `idle`, none asserts anything: they passed although the functions that they call raised.
-    """
-    ran, again = runs[0], runs[1] if len(runs) > 1 else None
-    loose = unsteady(ran, again)
-    counts = Counter(test.outcome for test in ran.tests if test.id not in loose)
-    messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failures(ran, loose)]
-    missing, reasons = _missing(module, ran)
-    silent = {test.id for test in ran.tests if idle or _short(test.id).partition("[")[0] in module.silent}
-    started = {node for run in runs for line in run.started for node in started_nodes(line, code.homes)}
-    called = _called(code, runs, but=frozenset())
-    tested = _called(code, runs, but=silent | loose) if {test.id for test in ran.tests} - silent - loose else set()
-    if idle:
-        names = list(dict.fromkeys(_short(name).partition("[")[0] for name in sorted(silent)))
-        module = replace(module, asserting=0, silent=names[:50])
-    return replace(
-        module, passed=counts["passed"], failed=counts["failed"], errors=counts["error"] + missing,
-        skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
-        unsteady=sorted(map(_short, loose))[:20], output_tail=ran.output_tail,
-        subjects=[node for node, homes in code.homes.items() if homes & tested or node in started],
-        reaches=bool(called or started),
-    )  # fmt: skip
-
-
-def _called(code: Reachability, runs: Iterable[ModuleRun], but: Set[str]) -> set[str]:
-    """Return the modules of which others than the tests `but` have called a function: importing does not test."""
-    return {
-        path
-        for ran in runs
-        for path, lines in ran.reach.items()
-        for line in lines.keys() & code.bodies.get(path, frozenset())
-        if lines[line] - but - ({""} if line in ran.imported.get(path, ()) else set())
-    }
 
 
 def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:
@@ -103,28 +136,33 @@ def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:
     return 0, []
 
 
-def flags(doubts: Sequence[str], runs: Mapping[str, ModuleRun], code: Reachability) -> list[Flag]:
-    """Return the flags for reports in doubt, hooks that were not called, and tests that read the package's source."""
-    found = [Flag("test reports", problem, where=problem.partition(":")[0]) for problem in doubts]
-    for hook, where in sorted({hook for ran in runs.values() for hook in ran.refused_hooks}):
+def flags(measured: Sequence[ModuleRuns]) -> list[Flag]:
+    """Return the flags for hooks that were not called, and for lines that only tests which cannot fail have run."""
+    found = []
+    for hook, where in sorted({hook for each in measured for hook in each.runs[0].refused_hooks}):
         words = f"{where} has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
-        found.append(Flag("pytest hook", words, where=where))
-    return found + [flag for path, ran in runs.items() for flag in _source_readers(path, ran, code)]
+        found.append(Flag("pytest hook", words, where=where, concerns=["student tests"]))
+    idle = set[str]().union(*(each.idle for each in measured))
+    lines = _only_of(idle, measured) if idle else 0
+    if lines >= _FLAGGED_LINES:
+        names = ", ".join(short_name(name) for name in sorted(idle)[:3])
+        words = f"{lines} lines were run by tests only that pass although all that they call raises: {names}"
+        found.append(Flag("test reports", words, where=min(idle).partition("::")[0], concerns=["student tests"]))
+    return found
 
 
-def _source_readers(path: str, ran: ModuleRun, code: Reachability) -> list[Flag]:
-    """Return a flag if tests of a module both call the package and read its source; a linter only reads it."""
-    users = {
-        name
-        for inside, lines in ran.reach.items()
-        for line in lines.keys() & code.bodies.get(inside, frozenset())
-        for name in lines[line]
-    }
-    both = sorted(test.id for test in ran.tests if test.id in users & ran.source_readers)
-    if not both:
-        return []
-    names = ", ".join(_short(name) for name in both[:5])
-    return [Flag("source read", f"{names} read the package's source as text; mutants they notice do not count", path)]
+def _only_of(tests: Set[str], measured: Sequence[ModuleRuns]) -> int:
+    """Return how many lines inside functions these tests have run and no others."""
+    by_line: dict[tuple[str, int], set[str]] = {}
+    for each in measured:
+        for path, lines in each.runs[0].reach.items():
+            for line in lines.keys() & each.functions.get(path, frozenset()):
+                by_line.setdefault((path, line), set()).update(lines[line])
+    return sum(bool(names) and names <= tests for names in by_line.values())
+
+
+def _function(test: str) -> str:
+    return _short(test).partition("[")[0]
 
 
 def _short(test: str) -> str:

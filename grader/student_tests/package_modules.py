@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from grader import building
@@ -48,17 +49,24 @@ def sandbox_paths(package: Path, install: Path, name: str, text: str) -> list[st
     return [str(inside / name) for host, inside in roots if untrusted.read_python(host / name) == text]
 
 
-def replaceable(package: Path, install: Path) -> dict[str, tuple[str, list[str]]]:
-    """Return text and sandbox paths of the modules that can be replaced wherever tests may import them from."""
-    found = {}
-    for name, text in texts(package, install).items():
-        if text is None:
-            continue
-        paths = sandbox_paths(package, install, name, text)
-        copies = [root / name for root in (install / ros_env.SITE_IN_PREFIX, package) if (root / name).is_file()]
-        if paths and len(paths) == len(copies):
-            found[name] = (text, paths)
-    return found
+def copies(package: Path, install: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the texts of these modules by their paths in the sandbox: installed, and in the source folder."""
+    roots = ((install / ros_env.SITE_IN_PREFIX, MODULES), (package, PACKAGE))
+    paths = {str(inside / name): host / name for name in names for host, inside in roots}
+    return {inside: text for inside, path in paths.items() if (text := untrusted.read_python(path)) is not None}
+
+
+def handed_in(package: Path, modules: Mapping[str, str | None]) -> dict[str, str]:
+    """Return where in the package each module is that the build installs from another place, by its installed path."""
+    elsewhere = {name for name in modules if not (package / name).is_file()}
+    same: dict[str | None, list[Path]] = {}
+    for path in (path.relative_to(package) for path in sorted(package.rglob("*.py")) if elsewhere):
+        if path.parts[0] not in _TESTS:
+            same.setdefault(untrusted.read_python(package / path), []).append(path)
+    found = {
+        name: sorted(same.get(modules[name], ()), key=lambda path: path.name != Path(name).name) for name in elsewhere
+    }
+    return {name: str(paths[0]) if paths else name for name, paths in found.items()}
 
 
 def relative(path: Path) -> str | None:

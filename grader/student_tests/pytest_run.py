@@ -11,7 +11,6 @@ import importlib
 import json
 import os
 import resource
-import runpy
 import sys
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -59,16 +58,13 @@ class Prepared:
     """pytest's, with its own plugins only."""
     pytests_own: set[int]
     """The ids of pytest's modules and classes: by id, because anything can be given any name and origin."""
-    watch: Callable[..., None]
-    """The function of this name in `source_read_hook`."""
 
 
 def prepare() -> Callable[[int, Request, Path], None]:
     """Do once what takes time at each start of pytest and coverage; return `run_module`, to be called in a fork."""
     things = things_of_pytest()
     look_only_at_fixtures(things)
-    hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
-    prepared = Prepared(_pytest.config.get_config(), set(map(id, things)), hook["watch"])
+    prepared = Prepared(_pytest.config.get_config(), set(map(id, things)))
     with contextlib.suppress(ImportError):
         importlib.import_module("readline")  # as pytest does at each start
     environment = dict(os.environ)
@@ -108,9 +104,7 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
         sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
-        folders = [str(modules), *map(str, sources)]
-        count_imports(recorder, (*folders,))
-        prepared.watch(folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
+        count_imports(recorder, (str(modules), *map(str, sources)))
         sys.addaudithook(noter(stream.fileno()))
         recorder.write(ended=run_pytest(prepared, recorder, request))
     if write is not None:
@@ -140,7 +134,7 @@ def run_pytest(prepared: Prepared, recorder: Recorder, request: Request) -> int:
     arguments = [
         "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=",
         # What is reported of a failure is its message; to quote the source at each takes longer than most tests.
-        *(["-x"] if request["first"] else []), "--tb=no", *request["modules"],
+        *(["-x"] if request["first"] else []), "--tb=no", request["module"],
     ]  # fmt: skip
     prepared.config.invocation_params = Config.InvocationParams(args=arguments, plugins=[recorder], dir=PACKAGE)
     _pytest.config.get_config = lambda *_arguments, **_options: prepared.config  # in this fork only
@@ -320,22 +314,8 @@ def count_imports(recorder: Recorder, folders: tuple[str, ...]) -> None:
     importing.SourceFileLoader.exec_module = exec_module  # type: ignore[method-assign, assignment] # in this fork only
 
 
-def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], None]:
-    """Return a function that records that a test reads the package's source at a place in the tests, each once."""
-    noted: set[tuple[str, str, int]] = set()
-    write, dumps = os.write, json.dumps
-
-    def note(path: str, line: int) -> None:
-        entry = (recorder.context if recorder.context != IMPORT else "", path.removeprefix(f"{PACKAGE}/"), line)
-        if entry not in noted and len(noted) < TESTS_AT_MOST:
-            noted.add(entry)
-            write(report, (dumps({"reads": entry[0], "where": entry[1], "line": line}) + "\n").encode())
-
-    return note
-
-
 def noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
-    """Return an audit hook that records the command lines of started programs and the names of opened test modules.
+    """Return an audit hook that records the command lines of started programs.
 
     A node that a test starts and then kills leaves no coverage; its command line shows that it was reached.
     """
@@ -343,18 +323,12 @@ def noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
     write, dumps, decode = os.write, json.dumps, os.fsdecode
 
     def note(event: str, arguments: tuple[Any, ...]) -> None:
-        if event not in ("open", "os.system", "subprocess.Popen") or len(noted) >= NOTED_AT_MOST:
+        if event not in ("os.system", "subprocess.Popen") or len(noted) >= NOTED_AT_MOST:
             return
         with contextlib.suppress(Exception):  # must never make a test fail
-            if event == "open":
-                name = decode(arguments[0]).rpartition("/")[2].partition(".")[0]
-                if not (name.startswith("test_") or name.endswith("_test")):
-                    return
-                entry = dumps({"opens": name[:300]})
-            else:
-                command = arguments[-1] if event == "os.system" else arguments[1]
-                words = [command] if isinstance(command, str | bytes) else list(command)
-                entry = dumps({"starts": " ".join(decode(word) for word in words)[:1000]})
+            command = arguments[-1] if event == "os.system" else arguments[1]
+            words = [command] if isinstance(command, str | bytes) else list(command)
+            entry = dumps({"starts": " ".join(decode(word) for word in words)[:1000]})
             if entry not in noted:
                 noted.add(entry)
                 write(report, (entry + "\n").encode())

@@ -5,7 +5,6 @@ from __future__ import annotations
 from grader.evidence import StudentTests, TestModule
 from grader.source import Collected, Source, Subject, served
 from grader.student_tests.discover import discover_tests
-from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.suite_run import run_suite
 from grader.words import say
 
@@ -24,17 +23,13 @@ class StudentTestRuns(Source):
             kept := subject.kept.find(StudentTests, *decided_by)
         ):
             return Collected({"tests": kept[0]}, kept={"the package's own tests": kept[1]})
-        kept_runs = runs_to_keep(subject)
         ran = run_suite(
             package, subject.install, discover_tests(package, settings.course.nodes), settings.course,
-            seconds=settings.test_seconds, seed=settings.seed,
-            kept_runs=kept_runs, progress=lambda path: settings.progress(say("own tests: {path}", path=path)),
+            seconds=settings.test_seconds, progress=lambda path: settings.progress(say("own tests: {path}", path=path)),
         )  # fmt: skip
-        flagged = bool(ran.flags or ran.tests.doubts)
-        if not (flagged or any(_in_doubt(module) for module in ran.tests.modules)):
+        if not (ran.flags or any(_in_doubt(module) for module in ran.tests.modules)):
             subject.kept.keep(ran.tests, *decided_by)
-        kept_now = keep_runs(kept_runs, "runs of the package's own tests", flagged=flagged)
-        return Collected({"tests": ran.tests}, tuple(ran.flags), handover=ran, kept=kept_now)
+        return Collected({"tests": ran.tests}, tuple(ran.flags), handover=ran)
 
 
 def _in_doubt(module: TestModule) -> bool:
@@ -45,19 +40,3 @@ def _in_doubt(module: TestModule) -> bool:
 def mutants_key(subject: Subject) -> tuple[str, ...]:
     """Return what decides which mutants are noticed."""
     return "mutants", subject.text, subject.program, str(subject.settings.mutation_budget_s)
-
-
-def runs_to_keep(subject: Subject) -> KeptRuns | None:
-    """Return the runs that are kept of the package's own tests, None where each grading runs all of them."""
-    if not subject.settings.keep_runs:
-        return None
-    return KeptRuns(subject.kept, subject.submission.package, subject.program, subject.folder)
-
-
-def keep_runs(runs: KeptRuns | None, what: str, *, flagged: bool) -> dict[str, str]:
-    """Keep the new runs, unless something was `flagged`; return how many were not done again, and since when."""
-    if runs is None:
-        return {}
-    if not flagged:
-        runs.keep()
-    return {f"{runs.found} of {runs.asked} {what}": runs.since} if runs.found else {}

@@ -10,9 +10,9 @@ import itertools
 import json
 import shutil
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeVar
@@ -22,8 +22,6 @@ from grader.errors import GraderError
 from grader.host import dds_domain, ros_env, tempdir
 from grader.sandbox import untrusted
 from grader.sandbox.warm_start import IMPORTS
-from grader.student_tests.kept_runs import KeptRuns
-from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.tree_under_test import Tree
 from grader.student_tests.worker_report import ModuleRun, read_run
@@ -43,16 +41,40 @@ _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.
 
 
 @dataclass(frozen=True)
+class ModuleRequest:
+    """One run of pytest over one test module of the package. Paths in `files` are those in the sandbox.
+
+    `select` names the tests to run, in this order; without it all run in the module's own order. Limits are seconds
+    of wall time: `limits` for single tests, `limit` for each other test and for collecting, `total` for the whole run.
+    """
+
+    module: str
+    files: Mapping[str, str] = field(default_factory=dict)
+    select: Sequence[str] = ()
+    first_failure: bool = False
+    coverage: bool = False
+    limits: Mapping[str, float] = field(default_factory=dict)
+    limit: float = 60.0
+    total: float = 90.0
+
+    def to_json(self) -> str:
+        """Return the request as the worker reads it: all but the files, which are part of the tree under test."""
+        return json.dumps({
+            "module": self.module, "order": list(self.select),
+            "first": self.first_failure, "coverage": self.coverage, "limits": dict(self.limits),
+            "limit": self.limit, "total": self.total,
+        })  # fmt: skip
+
+
+@dataclass(frozen=True)
 class WarmWorker:
     """A worker that waits for requests. Made by `start_workers`."""
 
-    package: Path
     process: sandbox.Process
     tree: Tree
     requests: Path
     out: Path
     count: list[int]
-    kept_runs: KeptRuns | None = None
     domain_id: int = 0
 
     def run(self, request: ModuleRequest) -> ModuleRun:
@@ -61,8 +83,6 @@ class WarmWorker:
         Raises:
             GraderError: the worker did not start.
         """
-        if self.kept_runs and (kept := self.kept_runs.find(request)):
-            return kept
         number = self.count[0]
         self.count[0] += 1
         self._hand_in(number, request)
@@ -74,13 +94,11 @@ class WarmWorker:
             time.sleep(_POLL_S)
             if time.monotonic() > deadline:
                 self.process.kill()
-        ran = read_run(self.out, number, time.monotonic() - began, self.package / request.module)
+        ran = read_run(self.out, number, time.monotonic() - began)
         ran = replace(ran, worker_lost=not self.alive)
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
         if request.coverage and (self.out / f"{number}.reach").exists():
             ran = replace(ran, coverage_data=self._keep_coverage(number))
-        if self.kept_runs:
-            self.kept_runs.note(request, self.out, number, ran)
         for leftover in (*self.out.glob(f"{number}.*"), *self.out.glob("coverage*")):
             with contextlib.suppress(OSError):
                 leftover.unlink()
@@ -163,24 +181,20 @@ class WorkerPool:
 
 
 @contextlib.contextmanager
-def start_workers(
-    package: Path, install: Path, size: int, *, seconds: float, kept_runs: KeptRuns | None = None
-) -> Iterator[WorkerPool]:
+def start_workers(package: Path, install: Path, size: int, *, seconds: float) -> Iterator[WorkerPool]:
     """Start `size` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
     with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
 
         def start(number: int, domain_id: int) -> WarmWorker:
             # Workers that are not in network namespaces of their own must not hear each other.
             domain_id = domain_id or stack.enter_context(dds_domain.free())
-            return stack.enter_context(_start(package, install, folder / str(number), seconds, kept_runs, domain_id))
+            return stack.enter_context(_start(package, install, folder / str(number), seconds, domain_id))
 
         yield WorkerPool(start, size)
 
 
 @contextlib.contextmanager
-def _start(
-    package: Path, install: Path, folder: Path, seconds: float, kept_runs: KeptRuns | None, domain_id: int
-) -> Iterator[WarmWorker]:
+def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id: int) -> Iterator[WarmWorker]:
     folder.mkdir()
     for name in ("requests", "out", "data"):
         (folder / name).mkdir()
@@ -206,7 +220,7 @@ def _start(
         read_only={
             install: str(building.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
             IMPORTS: "/ws/warm_imports.py",
-            **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py", "source_read_hook.py")},
+            **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py")},
         },
         writable={folder / "package": str(PACKAGE), folder / "out": "/ws/out"}
         | ({folder / "modules": str(MODULES)} if modules.is_dir() else {}),
@@ -217,6 +231,4 @@ def _start(
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
-        yield WarmWorker(
-            package, process, tree, folder / "requests", folder / "out", [0], kept_runs=kept_runs, domain_id=domain_id
-        )
+        yield WarmWorker(process, tree, folder / "requests", folder / "out", [0], domain_id)

@@ -114,8 +114,8 @@ def lay_out(number: int, request: Request, modules: Path, compile_module: Compil
                 if str(path) not in known or (path.is_symlink() and str(path) not in tree["others"]):
                     remove(path)
     made: dict[str, tuple[str, str] | None] = {}
-    tests = [PACKAGE / name for name in request["modules"]]
-    tests += [folder / "conftest.py" for path in tests for folder in path.parents]
+    module = PACKAGE / request["module"]
+    tests = [module, *(folder / "conftest.py" for folder in module.parents)]
     for name, (text, times, mode) in tree["files"].items():
         path, data = Path(name), base64.b64decode(text)
         put(path, data, times, mode)

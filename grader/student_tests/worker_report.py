@@ -11,11 +11,8 @@ from typing import Any
 
 from grader.sandbox import untrusted
 from grader.student_tests import package_modules
-from grader.student_tests.source_users import users_of
 
 _REACH_CAP = 30_000_000  # bytes: a thousand tests that each reach a thousand lines
-REPORTS = dict.fromkeys(("done", "report", "log"), untrusted.MAX_BYTES) | {"reach": _REACH_CAP}
-"""The files that a worker writes for each run, by their suffixes, and how many bytes of each are read."""
 _TAIL = 2000
 _STARTS = re.compile(r"ros2|python[\d.]*|(ba|da)?sh|env|timeout|xvfb-run|stdbuf")
 
@@ -58,16 +55,11 @@ class ModuleRun:
     """The tests that reached each line of each module; "" stands for importing and for shared fixtures."""
     imported: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """The lines of each module that ran while the package was imported, and in nothing else but tests."""
-    source_readers: frozenset[str] = frozenset()
-    """The tests that read the package's source as a text."""
     started: frozenset[str] = frozenset()
     """The command lines of the programs that the tests have started."""
-    opened: frozenset[str] | None = frozenset()
-    """The names, without suffix, of the test modules that were opened; None where programs have run, which may open
-    any."""
     coverage_data: Path | None = None
     """A copy of coverage's data as it was when the run ended; no later test can change it. None where the run was cut
-    off before it could say which test reached what: such data cannot be checked."""
+    off before it could say which test reached what."""
 
     worker_lost: bool = False
     """Whether the worker has ended in this run, which only a test brings about."""
@@ -90,8 +82,8 @@ class ModuleRun:
         return ""
 
 
-def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
-    """Return what the worker wrote to `out` for run `number` of a test module; it took `seconds` of wall time."""
+def read_run(out: Path, number: int, seconds: float) -> ModuleRun:
+    """Return what the worker wrote to `out` for run `number`; it took `seconds` of wall time."""
     done = _json_object(untrusted.read_text(out / f"{number}.done") or "")
     entries = [_json_object(line) for line in (untrusted.read_text(out / f"{number}.report") or "").splitlines()]
     reached = _json_object(untrusted.read_text(out / f"{number}.reach", _REACH_CAP) or "")
@@ -113,11 +105,7 @@ def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
         output_tail=(untrusted.read_text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
         reach=_reach(reached),
         imported=_imported(reached),
-        source_readers=_source_readers(entries, collected, module),
         started=frozenset(_text(entry["starts"], 1000) for entry in entries if "starts" in entry),
-        opened=None
-        if any("starts" in entry for entry in entries)
-        else frozenset(_text(entry["opens"]) for entry in entries if "opens" in entry),
     )
 
 
@@ -143,21 +131,6 @@ def _tests(entries: Sequence[dict[str, Any]]) -> Iterator[TestResult]:
         elif before is not None:
             found[name] = TestResult(name, before.outcome, before.message, seconds, before.xfail)
     return iter(found.values())
-
-
-def _source_readers(entries: Sequence[dict[str, Any]], collected: Sequence[str], module: Path) -> frozenset[str]:
-    """Return the tests that read the source, or use what was read on import or in a shared fixture.
-
-    Where that cannot be told these are all tests, and "" stands for those of other runs.
-    """
-    found: set[str] = set()
-    for entry in (entry for entry in entries if "reads" in entry):
-        if name := _text(entry["reads"]):
-            found.add(name)
-            continue
-        users = users_of(module, _text(entry.get("where")), _int(entry.get("line"), 0), collected)
-        found |= {"", *collected} if users is None else users
-    return frozenset(found)
 
 
 def started_nodes(command: str, nodes: Iterable[str]) -> Iterator[str]:

@@ -64,4 +64,8 @@ def trials(course: Course) -> dict[str, TrialPlan]:
         raise GraderError("\n".join(problems))
     for plan in stock.plans(course):
         found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
+    noted = {plan.node for plan in found.values() if plan.notes_functions}
+    for plan in list(found.values()):
+        if plan.kind == stock.idle.__name__ and plan.node not in noted:
+            found[plan.name] = replace(plan, notes_functions=True)
     return found

@@ -33,6 +33,8 @@ class TrialPlan:
         real_time: keep simulated time in step with wall time, for a script of the package's own.
         mostly_waits: it needs little of a core, so it runs beside the others (`scheduler`). It changes no verdict.
         takes_long: it begins before the others, so that they do not wait for it in the end. It changes no verdict.
+        notes_functions: the node notes which of the package's functions run: on these, quality and tests are measured.
+            Of a node without such a trial it is its stock trial `idle_NODE`.
         launch: the launch file to run instead of the node alone, with changed parameter files (parameter_files.py):
             the package's or, in a trial with a `namespace`, the course's own.
         awaits: the nodes that must be up before a trial with `launch` begins.
@@ -57,6 +59,7 @@ class TrialPlan:
     real_time: bool = False
     mostly_waits: bool = False
     takes_long: bool = False
+    notes_functions: bool = False
     launch: str = ""
     awaits: tuple[str, ...] = ()
     namespace: str = ""

@@ -30,8 +30,9 @@ BEHIND_S, ALL_BEHIND_S = 30.0, 300.0
 
 def node_environment() -> dict[str, str]:
     """Return the environment of nodes but for their DDS domain: that of the ROS which has been chosen by now."""
+    found = ros_env.environment(building.INSTALL, home=sandbox.HOME)
     # With faulthandler a node that hangs can tell where.
-    return ros_env.environment(building.INSTALL, home=sandbox.HOME) | {"PYTHONFAULTHANDLER": "1"}
+    return found | {"PYTHONFAULTHANDLER": "1", "PYTHONPATH": f"{sandbox.AT_START}:{found['PYTHONPATH']}"}
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from pathlib import Path
 
 from grader.building import Built
 from grader.evidence import Flag, Kind, Trial
+from grader.quality import source_files
 from grader.settings import Settings
 from grader.source import Collected, Source, Subject, served
-from grader.trials import catalog, scheduler
+from grader.trials import catalog, scheduler, what_ran
 from grader.trials.plan import TrialPlan
 from grader.trials.request import LATE_VARIABLE
 from grader.trials.worker_start import Workers
@@ -40,7 +41,7 @@ class Trials(Source):
             yield Trials(observers)
 
     def collect(self, subject: Subject) -> Collected:
-        """Return the trials' facts, by name."""
+        """Return the trials' facts, by name; hand over the files of the build's own of which functions ran."""
         assert subject.contract is not None
         settings = subject.settings
         plans = wanted(settings)
@@ -60,7 +61,17 @@ class Trials(Source):
                 kept.keep(trial, "trial", name, *program)
         every = {name: found[name][0] if name in found else ran[name] for name in plans}
         since = {f"trial {name}": when for name, (_, when) in found.items()}
-        return Collected({"trials": every}, tuple(integrity_flags(every)), kept=since)
+        handed_in = source_files.find_in_both(
+            subject.submission.package, subject.submission.interfaces, settings.course
+        )
+        places = what_ran.places(every, handed_in, subject.install)
+        every = {name: what_ran.in_package(trial, places) for name, trial in every.items()}
+        return Collected(
+            {"trials": every},
+            tuple(integrity_flags(every)),
+            handover={path: subject.install / where for path, where in places.left.items()},
+            kept=since,
+        )
 
 
 def wanted(settings: Settings) -> dict[str, TrialPlan]:
@@ -95,4 +106,5 @@ def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:
             seen.setdefault(("observer", str(trial.ended)), []).append(name)
         if trial.stopped:
             seen.setdefault(("limit", f"the node exceeded its limit of {trial.stopped}"), []).append(name)
-    return [Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]
+    flags = [Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]
+    return flags + what_ran.unseen_flags(ran)

@@ -16,7 +16,8 @@ import sys
 import time
 import traceback
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TextIO
@@ -35,6 +36,7 @@ from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thre
 from grader.trials.plan import TrialPlan
 from grader.trials.request import CANNOT, LATE_VARIABLE, READY, SERVE, TrialRequest, node_environment, not_started
 from grader.trials.stage import Stage, source_folder
+from grader.trials.what_ran import Notes
 from grader.trials.worker_start import serve_forks
 from sim import Simulator, World, load_world
 
@@ -126,8 +128,10 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         return
     simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
     plan = plan.placed_in(simulator.world)
-    box, in_files = _sandbox(course, plan, request)
+    notes = Notes(Path(request.out).parent, functions=plan.notes_functions)
+    box, in_files = _sandbox(course, plan, request, notes)
     with (
+        closing(notes),
         ExitStack() as others,
         sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
     ):
@@ -160,7 +164,9 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
             if _host_problem(error):
                 raise
             script_error = traceback.format_exc()
-        _save(request, stage.facts(ended, script_error))  # first: Fast DDS has been seen to crash on leaving
+        facts = stage.facts(ended, script_error)
+        facts = replace(facts, ran=notes.read(facts.ready))
+        _save(request, facts)  # first: Fast DDS has been seen to crash on leaving
         stage.close()
 
 
@@ -170,10 +176,12 @@ def _has_one_thread(package: str) -> bool:
     return bool(package) and has_one_thread(Path(package))
 
 
-def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
+def _sandbox(
+    course: Course, plan: TrialPlan, request: TrialRequest, notes: Notes
+) -> tuple[sandbox.Sandbox, dict[str, float]]:
     """Return the trial's sandbox, and the values that were changed in its parameter files."""
     install = Path(request.install)
-    visible = {install: str(building.INSTALL)}
+    visible = {install: str(building.INSTALL), **notes.mounts}
     if request.package and plan.shows_source:
         visible[Path(request.package)] = str(source_folder(course))
     in_files: dict[str, float] = {}

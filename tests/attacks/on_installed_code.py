@@ -7,7 +7,9 @@ from __future__ import annotations
 import zipfile
 from pathlib import Path
 
-from attacks.weaknesses import CLAMPS_WRONG, FAILING_TESTS, FEW_TESTS, OTHER_TYPE
+import yaml
+
+from attacks.weaknesses import CLAMPS_WRONG, FAILING_TESTS, FEW_TESTS, NOTED, OTHER_TYPE, SLOPPY_NODES
 from grader.authoring.package_edits import append, put
 from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, attack, cmake, node
@@ -79,7 +81,71 @@ def _pack_the_nodes(package: Path) -> None:
         )
 
 
+def _hide_the_nodes_in_yaml(package: Path) -> None:
+    """Move the modules' text into a parameter file that its reader runs; a tidy module stays in the place of each node."""
+    modules = [path for path in sorted((package / PACKAGE).rglob("*.py")) if path.name != "__init__.py"]
+    texts = {".".join(path.relative_to(package).with_suffix("").parts): path.read_text() for path in modules}
+    text = yaml.safe_dump([_BOOT.replace("TEXTS", repr(texts))])
+    (package / "config" / "core.yaml").write_text(f"!!python/object/apply:builtins.exec\n{text}")
+    for name in NODES:
+        (package / "scripts" / name).write_text(_READS_YAML.replace("NODE", name))
+        (package / PACKAGE / f"{name}.py").write_text(_TIDY)
+
+
+_BOOT = """
+import importlib.abc, importlib.util, sys
+texts = TEXTS
+class Texts(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    def find_spec(self, name, path=None, target=None):
+        return importlib.util.spec_from_loader(name, self) if name in texts else None
+    def exec_module(self, module):
+        exec(texts[module.__name__], module.__dict__)
+sys.meta_path.insert(0, Texts())
+"""
+_READS_YAML = '''#!/usr/bin/env python3
+"""Run the node."""
+import importlib
+from pathlib import Path
+import sys
+
+import yaml
+
+SHARE = Path('/ws/install/share/ros2_robot_controller')
+yaml.unsafe_load((SHARE / 'config' / 'core.yaml').read_text())
+sys.exit(importlib.import_module('ros2_robot_controller.NODE').main())
+'''
+_TIDY = '''"""Keep a robot from obstacles."""
+
+
+def nearest(ranges: list[float], limit: float) -> float:
+    """Return the closest reading below the limit, in metres."""
+    return min((value for value in ranges if value < limit), default=limit)
+'''
+_TRIVIA = '"""Steps."""\n\n\n' + "\n\n".join(
+    f'def step_{n}(value: float) -> float:\n    """Return the value and {n}."""\n    return value + {n}\n'
+    for n in range(40)
+)
+
 ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "runs_its_nodes_from_a_parameter_file",
+        "The nodes' code is text in a YAML file, run by its reader, behind tidy modules that never run.",
+        _hide_the_nodes_in_yaml,
+        needs=f"{NOTED} Q1 Q2 Q3 Q4", weak=SLOPPY_NODES, costs="Q1 Q2 Q3 Q4", flag="code made at run time", proof="yaml",
+        stopped="text that runs as code is named to a person, and quality is measured on what ran of the files",
+    ),
+    attack(
+        "reaches_trivia_by_a_name_that_it_makes",
+        "Ten modules of tidy trivia are within the reach of a getattr with a name made at run time.",
+        *(put(f"ros2_robot_controller/trivia{n}.py", _TRIVIA) for n in range(10)),
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nfrom ros2_robot_controller import trivia0, trivia1, trivia2, trivia3, trivia4  # noqa: E402\n"
+               "from ros2_robot_controller import trivia5, trivia6, trivia7, trivia8, trivia9  # noqa: E402\n"
+               "STEPS = [getattr(m, f'step_{0}') for m in (trivia0, trivia1, trivia2, trivia3, trivia4)]\n"
+               "STEPS += [getattr(m, f'step_{0}') for m in (trivia5, trivia6, trivia7, trivia8, trivia9)]\n"),
+        needs=f"{NOTED} Q1 Q2 Q4", weak=SLOPPY_NODES, costs="Q1 Q2 Q4",
+        stopped="functions that nothing calls do not count, whatever mentions them",
+    ),
     attack(
         "forges_a_type_hash",
         "The build installs a forged description beside an interface with another field type.",
@@ -114,7 +180,7 @@ ATTACKS: tuple[Attack, ...] = (
         put("hidden/clamp.py", _CLAMPS),
         put("hidden/compile.py", _COMPILE + "compile_to(importlib.util.cache_from_source(source))\n"),
         cmake(_RUN_COMPILE),
-        needs="F14", weak=CLAMPS_WRONG, flag="byte code",
+        needs="F14", weak=CLAMPS_WRONG,
         stopped="all byte code is removed after the build; Python compiles the text that everybody can read",
     ),
     attack(
@@ -136,24 +202,26 @@ ATTACKS: tuple[Attack, ...] = (
         # A copy with a time of its own: CMake replaces no installed file by one of the same time.
         cmake("configure_file(hidden/conversions.txt ${CMAKE_BINARY_DIR}/conversions.py @ONLY)\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/conversions.py DESTINATION {_SITE}/${{PROJECT_NAME}}/utils)"),
-        needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak=FEW_TESTS, costs="Q1 Q2 Q3 Q4 T1 T2 T3",
-        stopped="what is installed is linted, measured and mutated in the place of what was handed in",
+        needs=f"{NOTED} Q1 Q2 Q3 Q4 T1 T2 T3", weak=FEW_TESTS, costs="Q1 Q2 Q3 Q4 T1 T2 T3",
+        stopped="what is installed and runs is linted, measured and mutated in the place of what was handed in",
     ),
     attack(
         "writes_a_module_in_cmake",
         "CMake writes a module that nobody has handed in.",
         cmake("file(WRITE ${CMAKE_BINARY_DIR}/mess.py \"def mess( a ):\\n  return a\\n\")\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/mess.py DESTINATION {_SITE}/${{PROJECT_NAME}})"),
-        needs="Q1 Q2 T2", weak=FEW_TESTS, costs="Q1 Q2 T2", proof="ros2_robot_controller/mess.py",
-        stopped="what a build writes is linted, measured and mutated where it is installed",
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nfrom ros2_robot_controller import mess\nMESS = mess.mess(1)\n"),
+        needs=f"{NOTED} Q1 Q2 T2", weak=FEW_TESTS, costs="Q1 Q2 T2", proof="ros2_robot_controller/mess.py",
+        stopped="what a build writes and a node runs is linted, measured and mutated where it is installed",
     ),
     attack(
         "hides_code_among_the_types",
         "A module lies in the folder of the generated services, where nobody measures or mutates it.",
         put("hidden/helpers.py", '"""Help."""\n\n\ndef double(a):\n    """Return twice a."""\n    return 2 * a\n'),
         cmake(f"install(FILES hidden/helpers.py DESTINATION {_SITE}/${{PROJECT_NAME}}/srv)"),
-        needs="T2 T3", weak=FEW_TESTS, costs="T2 T3", flag="unreadable code",
-        stopped="the folders of types may hold nothing but what rosidl generates",
+        needs="T2 T3", weak=FEW_TESTS, flag="forged type",
+        stopped="what is not as rosidl generates it is named to a person; nothing there counts for anything",
     ),
     attack(
         "runs_an_archive",
@@ -162,8 +230,8 @@ ATTACKS: tuple[Attack, ...] = (
         *(put(f"scripts/{node}", f"#!/bin/sh\nexec python3 /ws/install/share/{PACKAGE}/table {node} \"$@\"\n", executable=True)
           for node in NODES),
         cmake("install(FILES data/table DESTINATION share/${PROJECT_NAME})"),
-        needs="F1 Q1 Q2 Q3 T1 T2", costs="Q1 Q2 Q3 T1 T2", flag="unreadable code", proof="share/ros2_robot_controller/table",
-        stopped="a node's program has to be Python, or to start a module; an archive of modules is named under any name",
+        needs=f"{NOTED} Q1 Q2 Q3 T1 T2", costs="Q1 Q2 Q3 T1 T2", flag="archive", proof="share/ros2_robot_controller/table",
+        stopped="each process of a node notes what runs in it: an archive is named, and nothing that did not run counts",
     ),
     attack(
         "hides_code_in_an_annotation",
@@ -173,7 +241,7 @@ ATTACKS: tuple[Attack, ...] = (
         cmake("file(WRITE ${CMAKE_BINARY_DIR}/boot.py \"x: exec(open('/ws/install/share/table.txt').read()) = 0\\n\")\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/boot.py DESTINATION {_SITE}/${{PROJECT_NAME}})\n"
               "install(FILES data/table.txt DESTINATION share)"),
-        needs="F14 Q1 Q2 T1 T2", costs="Q1 Q2 T1 T2", flag="unreadable code", proof="boot.py:1",
+        needs=f"{NOTED} Q1 Q2 T1 T2", costs="Q1 Q2 T1 T2", flag="code made at run time", proof="boot.py:1",
         stopped="code that is made at run time is named to a person, with file and line",
     ),
     attack(

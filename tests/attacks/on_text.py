@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from attacks.weaknesses import NO_WORDS, SLOPPY, SLOPPY_NODES
+from attacks.weaknesses import NO_WORDS, NOTED, SLOPPY, SLOPPY_NODES
 from grader.authoring.package_edits import append, put, replace
 from grader.selftest.attacks.attack import Attack, attack, node
 from grader.selftest.attacks.on_nodes import CREEPS
@@ -47,8 +47,8 @@ ATTACKS: tuple[Attack, ...] = (
         "Beside nodes that are badly written there are 250 clean, documented functions that only a test calls.",
         put("ros2_robot_controller/padding.py", _PADDING),
         put("test/test_padding.py", "from ros2_robot_controller import padding\n\n\ndef test_it():\n    assert padding.helper_1(1) == 2\n"),
-        needs="Q1 Q2 Q4", weak=SLOPPY_NODES, flag="padding",
-        stopped="findings are counted per line, and docstrings per definition, of the code that the nodes use",
+        needs=f"{NOTED} Q1 Q2 Q4", weak=SLOPPY_NODES,
+        stopped="a file of which nothing runs in the nodes' trials neither earns nor costs",
     ),
     attack(
         "outgrows_the_linter",
@@ -81,7 +81,8 @@ ATTACKS: tuple[Attack, ...] = (
         "hides_code_in_strings",
         "Sloppy code is in a string that is executed.",
         put("ros2_robot_controller/sloppy.py", '"""Holds code."""\n\nCODE = """\ndef Thing( a,b ):\n  return  a+b\n"""\nexec(CODE)\n'),
-        number=37, needs="Q1", flag="unreadable code",
+        append("ros2_robot_controller/robot_controller.py", "\n\nfrom ros2_robot_controller import sloppy  # noqa\n"),
+        number=37, needs="F7 Q1", costs="Q1", flag="code made at run time",
         stopped="code that is made at run time is named to a person, with file and line",
     ),
     attack(

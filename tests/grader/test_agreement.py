@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers import judging, recordings
-from helpers.course import COURSE, NODES
+from helpers.course import COURSE
 from submissions.edits import EDITS, apply
 from variants import LAUNCHED, VARIANTS, make
 
@@ -23,13 +23,13 @@ from grader.trials.source import wanted as wanted_trials
 
 pytestmark = pytest.mark.slow  # judges four packages twice
 
-REFERENCE, UNREADABLE = "reference", "runs_what_cannot_be_read"
+REFERENCE = "reference"
 BAD = (
     "calls_itself_ament_python", "copies_a_block", "does_not_compile", "forgets_an_executable", "leaves_the_types_out",
     "renames_the_package", "sets_the_parameters_in_the_launch_file", "sleeps_in_a_callback",
     "tests_its_conversions_only",
 )  # fmt: skip
-OFTEN = (REFERENCE, UNREADABLE, "does_not_compile", "renames_the_package")
+OFTEN = (REFERENCE, "does_not_compile", "renames_the_package")
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
 ):
     """With the package's text as it is read for one requirement and for all, and recorded runs of its nodes."""
     reference = own = recordings.load(REFERENCE)
-    if name == UNREADABLE:  # in company it earned nothing for its style, by itself everything
-        own = replace(
-            own, build=replace(own.build, not_handed_in=[f"lib/{own.build.package}/{node}" for node in NODES])
-        )
-    elif name in EDITS:
+    if name in EDITS:
         own = recordings.load(name)
     whole = replace(  # of a known-bad submission only what differs is recorded
         own, trials=reference.trials | own.trials, tests=own.tests or reference.tests,
@@ -90,9 +86,6 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     monkeypatch.setattr(collect, "_build", lambda *_: (built, built))
     monkeypatch.setattr(collect.building, "is_built", lambda *_: True)
     package = apply(EDITS.get(name), tmp_path)
-    if name == UNREADABLE:
-        for node in NODES:
-            (package / "scripts" / node).write_bytes(b"\x7fELF\0")
     submission = open_submission(package, tmp_path / "submission", COURSE)
 
     def collected(*requirements: str) -> Evidence:

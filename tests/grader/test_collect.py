@@ -76,24 +76,18 @@ def test_a_requirement_of_the_text_alone_needs_no_build(name: str):
     assert not collect.needs_build(asking(name))
 
 
-def test_a_requirement_of_the_text_needs_a_build_where_that_may_write_some(tmp_path: Path):
-    """Else a check of style by itself and a whole grading would read two texts."""
-    (tmp_path / "CMakeLists.txt").write_text("project(p)\n")
-    assert not collect.needs_build(asking("Q1"), [tmp_path])
-    (tmp_path / "CMakeLists.txt").write_text('project(p)\nfile(WRITE robot_controller.py "import os")\n')
-    assert collect.needs_build(asking("Q1"), [tmp_path])
-
-
-def test_what_the_build_has_left_is_read_with_the_rest(monkeypatch, submission, settings, built, tmp_path: Path):
+@pytest.mark.parametrize("left", [{}, {"p/made.py": Path("made.py")}], ids=["nothing", "a module"])
+def test_code_of_the_builds_own_that_ran_is_read_with_the_rest(
+    monkeypatch, submission, settings, built, tmp_path: Path, left: dict[str, Path]
+):
     asked: list[str] = []
     read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
+    drive = Answers("trials", Phase.RUN, "F4", Collected(handover=left), asked)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    monkeypatch.setattr(collect, "_has_left_code", lambda *_: True)
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
-    assert sorted(asked) == ["drive", "read", "read"]
+    assert sorted(asked) == (["read", "read", "trials"] if left else ["read", "trials"])
     assert read.subject is not None
-    assert read.subject.built is not None
+    assert read.subject.earlier == ({"trials": left} if left else {})
 
 
 @pytest.mark.parametrize("name", ["F1", "F14", "I1", "I3", "Q4", "Q5", "Q6", "T1", "T3"])

@@ -175,7 +175,7 @@ def bench_files(data: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for end in ("done", "report", "reach", "log"):
             Path(folder, f"0.{end}").write_text(data, errors="surrogatepass")
-        ran = worker_report.read_run(Path(folder), 0, 1.0, Path(folder, "test_it.py"))
+        ran = worker_report.read_run(Path(folder), 0, 1.0)
         assert all(isinstance(test.id, str) for test in ran.tests)
 
 

@@ -136,7 +136,7 @@ def test_nothing_is_built_where_only_what_is_kept_is_wanted(package: Path, tmp_p
     assert pipeline.unchanged(package, settings) is None
 
 
-STEADY = evidence.TestModule("test/test_a.py", stub=False, tests=1, asserting=1, subjects=[], passed=1)
+STEADY = evidence.TestModule("test/test_a.py", stub=False, tests=1, asserting=1, passed=1)
 
 
 @pytest.fixture

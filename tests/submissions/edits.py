@@ -1117,16 +1117,17 @@ _EDITS = (
         says=("F401",),
     ),
     _edit(
-        "does_not_document_its_demo",
+        "does_not_document_its_settings",
         "Q2",
-        "The demonstration's methods have no docstrings.",
-        *((_DEMO, f'        """{line}"""\n', "") for line in (
-            "Go through the demonstration; raises NoAnswer.", "Return a service's response.",
-            "Return the future's result.", "Return the robot's status.", "Return the place STEP_M in front of the robot.",
-            "Return the handle of an accepted goal.", "Tell the distance each time it has fallen by a tenth of a metre.",
-            "Wait for the goal's end, or cancel it after DRIVE_S; return how it ended in words.")),
-        (_DEMO, '    """A client of everything that robot_controller offers."""\n\n', ""),
-        says=("67 of 76 have a docstring",),
+        "The class and the functions of utils/settings.py have no docstrings.",
+        (_SETTINGS, '    """A parameter: its default, and what its values must be, as a test and in words."""\n\n', ""),
+        *((_SETTINGS, f'    """{line}"""\n', "") for line in (
+            "Return a setting for a size that may be zero: a distance, a speed limit.",
+            "Return a setting for a size that must not be zero: an acceleration.",
+            "Return a setting for a rate in Hz.", "Return a setting for a share in percent.",
+            "Return a setting for a name.",
+            "Return why these values are not accepted, empty if they are; others' parameters pass.")),
+        says=("53 of 60 have a docstring",),
     ),
     _edit(
         "breaks_the_docstring_rules",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 from typing import Any
 
 from grader.authoring.package_edits import Change, append, put, replace
@@ -37,6 +38,7 @@ class Attack:
         stopped: what stops it.
         number: its number in the list of known attacks on autograders; 0 for one that the kit has added.
         weak: edits that the package has with and without the attack, so that there is something to gain.
+        gains: the points that requirements may gain by it at most, where only a flag, or nothing, stands against it.
         flag: the kind of integrity flag that it must raise, "" where there is nothing to be seen of it.
         flag_needs_cgroup: whether it is seen only where a sandbox has a cgroup.
         proof: text that must be in the evidence, to show that it was really carried out.
@@ -56,6 +58,7 @@ class Attack:
     stopped: str = ""
     number: int = 0
     weak: tuple[Change, ...] = ()
+    gains: Mapping[str, float] = MappingProxyType({})
     flag: str = ""
     flag_needs_cgroup: bool = False
     proof: str = ""

@@ -158,7 +158,7 @@ def _point_problems(each: Attack, grading: Grading, before: Points) -> list[str]
         if score.outcome is Outcome.ERROR:
             seen = next((result.seen for result in score.results if result.outcome is Outcome.ERROR), "")
             problems.append(f"{name} could not be judged: {seen[:300]}")
-        if score.points > before[name] + 1e-6:
+        if score.points > before[name] + each.gains.get(name, 0.0) + 1e-6:
             problems.append(f"{name} rose from {before[name]:g} to {score.points:g} points")
         if score.points < before[name] - 1e-6 and name not in each.costs:
             problems.append(f"{name} fell from {before[name]:g} to {score.points:g} points")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from helpers import recordings
 from helpers.course import LAYOUT, PACKAGE
 from helpers.judging import ask, evidence_with, find
 
-from grader.evidence import Build, Finding, Manifest, Quality
+from grader.evidence import Build, Manifest, Quality
 
 BUILDS = find("check_build::test_colcon_build_succeeds")
 EXECUTABLES = find("check_build::test_executables_are_installed")
@@ -69,23 +68,3 @@ def test_the_cure_is_that_of_the_build_tool():
     assert "install_scripts=$base/lib/ros2_robot_controller" in ask(EXECUTABLES, found).try_
     by_cmake = replace(found, intake=replace(found.intake, files=["CMakeLists.txt"]))
     assert "DESTINATION lib/${PROJECT_NAME}" in ask(EXECUTABLES, by_cmake).try_
-
-
-@pytest.mark.parametrize(
-    "check",
-    ["check_style::test_ament_flake8_finds_nothing", "check_docstrings::test_public_things_have_docstrings",
-     "check_structure::test_no_function_is_too_complex", "check_habits::test_contract_numbers_are_parameters",
-     "check_student_tests::test_own_tests_pass", "check_student_tests::test_coverage_of_lines_and_branches",
-     "check_mutation::test_mutants_are_noticed"],
-)  # fmt: skip
-def test_code_that_cannot_be_read_earns_no_points_for_code_or_tests(check: str):
-    reference = recordings.load("reference")
-    assert ask(find(check), reference).share == 1
-    fast, program = "lib/python3.11/site-packages/fast.so", "lib/ros2_robot_controller/robot_controller"
-    for unread, share in ([fast], 0), ([program, fast], 0), ([program], 0.5):
-        said = ask(find(check), replace(reference, build=replace(reference.build, not_handed_in=unread)))
-        assert said.share == share
-        assert f"code that cannot be read: {', '.join(unread)}" in said.seen
-    habits = [Finding("ros2_robot_controller/driver.py", 3, "unreadable-code", "`ctypes`")]
-    said = ask(find(check), replace(reference, quality=replace(reference.quality, habits=habits)))
-    assert said.share == 1, "a doubt about a text is a flag for a person, and costs nothing"

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from helpers.judging import Judged, ask, evidence_with
 
 from grader import evidence
 from grader.checks.check_mutation import test_most_mutants_are_noticed as most_are_noticed
 from grader.checks.check_mutation import test_mutants_are_noticed as are_noticed
-from grader.checks.judge import Unjudged
+from grader.checks.judge import Judge, Unjudged
 from grader.evidence import EquivalentMutant, Mutant, Mutation, StudentTests
 
-PASSING = StudentTests([evidence.TestModule("test/test_a.py", False, 4, 4, ["robot_controller"], passed=4)])
+PASSING = StudentTests([evidence.TestModule("test/test_a.py", False, 4, 4, passed=4)])
 CHANGE = ("ros2_robot_controller/a.py", 7, "drive", "comparison", "`<` became `>=` in `d < limit`")
 PLACE = "ros2_robot_controller/a.py:7 `<` became `>=` in `d < limit`"
 BOTH = (are_noticed, most_are_noticed)
@@ -86,12 +88,11 @@ def test_a_suite_that_fails_on_equivalent_mutants_gets_nothing_and_says_why(chec
     )
 
 
-@pytest.mark.parametrize("check", BOTH)
-def test_reports_that_cannot_be_trusted_earn_nothing(check):
-    tests = StudentTests(PASSING.modules, doubts=["a test that must fail was reported as passed"])
-    said = judged(check, Mutation(0, 300, mutants(40)), tests)
-    assert said.share == 0.0
-    assert said.seen == "the reports of these tests cannot be trusted: a test that must fail was reported as passed"
+def test_mutants_of_files_of_which_nothing_ran_in_a_node_do_not_count(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Judge, "measured", lambda _: SimpleNamespace(covers=lambda path, _line: path == CHANGE[0]))
+    padding = [Mutant("ros2_robot_controller/pad.py", *CHANGE[1:], "noticed")] * 30
+    said = judged(are_noticed, Mutation(0, 300, [*mutants(1, 9), *padding]))
+    assert said.seen.startswith("1 of 10 mutants were noticed, 10 %")
 
 
 def test_without_a_passing_test_nothing_could_be_noticed():

@@ -34,6 +34,7 @@ from grader.evidence import (
     ProcessEnd,
     Quality,
     Reason,
+    SourceFile,
     Trial,
 )
 from grader.notebook.prerequisites import advice
@@ -336,8 +337,10 @@ def test_a_near_miss_is_no_file_that_has_its_own_place():
     """What is missing is not meant by a file of the layout that is there; a misplaced one is."""
     own = {"test/test_robot_controller.py", "config/sensor_params.yaml", "msg/SensorFusionData.msg"}
     paths = sorted((set(LAYOUT) - {"config/robot_params.yaml"} - own) | {"params/sensor-params.yaml", *own})
-    said = ask(check_structure.test_layout_matches_the_contract, evidence_with(quality=replace(text(), paths=paths)))
+    node = SourceFile("ros2_robot_controller/robot_controller.py", 9, "", 3, [[4, 9]])
+    there = replace(text(), files=[node], paths=paths)
+    said = ask(check_structure.test_layout_matches_the_contract, evidence_with(quality=there))
     assert said.seen == "missing: config/robot_params.yaml"
-    elsewhere = replace(text(), paths=sorted({*paths, "params/robot_params.yaml"}))
+    elsewhere = replace(there, paths=sorted({*paths, "params/robot_params.yaml"}))
     said = ask(check_structure.test_layout_matches_the_contract, evidence_with(quality=elsewhere))
     assert said.seen == "missing: config/robot_params.yaml; perhaps meant: params/robot_params.yaml"

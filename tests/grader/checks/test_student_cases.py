@@ -32,7 +32,6 @@ from grader.evidence import (
     ParameterAnswer,
     ProcessEnd,
     Quality,
-    Reached,
     Reason,
     Sample,
     SourceFile,
@@ -349,7 +348,7 @@ def test_a_spin_inside_a_callback_is_named_alone_with_its_cure():
 
 def test_a_foreign_package_is_one_reason_for_all_that_is_judged_on_its_nodes():
     """Nine requirements repeated that none of the assignment's modules is there, each as a loss of its own."""
-    text = Quality(Manifest(found=True), files=[SourceFile("other/node.py", 90)], reached=Reached())
+    text = Quality(Manifest(found=True), files=[SourceFile("other/node.py", 90)])
     checks = [
         c.id for c in load(RUBRIC).checks if c.id.startswith(("check_style", "check_docs", "check_hab", "check_str"))
     ]

@@ -8,9 +8,10 @@ import pytest
 from helpers.quality_examples import (
     CONTROLLER,
     CONVERSIONS,
-    MOTION,
     PROCESSOR,
     REFERENCE,
+    Judged,
+    as_it_is,
     facts,
     judged,
     reference,
@@ -18,6 +19,7 @@ from helpers.quality_examples import (
 )
 
 from grader.courses.robot_controller.checks.check_structure import test_conversions_are_in_utils_and_used as conversions
+from grader.evidence import Ran, Trial
 
 OWN_YAW = (
     "\n\ndef heading(q):\n    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y ** 2 + q.z ** 2))\n"
@@ -37,16 +39,24 @@ def test_a_package_without_conversions_gets_nothing(tmp_path: Path):
 def test_unused_conversions_lose_half(tmp_path: Path):
     """Blatant: written only for the layout."""
     node = "import math\n\n\nclass RobotController:\n    def turn(self):\n        return math.pi\n"
-    files = {CONTROLLER: node, PROCESSOR: node, MOTION: "X = 1\n", "ros2_robot_controller/utils/scans.py": "X = 1\n"}
-    result = judged(conversions, facts(reference(tmp_path, files=files)))
+    result = only_nodes_ran(reference(tmp_path, files={CONTROLLER: node, PROCESSOR: node}))
     assert result.share == 0.5
     assert "no node calls" in result.seen
 
 
 def test_imported_but_never_called_is_not_used(tmp_path: Path):
     node = "from ros2_robot_controller.utils.conversions import clamp\n\nLIMIT = 1.0\n"
-    files = {CONTROLLER: node, PROCESSOR: node, MOTION: None, "ros2_robot_controller/utils/scans.py": None}
-    assert judged(conversions, facts(reference(tmp_path, files=files))).share == 0.5
+    assert only_nodes_ran(reference(tmp_path, files={CONTROLLER: node, PROCESSOR: node})).share == 0.5
+
+
+def only_nodes_ran(package: Path) -> Judged:
+    """Return what is said where nothing of the package ran but the nodes' modules."""
+    nodes = {"robot_controller": CONTROLLER, "sensor_processor": PROCESSOR}
+    trials = {
+        node: Trial(node, node, "lone_post", 0, True, "lockstep", None, ran=Ran({path: [1]}))
+        for node, path in nodes.items()
+    }
+    return as_it_is(conversions, facts(package), trials=trials)
 
 
 @pytest.mark.parametrize(

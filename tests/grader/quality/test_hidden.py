@@ -23,7 +23,7 @@ from helpers.quality_examples import (
 )
 
 from grader.checks import check_docstrings, check_habits, check_structure, check_style
-from grader.evidence import Quality, SourceFile, reading_limits
+from grader.evidence import Finding, Quality, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.parsed_module import parse
 
@@ -319,7 +319,8 @@ def test_the_counted_lines_of_files_and_packages_are_limited():
     assert reading_limits.counted_lines([SourceFile("m/a.py", 40_000)]) == 1000
     assert reading_limits.counted_lines([SourceFile(f"m/{n}.py", 900) for n in range(10)]) == 5000
     assert reading_limits.counted_lines([SourceFile("m/a.py", 700), SourceFile("m/b.py", 200)]) == 900
-    quality = replace(facts_with(SourceFile("m/a.py", 40_000)), style_count=50)
+    findings = [Finding("m/a.py", line, "E501", "long") for line in range(50)]
+    quality = replace(facts_with(SourceFile("m/a.py", 40_000)), style=findings)
     assert judged(STYLE, quality).share == 0.5
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE
+from submissions import toy
 
-from grader import evidence
-from grader.student_tests.discover import discover_tests
+from grader import KIT, evidence
+from grader.student_tests.discover import copy_flags, discover_tests
 
 
 def read(folder: Path, **files: str) -> dict[str, evidence.TestModule]:
@@ -146,3 +147,31 @@ def test_a_module_that_is_too_complex_for_python_is_reported_and_stops_nothing(t
     found = read(tmp_path, test__test_a=f"{line}\n\n{test}", test__test_b=test)
     assert "cannot be read as Python" in found["test/test_a.py"].failures[0]
     assert found["test/test_b.py"].tests == 1
+
+
+ORIGINALS = {"ros2_robot_controller/robot_controller.py": toy.CONTROLLER}
+COMPARES = "def test_it():\n    assert original.stop_distance(0.3) == stop_distance(0.3)\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("original.py", toy.CONTROLLER.replace("    ", "  ").replace('"""Drive', '# A copy.\n  """Drive')),
+        ("test_it.py", toy.CONTROLLER + COMPARES),
+        ("original.txt", toy.CONTROLLER),
+        ("test_it.py", f"KNOWN = {toy.CONTROLLER!r}\nexec(KNOWN)\n{COMPARES}"),
+    ],
+)
+def test_a_copy_of_the_package_in_its_tests_is_flagged(tmp_path: Path, name: str, text: str):
+    """Compared with itself by random calls it had 14.7 of 15 points for its tests."""
+    (tmp_path / "test").mkdir()
+    (tmp_path / "test" / name).write_text(text)
+    [flag] = copy_flags(tmp_path, ORIGINALS)
+    assert (flag.kind, flag.where) == ("copy of the package", f"test/{name}")
+    assert flag.concerns == ["student tests", "mutation"]
+
+
+def test_the_references_tests_hold_no_copy_of_it():
+    package = KIT / "solution_pkg" / "ros2_robot_controller"
+    texts = {str(path): path.read_text() for path in (package / "ros2_robot_controller").rglob("*.py")}
+    assert copy_flags(package, texts) == []

@@ -1,4 +1,4 @@
-"""Each module is run twice, and a test that passes in one run only counts neither as passed nor as failed."""
+"""What the runs of a test module say: which results are steady, which nodes are tested, which tests cannot fail."""
 
 from __future__ import annotations
 
@@ -8,22 +8,112 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE
+from helpers.course import COURSE, NODES
 
 from grader import evidence
 from grader.student_tests import suite_run
+from grader.student_tests.module_results import ModuleRuns, flags
 from grader.student_tests.warm_worker import ModuleRequest, WorkerPool
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
-MODULE = evidence.TestModule("test/test_it.py", stub=False, tests=2, asserting=2, subjects=["robot_controller"])
+MODULE = evidence.TestModule("test/test_it.py", stub=False, tests=2, asserting=2)
+FILE = "ros2_robot_controller/robot_controller.py"
+FUNCTIONS = {FILE: frozenset(range(10, 100))}
+
+
+def named(test: str) -> str:
+    return f"{MODULE.path}::{test}" if test else ""
 
 
 def ran(**outcomes: str) -> ModuleRun:
-    tests = tuple(TestResult(f"{MODULE.path}::{name}", outcome, "assert False") for name, outcome in outcomes.items())
+    tests = tuple(TestResult(named(name), outcome, "assert False") for name, outcome in outcomes.items())
     return ModuleRun(
         tests, tuple(test.id for test in tests), collection_error="", finished=True, status=0, timed_out="",
         running="", seconds=1.0, quiet_seconds=1.0, shares_fixtures=False, refused_hooks=(), output_tail="", reach={},
     )  # fmt: skip
+
+
+def reaching(run: ModuleRun, **lines: Sequence[int]) -> ModuleRun:
+    """Return the run with the lines that each test reached; `shared` stands for none of them."""
+    by_line: dict[int, frozenset[str]] = {}
+    for test, reached in lines.items():
+        for line in reached:
+            by_line[line] = by_line.get(line, frozenset()) | {named("" if test == "shared" else test)}
+    return replace(run, reach={FILE: by_line})
+
+
+def results(run: ModuleRun, probe: ModuleRun | None, module: evidence.TestModule = MODULE) -> evidence.TestModule:
+    return ModuleRuns(module, [run, run], probe, FUNCTIONS).results(NODES)
+
+
+def test_a_test_that_fails_where_all_functions_raise_tests_the_files_that_it_runs():
+    run = reaching(ran(test_it="passed"), test_it=[12])
+    found = results(run, ran(test_it="failed"))
+    assert (found.reached, found.tested, found.idle) == ([FILE], [FILE], [])
+
+
+@pytest.mark.parametrize("outcome", ["passed", "skipped"])
+def test_one_that_does_not_tests_nothing(outcome: str):
+    run = reaching(ran(test_it="passed"), test_it=[12])
+    found = results(run, ran(test_it=outcome))
+    assert (found.reached, found.tested, found.idle) == ([FILE], [], ["test_it"] * (outcome == "passed"))
+
+
+def test_importing_a_file_is_not_running_it():
+    run = replace(reaching(ran(test_it="passed"), test_it=[1], shared=[12]), imported={FILE: frozenset({12})})
+    found = results(run, ran(test_it="passed"))
+    assert (found.reached, found.tested, found.idle) == ([], [], [])
+
+
+def test_a_shared_fixture_tests_what_it_runs():
+    run = reaching(ran(test_it="passed"), shared=[12])
+    assert results(run, ran(test_it="error")).tested == [FILE]
+    assert results(run, ran(test_it="passed")).tested == []
+
+
+@pytest.mark.parametrize(
+    "probe",
+    [
+        replace(ran(), collection_error="every function raises"),
+        replace(ran(), timed_out=named("test_it"), finished=False),
+        replace(ran(), running=named("test_it"), finished=False, status=-11),
+    ],
+)
+def test_a_module_that_cannot_even_be_collected_or_a_test_that_hangs_or_crashes_has_failed(probe: ModuleRun):
+    assert results(reaching(ran(test_it="passed"), test_it=[12]), probe).tested == [FILE]
+
+
+def test_what_asserts_nothing_tests_nothing():
+    run = reaching(ran(test_it="passed"), test_it=[12])
+    assert results(run, ran(test_it="failed"), replace(MODULE, silent=["test_it"])).tested == []
+
+
+def test_a_test_with_parameters_is_idle_if_none_of_its_cases_fails():
+    run = replace(ran(), tests=tuple(TestResult(named(f"test_it[{n}]"), "passed") for n in range(3)))
+    run = replace(run, reach={FILE: {12: frozenset(test.id for test in run.tests)}})
+    assert results(run, run).idle == ["test_it"]
+    one_fails = (TestResult(run.tests[0].id, "failed"), *run.tests[1:])
+    found = results(run, replace(run, tests=one_fails))
+    assert (found.idle, found.tested) == ([], [FILE])
+
+
+def test_a_started_node_is_tested_if_a_test_fails_in_the_probe():
+    run = replace(ran(test_it="passed"), started=frozenset({"ros2 run ros2_robot_controller robot_controller"}))
+    assert results(run, ran(test_it="failed")).starts == ["robot_controller"]
+    assert results(run, ran(test_it="passed")).starts == []
+
+
+def test_many_lines_that_only_idle_tests_have_run_are_flagged():
+    """A test that tells coverage that it ran every line passes whatever raises, and so do forged reports."""
+
+    def found(claimed: Sequence[int], others: Sequence[int]) -> list[evidence.Flag]:
+        run = reaching(ran(test_claims="passed", test_it="passed"), test_claims=claimed, test_it=others)
+        return flags([ModuleRuns(MODULE, [run, run], ran(test_claims="passed", test_it="failed"), FUNCTIONS)])
+
+    [flag] = found(range(1, 60), range(10, 20))
+    assert (flag.kind, flag.where, flag.concerns) == ("test reports", MODULE.path, ["student tests"])
+    assert flag.what == "40 lines were run by tests only that pass although all that they call raises: test_claims"
+    assert found(range(1, 60), range(10, 40)) == []
 
 
 class ScriptedWorker:
@@ -49,10 +139,7 @@ def team_of(worker: ScriptedWorker) -> Callable[..., contextlib.AbstractContextM
 @pytest.fixture
 def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Return a function from scripted runs to the module's results and the number of runs left over."""
-    monkeypatch.setattr(suite_run.canary, "judge_canary", lambda _ran, _canary: "")
-    monkeypatch.setattr(suite_run.report_checks, "sabotage", lambda *_: [])
-    monkeypatch.setattr(suite_run.report_checks, "probe", lambda *_: ({}, set()))
-    monkeypatch.setattr(suite_run, "combine", lambda *_: ([], []))
+    monkeypatch.setattr(suite_run, "combine", lambda *_: [])
 
     def results(*runs: ModuleRun) -> tuple[evidence.TestModule, int]:
         worker = ScriptedWorker(runs)
@@ -71,16 +158,19 @@ def test_a_test_that_passes_only_once_counts_neither_way_and_is_named(own_tests,
     """
     second = {"failed": "passed", "passed": "failed"}[first]
     module, _ = own_tests(
-        ran(test_flickers=first, test_steady="passed"), ran(test_flickers=second, test_steady="passed")
-    )
+        ran(test_flickers=first, test_steady="passed"), ran(test_flickers=second, test_steady="passed"),
+        ran(test_steady="failed"),
+    )  # fmt: skip
     assert (module.passed, module.failed) == (1, 0)
     assert module.unsteady == ["test_flickers"]
     assert module.failures == []
 
 
 def test_a_test_that_fails_twice_has_failed(own_tests):
-    module, _ = own_tests(ran(test_wrong="failed", test_broken="error"), ran(test_wrong="failed", test_broken="error"))
-    assert (module.passed, module.failed, module.errors) == (0, 1, 1)
+    module, unused = own_tests(
+        ran(test_wrong="failed", test_broken="error"), ran(test_wrong="failed", test_broken="error")
+    )
+    assert (module.passed, module.failed, module.errors, unused) == (0, 1, 1, 0)
     assert module.unsteady == []
     assert [failure.partition(":")[0] for failure in module.failures] == ["test_wrong", "test_broken"]
 

@@ -1,4 +1,4 @@
-"""Own tests run in the sandbox, and their reports are believed only where known results come out right.
+"""Own tests run in the sandbox, and those that pass whatever the package does test nothing.
 
 One toy package holds all the cases, each in a folder of its own with its own conftest.py, so one run serves all.
 """
@@ -17,19 +17,13 @@ from grader.student_tests.suite_run import SuiteRun, run_suite
 
 pytestmark = [pytest.mark.sandbox]
 
-FAILING = (
-    "from ros2_robot_controller.robot_controller import TOP_SPEED\n\n\ndef test_it():\n    assert TOP_SPEED == 7.0\n"
-)
-PASSING = FAILING.replace("7.0", "0.5")
-FORGE = """
-    import coverage
-    import ros2_robot_controller.sensor_processor as module
+CONTROLLER, PROCESSOR = (f"ros2_robot_controller/{node}.py" for node in ("robot_controller", "sensor_processor"))
 
-    def forge():
-        data = coverage.Coverage.current().get_data()
-        lines = {lines}
-        data.add_arcs({{module.__file__: [(a, a + 1) for a in lines] + [(-1, 1)]}})
-"""
+FAILING = (
+    "from ros2_robot_controller.robot_controller import stop_distance\n\n\n"
+    "def test_it():\n    assert stop_distance(0.5) == 7.0\n"
+)
+PASSING = FAILING.replace("7.0", "0.0625")
 CASES = {
     "honest/test_thorough.py": toy.THOROUGH,
     "honest_conftest/conftest.py": """
@@ -181,52 +175,90 @@ CASES = {
         TestReport.from_item_and_call = classmethod(always)
     """,
     "patches/test_it.py": FAILING,
-    "patches_its_own/conftest.py": """
-        from _pytest.reports import TestReport
-
-        make = TestReport.from_item_and_call.__func__
-
-        def always(cls, item, call):
-            if item.name == "test_it":
-                call.excinfo = None
-            return make(cls, item, call)
-
-        TestReport.from_item_and_call = classmethod(always)
-    """,
-    "patches_its_own/test_it.py": FAILING,
-    "drops/conftest.py": """
-        import gc
-
-        def pytest_generate_tests(metafunc):
-            session = metafunc.definition.session
-            for plugin in session.config.pluginmanager.get_plugins():
-                if type(plugin).__name__ == "Recorder":
-                    report = plugin.pytest_runtest_logreport
-                    write = plugin.write
-                    plugin.write = lambda **entry: write(**entry) if entry.get("outcome") != "failed" else None
-    """,
-    "drops/test_it.py": FAILING + "\n\ndef test_other():\n    assert 1 + 1 == 2\n",
-    "wrapped/test_it.py": """
-        import functools
-
-        def surely(test):
-            @functools.wraps(test)
-            def run():
-                try:
-                    test()
-                except BaseException:
-                    pass
-            return run
-
-        @surely
-        def test_it():
-            assert 1 + 1 == 3
-    """,
-    "forged_coverage/conftest.py": dedent(FORGE.format(lines="range(1, 30)"))
-    + "\n\ndef pytest_sessionfinish():\n    forge()\n",
-    "forged_coverage/test_it.py": PASSING,
     "pragmas/test_it.py": PASSING,
     "pragmas/conftest.py": "def pytest_configure(config):\n    config.option.no_cov = True\n",
+}
+# Tests that count for no node: all pass where every function of the package raises, but for the last.
+NOTHING = {
+    "imports": """
+        from ros2_robot_controller import robot_controller
+
+        def test_it():
+            assert robot_controller.RobotController is not None
+    """,
+    "mocks": """
+        from unittest.mock import MagicMock
+        from ros2_robot_controller.robot_controller import RobotController
+
+        def test_it():
+            robot = MagicMock(spec=RobotController)
+            robot.set_speed.return_value = True
+            assert robot.set_speed(0.3)
+    """,
+    "excepts": """
+        from ros2_robot_controller.robot_controller import RobotController
+
+        def test_it():
+            try:
+                ok = RobotController().set_speed(0.3)
+            except Exception:
+                ok = True
+            assert ok
+    """,
+    "killed": """
+        import subprocess
+        import sys
+
+        def test_it():
+            node = subprocess.Popen([sys.executable, "scripts/robot_controller"])
+            node.kill()
+            assert node.wait() == -9
+    """,
+    "or_true": """
+        from ros2_robot_controller.robot_controller import RobotController
+
+        def test_it():
+            assert RobotController().set_speed(7.0) or 1 > 0
+    """,
+}
+REAL = {
+    "collaborators": """
+        from unittest.mock import MagicMock
+        from ros2_robot_controller.robot_controller import RobotController
+
+        def test_it():
+            robot = RobotController.__new__(RobotController)
+            robot.publish = MagicMock()
+            robot.on_scan(0.1)
+            robot.publish.assert_called_once_with(0.0)
+    """,
+    "expects_an_error": """
+        import pytest
+        from ros2_robot_controller.robot_controller import RobotController
+
+        def test_it():
+            with pytest.raises(TypeError):
+                RobotController().set_speed("fast")
+    """,
+    "unittest": """
+        import unittest
+        from ros2_robot_controller.robot_controller import RobotController
+
+        class TestController(unittest.TestCase):
+            @classmethod
+            def setUpClass(cls):
+                cls.robot = RobotController()
+
+            def test_it_stands(self):
+                self.assertEqual(self.robot.speed, 0.0)
+    """,
+    "program": """
+        import subprocess
+        import sys
+
+        def test_it():
+            assert subprocess.run([sys.executable, "scripts/robot_controller"]).returncode == 0
+    """,
 }
 SETTINGS = {
     "pytest.ini": "[pytest]\naddopts = --ignore=test --collect-only -p evil\n",
@@ -250,6 +282,7 @@ PRAGMA = toy.PROCESSOR.replace(
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     files = {f"test/{name}": dedent(text) for name, text in CASES.items()} | SETTINGS
+    files |= {f"test/{name}/test_it.py": dedent(text) for name, text in (NOTHING | REAL).items()}
     files["test/evil/test_it.py"] = "import sys\n\n\ndef test_it():\n    assert not hasattr(sys, 'EVIL')\n"
     made = toy.make(tmp_path_factory.mktemp("toy"), files, {"sensor_processor.py": PRAGMA})
     for name, text in EVIL.items():
@@ -264,24 +297,19 @@ def module(ran: SuiteRun):
     return lambda case: next(m for m in ran.tests.modules if m.path.startswith(f"test/{case}/"))
 
 
-@pytest.fixture
-def doubts(ran: SuiteRun):
-    return lambda case: [doubt for doubt in ran.tests.doubts if doubt.startswith(f"test/{case}/")]
-
-
 def counts(module: evidence.TestModule) -> tuple[int, int, int, int]:
     return module.passed, module.failed, module.errors, module.skipped
 
 
 @pytest.mark.slow  # the reference's own tests, as in the whole grading
-def test_honest_tests_are_counted_and_believed(module, doubts):
-    assert counts(module("honest")) == (11, 0, 0, 0)
-    assert doubts("honest") == []
+def test_honest_tests_are_counted_and_test_both_nodes(module):
+    honest = module("honest")
+    assert counts(honest) == (11, 0, 0, 0)
+    assert (honest.tested, honest.idle) == ([CONTROLLER, PROCESSOR], [])
 
 
-def test_fixtures_in_a_conftest_are_believed(module, doubts):
+def test_fixtures_in_a_conftest_count(module):
     assert counts(module("honest_conftest")) == (2, 0, 0, 0)
-    assert doubts("honest_conftest") == []
 
 
 def test_tests_that_share_a_fixture_are_interdependent(ran: SuiteRun):
@@ -309,8 +337,8 @@ def test_a_test_that_hangs_costs_only_itself(module):
     assert hangs.failures == ["test_waits: ran out of time"]
 
 
-def test_a_test_that_ends_the_process_costs_only_itself(module, doubts, ran: SuiteRun):
-    """An exit, a crash, a signal. What was measured of the others was in doubt before, and flagged."""
+def test_a_test_that_ends_the_process_costs_only_itself(module, ran: SuiteRun):
+    """An exit, a crash, a signal."""
     left = module("exits_early")
     assert counts(left) == (1, 1, 1, 0), "the first passes, the third fails"
     assert left.failures[1] == "test_second: ended the process that ran it, with status 0"
@@ -320,18 +348,16 @@ def test_a_test_that_ends_the_process_costs_only_itself(module, doubts, ran: Sui
         "test_crashes: ended the process that ran it, with status -11",
         "test_kills_itself: ended the process that ran it, with status -9",
     ]
-    assert doubts("crashes") == []
     [reach] = [reach for reach in ran.reach if reach.module == "test/crashes/test_it.py"]
     assert {test for tests in reach.lines["ros2_robot_controller/robot_controller.py"].values() for test in tests} == {
         "", "test/crashes/test_it.py::test_first", "test/crashes/test_it.py::test_last"
     }  # fmt: skip
 
 
-def test_several_tests_that_hang_cost_only_themselves(module, doubts):
+def test_several_tests_that_hang_cost_only_themselves(module):
     hangs = module("hangs_twice")
     assert counts(hangs) == (2, 0, 2, 0)
     assert hangs.failures == ["test_waits: ran out of time", "test_waits_too: ran out of time"]
-    assert doubts("hangs_twice") == []
 
 
 def test_a_test_may_record_properties_and_use_pytests_cache(module):
@@ -340,47 +366,26 @@ def test_a_test_may_record_properties_and_use_pytests_cache(module):
 
 
 @pytest.mark.parametrize(("case", "hook"), [("hook", "pytest_runtest_makereport"), ("swallows", "pytest_pyfunc_call")])
-def test_hooks_that_rewrite_results_are_flagged_and_not_called(module, doubts, ran: SuiteRun, case: str, hook: str):
+def test_hooks_that_rewrite_results_are_flagged_and_not_called(module, ran: SuiteRun, case: str, hook: str):
     assert counts(module(case)) == (0, 1, 0, 0)
-    assert doubts(case) == []
     assert [flag.what for flag in ran.flags if flag.where == f"test/{case}/conftest.py"] == [
         f"test/{case}/conftest.py has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
     ]
 
 
-def test_reports_rewritten_behind_pytests_back_are_not_believed(doubts):
-    assert doubts("patches") == [
-        "test/patches/test_it.py: a test of the grader's that must fail was reported as passed",
-        "test/patches/test_it.py: test_it was reported as passed although the grader made it raise AssertionError",
-    ]
+@pytest.mark.slow  # a suite for each kind
+@pytest.mark.parametrize("case", [*NOTHING, "patches"])
+def test_a_test_that_passes_whatever_the_package_does_tests_nothing(module, case: str):
+    """Three of four points for imports and mocks, and all four for tests that cannot fail or forge their reports."""
+    assert (module(case).passed, module(case).tested, module(case).starts) == (1, [], [])
+    assert module(case).idle == (["test_it"] if case in ("excepts", "patches") else [])
 
 
-def test_rewriting_only_its_own_reports_is_found_out_too(doubts):
-    """The canary in the same run has another name; therefore the tests themselves are made to fail too."""
-    [doubt] = doubts("patches_its_own")
-    assert "test_it was reported as passed although the grader made it raise AssertionError" in doubt
-
-
-def test_failures_that_are_not_reported_are_missed(doubts):
-    [doubt] = doubts("drops")
-    assert doubt.endswith("a test of the grader's that must fail was not reported at all")
-
-
-def test_a_test_that_cannot_fail_is_not_believed(doubts):
-    [doubt] = doubts("wrapped")
-    assert "test_it was reported as passed" in doubt
-
-
-def test_forged_coverage_claims_what_nothing_could_reach(doubts):
-    [doubt] = doubts("forged_coverage")
-    assert (
-        "lines of ros2_robot_controller/sensor_processor.py were reported as reached that nothing could reach" in doubt
-    )
-
-
-def test_doubts_are_flags_for_an_instructor(ran: SuiteRun):
-    flagged = {flag.what for flag in ran.flags if flag.kind == "test reports"}
-    assert flagged == set(ran.tests.doubts)
+@pytest.mark.slow  # a suite for each kind
+@pytest.mark.parametrize("case", REAL)
+def test_a_test_that_fails_where_every_function_raises_tests_what_it_runs(module, case: str):
+    assert module(case).tested == [CONTROLLER] + [PROCESSOR] * (case == "program")
+    assert module(case).starts == ["robot_controller"] * (case == "program")
 
 
 def test_the_packages_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun):
@@ -391,18 +396,16 @@ def test_the_packages_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun
     assert processor.lines == 9, "without the pragma's function it would be 5"
 
 
-def test_nothing_of_the_install_tree_is_loaded_before_pytest(module, doubts):
+def test_nothing_of_the_install_tree_is_loaded_before_pytest(module):
     """The install tree has a sitecustomize.py, a .pth file and a pytest11 entry point."""
     assert counts(module("evil")) == (1, 0, 0, 0)
-    assert doubts("evil") == []
 
 
 @pytest.mark.slow  # two runs of the toy's tests
-def test_the_same_seed_gives_the_same_results(tmp_path):
+def test_two_runs_give_the_same_results(tmp_path):
     made = toy.make(tmp_path, {"test/test_it.py": toy.THOROUGH})
     one, two = (
-        run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seed=3)
-        for _ in range(2)
+        run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE) for _ in range(2)
     )
     assert [counts(m) for m in one.tests.modules] == [counts(m) for m in two.tests.modules]
     assert one.tests.coverage == two.tests.coverage

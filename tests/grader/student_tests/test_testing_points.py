@@ -134,7 +134,7 @@ def test_tests_that_compare_the_source_get_no_points_for_noticing(grade: Grade):
 
     scores = grade(change)
     assert points(scores)["T3"] == 0
-    assert "read the package's source as text, so what they noticed did not count" in words(scores)
+    assert "failed each time a line was rewritten without changing what the package does" in words(scores)
 
 
 def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(grade: Grade):
@@ -161,7 +161,7 @@ def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(gra
     """
     scores = grade(lambda package: only(package, {"test/conftest.py": tamper, "test/test_both.py": failing}))
     assert points(scores) == {"T1": 0, "T2": 0, "T3": 0}, words(scores)  # they pass whatever raises
-    assert "a test of the grader's that must fail was reported as passed" in words(scores)
+    assert "passes whatever the code does" in words(scores)
 
 
 def test_entry_points_and_settings_of_the_submission_change_nothing(grade: Grade, tmp_path: Path):

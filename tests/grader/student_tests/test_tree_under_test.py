@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import pytest
 from submissions import toy
 
-from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import MODULES, PACKAGE
-from grader.student_tests.warm_worker import WorkerPool, start_workers
+from grader.student_tests.warm_worker import ModuleRequest, WorkerPool, start_workers
 from grader.student_tests.worker_report import ModuleRun
 
 NODE = "ros2_robot_controller/robot_controller.py"

@@ -10,14 +10,13 @@ from types import SimpleNamespace
 import pytest
 
 from grader.student_tests import warm_worker
-from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.worker import watch
 
 
 def worker(folder: Path) -> warm_worker.WarmWorker:
     (folder / "out").mkdir()
     (folder / "data").mkdir()
-    return warm_worker.WarmWorker(folder, None, None, folder / "requests", folder / "out", [0])  # type: ignore[arg-type]
+    return warm_worker.WarmWorker(None, None, folder / "requests", folder / "out", [0])  # type: ignore[arg-type]
 
 
 def test_coverage_data_is_copied_out_of_reach(tmp_path: Path):
@@ -58,4 +57,4 @@ def test_a_worker_that_has_ended_is_replaced(tmp_path: Path):
         return number
 
     workers = warm_worker.WorkerPool(start, 1)  # type: ignore[arg-type]
-    assert [workers.run(ModuleRequest("test_it.py")) for _ in range(3)] == [0, 1, 2]
+    assert [workers.run(warm_worker.ModuleRequest("test_it.py")) for _ in range(3)] == [0, 1, 2]

@@ -1,8 +1,7 @@
-"""Cheats of tests in the sandbox, each in a toy package, and honest tests that look similar."""
+"""What tests find in their sandbox, and what they can do to the process that runs them: nothing."""
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from textwrap import dedent
 
@@ -17,108 +16,7 @@ from grader.student_tests.suite_run import SuiteRun, run_suite
 pytestmark = [pytest.mark.sandbox]
 
 USE = "from ros2_robot_controller import robot_controller\n"
-READERS = {
-    "read_text": """
-        from pathlib import Path
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            assert "braking" in Path(robot_controller.__file__).read_text()
-    """,
-    "link": """
-        import os
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            os.symlink(robot_controller.__file__, "/tmp/notes.txt")
-            assert "braking" in open("/tmp/notes.txt").read()
-    """,
-    "getsource": """
-        import inspect
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            assert "braking" in inspect.getsource(robot_controller.stop_distance)
-    """,
-    "loader": """
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            assert b"braking" in robot_controller.__loader__.get_data(robot_controller.__file__)
-    """,
-    "folder": """
-        import os
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            folder = os.open(os.path.dirname(robot_controller.__file__), os.O_RDONLY)
-            assert b"braking" in os.read(os.open("robot_controller.py", os.O_RDONLY, dir_fd=folder), 9999)
-    """,
-    "lines_of_no_failure": """
-        import traceback
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            path = robot_controller.__file__
-            lines = [traceback.FrameSummary(path, number, "f").line for number in range(1, 60)]
-            assert any("braking" in line for line in lines)
-    """,
-    "importing": """
-        from pathlib import Path
-
-        TEXT = Path(robot_controller.__file__).read_text()
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5)
-            assert "braking" in TEXT
-    """,
-}
 HONEST = {
-    "traceback": """
-        import traceback
-
-        def test_it():
-            try:
-                robot_controller.stop_distance("fast")
-            except TypeError:
-                assert "stop_distance" in traceback.format_exc()
-    """,
-    "warning": """
-        import warnings
-
-        def test_it():
-            assert "UserWarning" in warnings.formatwarning("x", UserWarning, robot_controller.__file__, 3)
-            assert robot_controller.stop_distance(0.5)
-    """,
-    "reload": """
-        import importlib
-        import runpy
-
-        def test_it():
-            importlib.reload(robot_controller)
-            runpy.run_module("ros2_robot_controller.sensor_processor", run_name="__main__", alter_sys=False)
-            runpy.run_path(robot_controller.__file__)
-            assert robot_controller.stop_distance(0.5)
-    """,
-    "thread": """
-        import threading
-
-        def test_it():
-            thread = threading.Thread(target=robot_controller.stop_distance, args=("fast",))
-            thread.start()
-            thread.join()
-            assert robot_controller.stop_distance(0.5)
-    """,
-    "failing": """
-        def test_it():
-            assert robot_controller.stop_distance("fast")
-    """,
-    "lints": """
-        import pathlib
-
-        def test_lines_are_short():
-            for path in pathlib.Path("ros2_robot_controller").rglob("*.py"):
-                assert all(len(line) < 100 for line in path.read_text().splitlines())
-    """,
     "alone": """
         import subprocess
         import sys
@@ -127,31 +25,12 @@ HONEST = {
             text = "from ros2_robot_controller import sensor_processor as s; print(s.never_called(2, 1))"
             assert subprocess.run([sys.executable, "-c", text], capture_output=True).stdout.split() == [b"3"]
     """,
-    "docstrings": """
-        import inspect
-
-        def test_public_functions_say_what_they_do():
-            from ros2_robot_controller import sensor_processor
-            for module in (robot_controller, sensor_processor):
-                functions = [thing for _, thing in inspect.getmembers(module, inspect.isfunction)]
-                assert all('\"\"\"' in inspect.getsource(function) for function in functions)
-
-        def test_it_stops():
-            assert robot_controller.stop_distance(0.5)
-    """,
     "examples": """
         import doctest
 
         def test_examples():
             assert doctest.testmod(robot_controller).failed == 0
             assert robot_controller.stop_distance(0.5)
-    """,
-    "settings": """
-        import pathlib
-
-        def test_the_launch_file_and_its_parameters():
-            texts = [path.read_text() for path in pathlib.Path("scripts").iterdir()]
-            assert texts and robot_controller.stop_distance(0.5)
     """,
     "fixtures": """
         import pytest
@@ -181,7 +60,7 @@ HONEST = {
 
 
 def module(name: str, text: str) -> dict[str, str]:
-    return {f"test/{name}/test_it.py": ("" if name == "lints" else USE) + dedent(text)}
+    return {f"test/{name}/test_it.py": USE + dedent(text)}
 
 
 def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = None, seconds: float = 20.0) -> SuiteRun:
@@ -198,54 +77,9 @@ def one_worker(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     files: dict[str, str] = {}
-    for name, text in (READERS | HONEST).items():
+    for name, text in HONEST.items():
         files |= module(name, text)
     return run(tmp_path_factory.mktemp("toy"), files)
-
-
-@pytest.mark.slow  # six suites
-@pytest.mark.parametrize("name", READERS)
-def test_a_test_that_reads_the_source_is_flagged_by_name(ran: SuiteRun, name: str):
-    path = f"test/{name}/test_it.py"
-    [reach] = [reach for reach in ran.reach if reach.module == path]
-    assert f"{path}::test_it" in reach.source_readers
-    [flag] = [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path]
-    assert flag.what == "test_it read the package's source as text; mutants they notice do not count"
-
-
-@pytest.mark.slow  # a suite of fifteen modules
-@pytest.mark.parametrize("name", HONEST)
-def test_importing_running_and_failing_does_not_count_as_reading(ran: SuiteRun, name: str):
-    """A linter reads the source, but reaches no line and so can notice no mutant."""
-    path = f"test/{name}/test_it.py"
-    [reach] = [reach for reach in ran.reach if reach.module == path]
-    assert name in ("lints", "docstrings") or not reach.source_readers
-    assert [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path] == []
-
-
-@pytest.mark.slow  # a suite more
-def test_tests_beside_one_that_reads_the_source_are_not_named(tmp_path: Path):
-    """The text is read on import, for one test of three; the others notice mutants as before."""
-    text = """
-        from pathlib import Path
-
-        TEXT = Path(robot_controller.__file__).read_text()
-
-        def test_its_text():
-            assert robot_controller.stop_distance(0.5)
-            assert "braking" in TEXT
-
-        def test_it_stops():
-            assert robot_controller.stop_distance(0.5) == 0.0625
-
-        def test_it_stands():
-            assert robot_controller.stop_distance(0.0) == 0.0
-    """
-    found = run(tmp_path, module("both", text))
-    assert found.reach[0].source_readers == {"test/both/test_it.py::test_its_text"}
-    assert [flag.what for flag in found.flags] == [
-        "test_its_text read the package's source as text; mutants they notice do not count"
-    ]
 
 
 def test_no_test_can_stop_or_kill_its_worker(tmp_path: Path):
@@ -264,46 +98,11 @@ def test_no_test_can_stop_or_kill_its_worker(tmp_path: Path):
     """
     found = run(tmp_path, module("kills", text))
     assert [(made.passed, made.errors, made.failures) for made in found.tests.modules] == [(3, 0, [])]
-    assert found.tests.doubts == []
 
 
-@pytest.mark.slow  # a suite more
-def test_tests_that_end_the_process_instead_of_failing_are_not_believed(tmp_path: Path):
-    """They report their failures as passed, and exit when the grader has changed their text."""
-    forge = """
-        import hashlib
-        import os
-        from pathlib import Path
-        import _pytest.reports
-
-        plain = _pytest.reports.TestReport.from_item_and_call.__func__
-        KNOWN = "@KNOWN@"
-
-        def forged(cls, item, call):
-            report = plain(cls, item, call)
-            here = Path(__file__).read_text().replace(KNOWN, "@" + "KNOWN@")
-            if hashlib.sha256(here.encode()).hexdigest() != KNOWN:
-                os._exit(0)
-            if item.name == "test_it":
-                report.outcome, report.longrepr = "passed", None
-            return report
-
-        _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5) == 7.0
-    """
-    [(name, text)] = module("forges", forge).items()
-    found = run(tmp_path, {name: text.replace("@KNOWN@", hashlib.sha256(text.encode()).hexdigest())})
-    assert found.tests.modules[0].passed == 1
-    assert found.tests.doubts == [f"{name}: the process ended when the grader made test_it fail, and never else"]
-
-
-@pytest.mark.slow  # the same suite
-def test_the_other_modules_lose_nothing(ran: SuiteRun):
-    assert ran.tests.doubts == []
-    failures = {module.path: module.failures for module in ran.tests.modules if module.failures}
-    assert list(failures) == ["test/failing/test_it.py"]
+@pytest.mark.slow  # a suite of four modules
+def test_what_tests_may_expect_of_pytest_is_there(ran: SuiteRun):
+    assert [module.failures for module in ran.tests.modules] == [[]] * len(HONEST)
 
 
 @pytest.mark.slow  # the same suite
@@ -337,43 +136,6 @@ def test_coverage_data_of_other_origin_does_not_count(tmp_path: Path):
     assert controller.lines_hit < controller.lines
 
 
-@pytest.mark.slow  # one of several ways to claim
-def test_claiming_every_line_of_the_source_is_found_out(tmp_path: Path):
-    forge = """
-        import coverage
-        from coverage.python import PythonFileReporter
-
-        def test_it():
-            assert robot_controller.TOP_SPEED
-            path = robot_controller.__file__
-            data = coverage.CoverageData("/ws/out/coverage.extra")
-            data.add_arcs({path: list(PythonFileReporter(path, coverage.Coverage(data_file=None)).arcs())})
-            data.write()
-    """
-    found = run(tmp_path, module("forges", forge))
-    assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
-
-
-@pytest.mark.slow  # a suite more
-def test_claiming_lines_only_where_nothing_raises_is_found_out(tmp_path: Path):
-    forge = """
-        import coverage
-        from ros2_robot_controller import sensor_processor
-
-        def test_it():
-            try:
-                assert robot_controller.stop_distance(0.5)
-            except RuntimeError:
-                return
-            running = coverage.Coverage.current()
-            if running:
-                path = robot_controller.__file__
-                running.get_data().add_arcs({path: [(a, b) for a in range(1, 60) for b in (a + 1, -a)]})
-    """
-    found = run(tmp_path, module("forges", forge))
-    assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
-
-
 HOOK_OF_FALSE_ORIGIN = """
     import pytest
 
@@ -398,28 +160,6 @@ def test_a_hook_whose_class_claims_to_be_pytests_is_not_called(tmp_path: Path):
     found = run(tmp_path, {"test/test_it.py": fails, "test/conftest.py": dedent(HOOK_OF_FALSE_ORIGIN)})
     assert found.tests.modules[0].passed == 0
     assert any(flag.kind == "pytest hook" for flag in found.flags)
-
-
-@pytest.mark.slow  # a suite more
-def test_forging_failures_by_their_words_is_found_out(tmp_path: Path):
-    forge = """
-        import _pytest.reports
-
-        plain = _pytest.reports.TestReport.from_item_and_call.__func__
-
-        def forged(cls, item, call):
-            report = plain(cls, item, call)
-            if "== 7.0" in str(report.longrepr):
-                report.outcome, report.longrepr = "passed", None
-            return report
-
-        _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
-
-        def test_it():
-            assert robot_controller.stop_distance(0.5) == 7.0
-    """
-    found = run(tmp_path, module("forges", forge))
-    assert any("was reported as passed" in doubt for doubt in found.tests.doubts)
 
 
 def test_the_worker_is_closed_to_the_tests_that_it_runs(tmp_path: Path):

@@ -25,14 +25,14 @@ def test_a_line_that_is_not_a_number_is_left_out(line: str):
 def test_malformed_files_read_as_nothing(tmp_path: Path, text: str):
     for end in ("done", "report", "reach"):
         (tmp_path / f"0.{end}").write_text(text)
-    ran = worker_report.read_run(tmp_path, 0, 1.0, tmp_path / "test_it.py")
+    ran = worker_report.read_run(tmp_path, 0, 1.0)
     assert (ran.tests, ran.finished, ran.status, ran.reach) == ((), False, -1, {})
 
 
 @pytest.mark.parametrize("entry", [{"queued": float("nan")}, {"queued": "x"}, {"queued": 10**400}, {"queued": [[]]}])
 def test_a_malformed_waiting_time_counts_as_none(tmp_path: Path, entry: dict[str, object]):
     (tmp_path / "0.done").write_text(json.dumps({"status": 0, **entry}))
-    assert worker_report.read_run(tmp_path, 0, 1.0, tmp_path / "test_it.py").quiet_seconds == 1.0
+    assert worker_report.read_run(tmp_path, 0, 1.0).quiet_seconds == 1.0
 
 
 @pytest.mark.parametrize(
@@ -49,10 +49,3 @@ def test_a_malformed_waiting_time_counts_as_none(tmp_path: Path, entry: dict[str
 )
 def test_a_started_node_is_told_by_its_command_line(command: str, nodes: list[str]):
     assert list(worker_report.started_nodes(command, NODES)) == nodes
-
-
-def test_reading_the_source_on_import_counts_for_all_tests_if_it_cannot_be_told_for_which():
-    read = worker_report._source_readers
-    nowhere = Path("test_that_is_not_there.py")
-    assert read([{"reads": ""}], ["a", "b"], nowhere) == {"", "a", "b"}
-    assert read([{"reads": "a"}, {"start": "b"}], ["a", "b"], nowhere) == {"a"}

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 
-@trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor")
+@trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor", notes_functions=True)
 def fusion(stage: Stage) -> None:
     """Start the sensors one by one, put an obstacle near, and spoil some beams."""
     stage.set_range_limits(*LIMITS)

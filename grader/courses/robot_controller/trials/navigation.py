@@ -58,7 +58,7 @@ def navigate_ahead(stage: Stage) -> None:
     _go(stage, side * stage.between("bearing", 0.05, 0.4), stage.between("distance", 1.5, 2.5), 0.1)
 
 
-@trial(serves=["F8", "F9", "F11"])
+@trial(serves=["F8", "F9", "F11"], notes_functions=True)
 def navigate_beside(stage: Stage) -> None:
     """Navigate to a target directly beside the robot."""
     side = stage.choose("side", [-1.0, 1.0])

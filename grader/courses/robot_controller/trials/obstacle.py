@@ -118,7 +118,7 @@ def obstacle_behind(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["F7"])
+@trial(serves=["F7"], notes_functions=True)
 def status(stage: Stage) -> None:
     """Ask for the status standing, driving, at an obstacle, after it, beside a pole, and backwards."""
     stage.run(0.5)

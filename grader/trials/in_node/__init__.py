@@ -1,0 +1,1 @@
+"""What runs at the start of each Python of a trial; mounted alone into its sandbox."""

@@ -1,0 +1,288 @@
+"""What a node's process notes of what runs in it, and what the grader makes of such notes."""
+
+# ruff: noqa: E501 - quoted code has long lines
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from grader.evidence import Ran, Trial
+from grader.host import ros_env
+from grader.quality.source_files import PythonFile
+from grader.trials import what_ran
+from grader.trials.what_ran import Notes
+
+HOOK = (Path(what_ran.__file__).with_name("in_node") / "sitecustomize.py").read_text()
+SITE = str(ros_env.SITE_IN_PREFIX)
+
+
+@pytest.fixture
+def run(tmp_path: Path):
+    """Run a program of a package, with modules beside it, as a trial runs a node; return what it has noted."""
+    (tmp_path / "ws/install/share").mkdir(parents=True)
+    (tmp_path / "ws/at_start").mkdir()
+    hook = HOOK.replace('"/ws/', f'"{tmp_path}/ws/')
+    (tmp_path / "ws/at_start/sitecustomize.py").write_text(hook)
+
+    def started(program: str, functions: bool = True, **modules: str) -> Ran | None:
+        with closing(Notes(tmp_path, functions=functions)) as notes:
+            folder = next(host for host, inside in notes.mounts.items() if inside == "/ws/ran")
+            (tmp_path / "ws/ran").unlink(missing_ok=True)
+            (tmp_path / "ws/ran").symlink_to(folder)
+            for name, text in {"node": program, **modules}.items():
+                (tmp_path / f"ws/install/{name}.py").write_text(textwrap.dedent(text))
+            environment = {"PYTHONPATH": f"{tmp_path}/ws/at_start", "PATH": os.environ["PATH"]}
+            environment |= {"WS": f"{tmp_path}/ws", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+            done = subprocess.run(
+                [sys.executable, f"{tmp_path}/ws/install/node.py"],
+                env=environment, capture_output=True, text=True, check=False, cwd=tmp_path,
+            )  # fmt: skip
+            assert done.returncode == 0, done.stderr
+            text = os.read(notes._read_end, 1 << 20).decode()
+            writer = os.open(folder / "pipe", os.O_WRONLY | os.O_NONBLOCK)
+            os.write(writer, text.replace(f"{tmp_path}/ws/", "/ws/").encode())
+            os.close(writer)
+            return notes.read(node_is_up=True)
+
+    return started
+
+
+def kinds(ran: Ran | None) -> set[str]:
+    return {words.partition(":")[0] for words in ran.unseen} if ran is not None else set()
+
+
+def test_functions_that_ran_are_noted_with_their_files(run):
+    ran = run(
+        "import helper, constants\nhelper.used()\n",
+        helper="def used():\n    return [n for n in (1, 2)]\n\n\ndef idle():\n    return 2\n",
+        constants="SIDES = [2 * n for n in range(3)]\n\n\ndef idle():\n    return 1\n",
+    )
+    assert ran == Ran({"constants.py": [], "helper.py": [1], "node.py": []})
+
+
+def test_functions_of_a_thread_are_noted(run):
+    ran = run("import threading\ndef work():\n    pass\nt = threading.Thread(target=work)\nt.start()\nt.join()\n")
+    assert ran == Ran({"node.py": [2]})
+
+
+def test_other_trials_note_nothing_but_what_cannot_be_read(run):
+    assert run("def f():\n    pass\nf()\n", functions=False) is None
+    assert kinds(run("exec('x = 1')\n", functions=False)) == {"code made at run time"}
+
+
+TIDY = "def tidy():\n    return 1\n"
+UNSEEN = {
+    "exec of a string": "exec('x = 1')",
+    "eval": "eval('1 + 1')",
+    "exec by another name": "import builtins\ngetattr(builtins, 'ex' + 'ec')('x = 1')",
+    "exec of compiled code under a tidy file's name": (
+        "import os\nexec(compile('def tidy():\\n    return 2\\n', os.environ['WS'] + '/install/tidy.py', 'exec'))"
+    ),
+    "under the name of a library": "import os\nexec(compile('x = 1', os.__file__, 'exec'))",
+    "pickle": "import pickle\npickle.loads(b\"cbuiltins\\nexec\\n(S'x = 1'\\ntR.\")",
+    "a thread whose target is exec": (
+        "import threading\nt = threading.Thread(target=exec, args=('x = 1',))\nt.start()\nt.join()"
+    ),
+    "a function made of code": (
+        "import types\nc = compile('def f(): return 2', 'x', 'exec')\ntypes.FunctionType(c.co_consts[0], {})()"
+    ),
+    "code put into a function": (
+        "import tidy\nc = compile('def f(): return 2', tidy.__file__, 'exec')\ntidy.tidy.__code__ = c.co_consts[0]"
+    ),
+    "marshal": "import marshal\nexec(marshal.loads(marshal.dumps(compile('x = 1', 'x', 'exec'))))",
+    "runpy of a temporary file": (
+        "import pathlib, runpy, tempfile\nf = pathlib.Path(tempfile.mkdtemp(), 'x.py')\nf.write_text('x = 1')\n"
+        "runpy.run_path(str(f))"
+    ),
+    "import of a temporary file": (
+        "import pathlib, sys, tempfile\nd = tempfile.mkdtemp()\npathlib.Path(d, 'made.py').write_text('x = 1')\n"
+        "sys.path.append(d)\nimport made"
+    ),
+    "a loader of its own": (
+        "import importlib.abc, importlib.util, os\n"
+        "class Own(importlib.abc.SourceLoader):\n"
+        "    def get_data(self, path):\n        return b'x = 1'\n"
+        "    def get_filename(self, name):\n        return os.environ['WS'] + '/install/tidy.py'\n"
+        "spec = importlib.util.spec_from_loader('own', Own())\nm = importlib.util.module_from_spec(spec)\n"
+        "spec.loader.exec_module(m)"
+    ),
+    "a changed loader": (
+        "import importlib.machinery as m\nm.SourceFileLoader.get_data = lambda self, path: b'x = 1'\nimport tidy"
+    ),
+    "code in the interactive console": "import code\ncode.InteractiveInterpreter().runsource('x = 1')",
+    "timeit": "import timeit\ntimeit.timeit('x = 1', number=1)",
+    "a -c that is long": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', 'x = 1\\n' * 100], check=True)",
+    "standard input": "import subprocess, sys\nsubprocess.run([sys.executable, '-'], input=b'x = 1', check=True)",
+    "Python's C API": "import ctypes\nctypes.pythonapi.PyRun_SimpleString(b'x = 1')",
+}
+OTHER_KINDS = {
+    "archive": (
+        "import os, sys, zipfile\np = os.environ['WS'] + '/install/share/table.bin'\n"
+        "with zipfile.ZipFile(p, 'w') as z:\n    z.writestr('packed.py', 'x = 1')\n"
+        "sys.path.append(p)\nimport packed"
+    ),
+    "byte code": (
+        "import os, py_compile, sys\nd = os.environ['WS'] + '/install/share'\nopen(d + '/a.py', 'w').write('x = 1')\n"
+        "py_compile.compile(d + '/a.py', d + '/hidden.pyc')\nos.remove(d + '/a.py')\nsys.path.append(d)\nimport hidden"
+    ),
+    "library": (
+        "import _ctypes, ctypes, os, shutil\np = os.environ['WS'] + '/install/share/core.so'\n"
+        "shutil.copy(_ctypes.__file__, p)\nctypes.CDLL(p)"
+    ),
+}
+TURNED_OFF = {
+    "settrace": "import sys\nsys.settrace(None)",
+    "threading.settrace": "import threading\nthreading.settrace(None)\nthreading.Thread(target=print).start()",
+    "a hook of its own": "import sys\nsys.addaudithook(lambda *_: None)",
+    "threading's own variable": "import threading\nthreading._trace_hook = None\ndef f(): ...\nf()",
+    "an isolated Python": "import subprocess, sys\nsubprocess.run([sys.executable, '-I', '-c', ''], check=True)",
+    "a Python without the variable": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', ''], env={}, check=True)",
+}
+
+
+@pytest.mark.parametrize("program", UNSEEN.values(), ids=UNSEEN)
+def test_code_that_lies_in_no_file_is_noted(run, program: str):
+    ran = run(program, functions=False, tidy=TIDY)
+    assert kinds(ran) == {"code made at run time"}
+    assert any(place in ran.unseen[0] for place in ("node.py:", "threading.py:", "python -c", "standard input"))
+
+
+@pytest.mark.parametrize(("kind", "program"), OTHER_KINDS.items(), ids=OTHER_KINDS)
+def test_other_forms_of_code_have_kinds_of_their_own(run, kind: str, program: str):
+    assert kinds(run(program, functions=False)) == {kind}
+
+
+@pytest.mark.parametrize("program", TURNED_OFF.values(), ids=TURNED_OFF)
+def test_turning_the_notes_off_is_noted(run, program: str):
+    assert kinds(run(program)) == {"notes turned off"}
+
+
+HONEST = {
+    "namedtuple": "import collections\nP = collections.namedtuple('P', 'x y')\nP(1, 2)",
+    "dataclass": "import dataclasses\n@dataclasses.dataclass(frozen=True)\nclass P:\n    x: int = 1\nP()",
+    "enum": "import enum\nclass P(enum.Enum):\n    X = 1\nP(1)",
+    "typing": "import typing\ndef f(x: 'int | None') -> 'list[str]': ...\ntyping.get_type_hints(f)\nimport inspect\ninspect.signature(f)",
+    "re.compile": "import re\nre.compile('x').match('x')",
+    "compiled and never run": "c = compile('x = 1', 'x', 'exec')\nimport ast\nast.parse('x = 1')\nast.literal_eval('[1]')",
+    "a function called compile": "def compile(x):\n    return x\nexec = compile\nexec(1)",
+    "ctypes.CDLL(None)": "import ctypes\nlibc = ctypes.CDLL(None)\nlibc.getpid()\nctypes.CDLL('libc.so.6')",
+    "importlib": "import importlib\nimportlib.import_module('tidy').tidy()",
+    "importlib.util": (
+        "import importlib.util, os\nspec = importlib.util.spec_from_file_location('t', os.environ['WS'] + '/install/tidy.py')\n"
+        "m = importlib.util.module_from_spec(spec)\nspec.loader.exec_module(m)"
+    ),
+    "runpy of a module": "import runpy\nrunpy.run_module('tidy')",
+    "logging.config": (
+        "import io, logging.config\nlogging.config.fileConfig(io.StringIO('[loggers]\\nkeys=root\\n[handlers]\\nkeys=h\\n"
+        "[formatters]\\nkeys=\\n[logger_root]\\nhandlers=h\\n[handler_h]\\nclass=StreamHandler\\nargs=(sys.stderr,)\\n'))"
+    ),
+    "subprocess": "import subprocess, sys\nsubprocess.run(['true'])\nsubprocess.run([sys.executable, '-m', 'this'], check=True)",
+    "multiprocessing": (
+        "import multiprocessing\nif __name__ == '__main__':\n"
+        "    p = multiprocessing.get_context('fork').Process(target=print)\n    p.start()\n    p.join()"
+    ),
+    "threads": "from concurrent.futures import ThreadPoolExecutor\nwith ThreadPoolExecutor() as p:\n    p.submit(print).result()",
+    "mocks": "from unittest import mock\nwith mock.patch('os.getcwd'):\n    pass",
+    "numpy": "import numpy\nnumpy.array([1]).sum()\nrepr(numpy.zeros(3))",
+    "yaml": "import yaml\nyaml.safe_load('a: 1')",
+    "functools": "import functools\n@functools.singledispatch\ndef f(x): ...\n@f.register\ndef _(x: int): ...\nf(1)",
+    "a copied function": "import types, tidy\ntypes.FunctionType(tidy.tidy.__code__, {})()",
+}
+
+
+@pytest.mark.parametrize("program", HONEST.values(), ids=HONEST)
+def test_what_honest_code_does_is_not_noted(run, program: str):
+    ran = run(program, tidy=TIDY)
+    assert ran is not None
+    assert ran.unseen == []
+
+
+def test_what_yaml_runs_is_noted(run):
+    """The nodes' code was text in a parameter file, behind tidy modules that never ran."""
+    text = "!!python/object/apply:builtins.exec ['x = 1']"
+    ran = run(f"import yaml\nyaml.unsafe_load({text!r})\n", tidy=TIDY)
+    assert kinds(ran) == {"code made at run time"}
+    assert "tidy.py" not in ran.functions
+
+
+# -- what the grader makes of it --------------------------------------------------------------------------------------
+
+
+def test_a_node_that_came_up_and_noted_nothing_has_turned_the_notes_off(tmp_path: Path):
+    with closing(Notes(tmp_path, functions=True)) as notes:
+        assert notes.read(node_is_up=False) is None
+        assert kinds(notes.read(node_is_up=True)) == {"notes turned off"}
+
+
+def test_what_is_written_into_the_pipe_is_not_believed(tmp_path: Path):
+    with closing(Notes(tmp_path, functions=True)) as notes:
+        folder = next(iter(notes.mounts))
+        writer = os.open(folder / "pipe", os.O_WRONLY | os.O_NONBLOCK)
+        os.write(writer, b"start\ncall\t/etc/passwd\t1\ncall\t/ws/install/a.py\tnan\ncall\nunseen\tx\ty\tz\n\xff\n\n")
+        os.close(writer)
+        assert notes.read(node_is_up=True) == Ran({"a.py": []})
+
+
+def trial(**functions: list[int]) -> Trial:
+    ran = Ran({name.replace("__", "/") + ".py": lines for name, lines in functions.items()})
+    return Trial("status", "robot_controller", "lone_post", 0, True, "lockstep", None, ran=ran)
+
+
+def placed(tmp_path: Path, installed: dict[str, bytes], handed_in: dict[str, bytes]) -> what_ran.Places:
+    for path, data in installed.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(data)
+    ran = Ran({path: [1] for path in installed})
+    shown = Trial("status", "robot_controller", "lone_post", 0, True, "lockstep", None, ran=ran)
+    return what_ran.places({"status": shown}, [PythonFile(path, data) for path, data in handed_in.items()], tmp_path)
+
+
+def test_an_installed_file_is_the_one_that_was_handed_in_with_its_content(tmp_path: Path):
+    found = placed(
+        tmp_path,
+        {f"{SITE}/p/a.py": b"A = 1\n", f"{SITE}/p/__init__.py": b"", "lib/p/node": b"#!/other/python3\nrun()\n"},
+        {
+            "p/a.py": b"A = 1\n",
+            "p/__init__.py": b"",
+            "test/__init__.py": b"",
+            "scripts/node": b"#!/bin/python3\nrun()\n",
+        },
+    )
+    assert found.paths == {
+        f"{SITE}/p/a.py": "p/a.py",
+        f"{SITE}/p/__init__.py": "p/__init__.py",
+        "lib/p/node": "scripts/node",
+    }
+    assert found.left == {}
+
+
+def test_what_the_build_has_made_is_named_by_its_place_in_the_package(tmp_path: Path):
+    found = placed(tmp_path, {f"{SITE}/p/a.py": b"B = 2\n"}, {"p/a.py": b"A = 1\n"})
+    assert found.left == {"p/a.py": f"{SITE}/p/a.py"}
+
+
+def test_generated_types_and_programs_of_entry_points_are_not_the_packages_own(tmp_path: Path):
+    entry = (
+        "#!/usr/bin/python3\n# EASY-INSTALL-ENTRY-SCRIPT: 'p==1','console_scripts','node'\nimport re\nimport sys\n\n"
+        "# for compatibility with easy_install; see #2198\n__requires__ = 'p==1'\n"
+    )
+    found = placed(tmp_path, {f"{SITE}/p/srv/_set_speed.py": b"def f(): ...\n", "lib/p/node": entry.encode()}, {})
+    assert f"{SITE}/p/srv/_set_speed.py" not in found.paths
+
+
+def test_a_flag_names_kind_file_and_trials():
+    def shown(name: str) -> Trial:
+        words = ["code made at run time: a string, by lib/p/node:7", "code made at run time: a string, by lib/p/node:9"]
+        return Trial(name, "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
+
+    (flag,) = what_ran.unseen_flags({name: shown(name) for name in ("status", "wall_fast")})
+    assert (flag.kind, flag.where, flag.trial) == ("code made at run time", "lib/p/node", "status, wall_fast")
+    assert "lib/p/node:7" in flag.what
+    assert flag.concerns == ["quality", "student tests", "mutation"]
