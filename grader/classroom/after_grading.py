@@ -179,6 +179,9 @@ def _gradebook(options: argparse.Namespace) -> int:
         names = some([f"{row.person.label} ({row.state.value})" for row in waiting], _SHOWN)
         print(f"no grade before a person decides: {printable(names, 400)}")
         print("--zero-missing gives them 0; overrides.yaml decides for one: adjust: {total: 0, why: ..., by: ...}")
+    if held := [row.submission for row in book.teams.values() if row.state is State.WITHHELD]:
+        print(f"points withheld until a person decides: {printable(some(held, _SHOWN), 400)}")
+        print("overrides.yaml decides for one: flags_accepted: {why: ..., by: ...}, or points for each requirement")
     print(f"Grades: {out}")
     if feedback:
         print(f"Feedback: {feedback}")

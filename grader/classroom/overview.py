@@ -39,7 +39,10 @@ _PAGE_SHARE = 50  # times as long as the page took is waited before it is writte
 
 @dataclass(frozen=True)
 class Line:
-    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded."""
+    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded.
+
+    `withheld` are the requirements whose points an integrity flag keeps until a person decides.
+    """
 
     row: Row
     people: str
@@ -50,6 +53,7 @@ class Line:
     seconds: float | None
     linked: bool
     """Whether it has a report."""
+    withheld: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ class Overview:
     groups: tuple[Group, ...]
     requests: tuple[Regrade, ...]
     states: tuple[tuple[str, int], ...]
-    flags: tuple[tuple[str, str, str], ...]
+    flags: tuple[tuple[str, str, str, str], ...]
     errors: tuple[Record, ...]
     slowest: tuple[Record, ...]
     totals: tuple[Decimal, ...]
@@ -249,7 +253,8 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: b
     reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
     said = (each.comment.removeprefix(each.state.value).removeprefix("; ") for each in rows)  # the state is beside it
     remarks = "; ".join(dict.fromkeys(filter(None, said)))
-    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else None, linked)
+    withheld = tuple(each.id for each in row.requirements if each.withheld)
+    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else None, linked, withheld)
 
 
 def _league(
@@ -337,7 +342,11 @@ def _mean_share(shares: Sequence[int | None]) -> int | None:
     return round(mean(known)) if known else None
 
 
-def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str]]:
+def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield of each flag the submission, its kind, what was seen, and where and which requirements it concerns."""
     for name, report in sorted(reports.items()):
         for flag in report.get("integrity", ()):
-            yield name, one_line(flag["kind"]), lines(flag["what"], 300)
+            trial = f"trial {flag['trial']}" if flag.get("trial") else ""
+            ids = f"concerns {', '.join(flag['requirements'])}" if flag.get("requirements") else ""
+            seen_in = "; ".join(filter(None, [one_line(flag["where"]), one_line(trial), ids]))
+            yield name, one_line(flag["kind"]), lines(flag["what"], 300), seen_in
