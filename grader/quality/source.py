@@ -14,6 +14,7 @@ from grader.words import mark
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
+_HIDDEN_WORDS = 100  # a licence's header may be a comment
 _MUCH = 100  # lines of code, and at least half as many as the nodes use
 
 
@@ -44,7 +45,7 @@ def text_flags(quality: Quality, package: str) -> list[Flag]:
     made = [f"{found.path}:{found.line}" for found in quality.habits if found.rule == UNREADABLE]
     words = "code that is made at run time, or run in another form than as a module"
     unreadable = [Flag("unreadable code", words, where=", ".join(made[:5]))] if made else []
-    return [*suppression_flags(quality), *_padding_flags(quality, package), *unreadable]
+    return [*suppression_flags(quality), *_padding_flags(quality, package), *unreadable, *hidden_flags(quality)]
 
 
 def _padding_flags(quality: Quality, package: str) -> list[Flag]:
@@ -57,6 +58,15 @@ def _padding_flags(quality: Quality, package: str) -> list[Flag]:
     words = f"{sum(idle.values())} lines of code that no node uses, beside {used} that one does: they earned nothing"
     most = sorted(idle, key=lambda path: (-idle[path], path))[:5]
     return [Flag("padding", words, where=", ".join(most))]
+
+
+def hidden_flags(quality: Quality) -> list[Flag]:
+    """Return a flag where a README holds much text that no reader sees. It did not count."""
+    readme = quality.readme
+    if readme is None or readme.hidden < _HIDDEN_WORDS:
+        return []
+    words = f"{readme.hidden} words are in comments or elements that a reader of the page does not see; they did not count"
+    return [Flag("hidden text", words, where=readme.path, concerns=["readme"])]
 
 
 def suppression_flags(quality: Quality) -> list[Flag]:

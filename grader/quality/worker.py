@@ -94,7 +94,7 @@ def package_facts(
         ),
         parameters=parameter_use(modules, course.nodes.values(), used),
         interfaces=created,
-        readme=read_readme(package, paths, {course.package, name}, {*course.nodes, *(item.name for item in created)}),
+        readme=read_readme(package, paths, {course.package, name}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,
