@@ -14,7 +14,6 @@ from typing import Any
 from grader import evidence
 from grader import report as report_room
 from grader.classroom import (
-    anonymous,
     class_folder,
     comparison,
     gradebook,
@@ -54,7 +53,7 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
         "class --for canvas --sheet canvas_export.csv --assignment Robots --out canvas_import.csv",
     )  # fmt: skip
     verb("--for", dest="platform", choices=sorted(all_platforms()), default="csv", help="default: csv")
-    verb("--out", type=Path, help="the file, or the folder for gradescope, github and --anonymous")
+    verb("--out", type=Path, help="the file, or the folder for gradescope and github")
     verb("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
     verb("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
     verb(
@@ -62,10 +61,6 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
         help="whoever handed in nothing, or nothing that can be graded, gets 0; the class remembers it",
     )  # fmt: skip
     verb("--feedback", action="store_true", help="also the reports, as the zip that Moodle or Canvas imports")
-    verb(
-        "--anonymous", action="store_true",
-        help="a folder with the gradebook, the pages and the reports without names, and beside it who is who",
-    )  # fmt: skip
     verb = _verb(
         verbs, "rescore", _rescore, "judge a class again from its evidence",
         "Run the checks over the saved evidence of a class, after a change of the rubric or of a check. No code of a "
@@ -157,8 +152,6 @@ def _gradebook(options: argparse.Namespace) -> int:
             row.submission: folder.report(row.submission, for_student=True) for row in book.rows if row.submission
         }
     platform = all_platforms()[options.platform]
-    if options.anonymous:
-        return _anonymous(options, folder, book)
     out: Path = options.out or options.folder / platform.out
     feedback = out.with_name(f"{out.stem}_feedback.zip") if options.feedback else None
     if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
@@ -193,17 +186,6 @@ def _course_of(folder: Path) -> Course:
     place = folder / EVIDENCE
     origin = evidence.load(place).origin if any(place.glob("*.json")) else {}  # a refusal's folder is empty
     return named(origin["course"]) if "course" in origin else find()
-
-
-def _anonymous(options: argparse.Namespace, folder: ClassFolder, book: Gradebook) -> int:
-    if options.platform != "csv" or options.feedback or options.sheet:
-        raise UsageError("--anonymous is for --for csv; what a platform imports has to say whose a grade is.")
-    out: Path = options.out or options.folder / anonymous.FOLDER
-    for note in anonymous.write(folder, book, out):
-        print(f"note: {printable(note)}")
-    print(f"Without names: {out}")
-    print(f"Who is who: {anonymous.key_of(out)}")
-    return EXIT_GRADED
 
 
 def _rescore(options: argparse.Namespace) -> int:

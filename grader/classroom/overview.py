@@ -168,27 +168,20 @@ class LivePage:
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path."""
-    return write_pages(summarise(folder, book), book, folder.path)
+    found = summarise(folder, book)
+    write_atomically(folder.path / OVERVIEW, render(found, book))
+    write_atomically(folder.path / SECTIONS, _page("sections.html.j2", overview=found))
+    return folder.path / OVERVIEW
 
 
-def write_pages(overview: Overview, book: Gradebook, folder: Path) -> Path:
-    """Write index.html and the page of sections into `folder`, and return the first one's path."""
-    write_atomically(folder / OVERVIEW, render(overview, book))
-    write_atomically(folder / SECTIONS, _page("sections.html.j2", overview=overview))
-    return folder / OVERVIEW
-
-
-def summarise(folder: ClassFolder, book: Gradebook, *, for_student: bool = False) -> Overview:
-    """Return what there is to say about a class; `for_student` without what is held back.
-
-    One row stands for its team; the people are named in it.
-    """
+def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
+    """Return what there is to say about a class. One row stands for its team; the people are named in it."""
     facts = folder.facts()
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
         teams.setdefault(row.submission, []).append(row)
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
-    said = {name: folder.report(name, for_student=for_student) for name, record in records.items() if record}
+    said = {name: folder.report(name) for name, record in records.items() if record}
     reports = {name: said.get(name) or {} for name in records}
     found = tuple(
         _line(rows, book, records.get(name), bool(reports.get(name)))
