@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from grader import evidence
@@ -80,15 +81,17 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     verb("new", type=Path, help="another one")
     verb = _verb(
         verbs, "similar", partial(_similar, course_texts), "list the packages of a class that are most alike",
-        "Compare the Python of all submissions of a class beyond what the course gives, and write similar.html with "
-        "the places side by side. Names, comments and strings do not count. Nothing is run.",
-        "class",
+        "Compare the Python of all submissions of a class beyond what the course gives. Names, comments and strings do "
+        "not count. Nothing is run. To see places side by side, or to compare with other classes, give --archive to "
+        "Dolos or JPlag.",
+        "class --archive class.zip",
     )  # fmt: skip
     verb(
         "--base", type=Path, metavar="DIR",
         help="what the course gives (default: the reference package and the files that the notebooks give)",
     )  # fmt: skip
     verb("--top", type=int, default=20, metavar="N", help="pairs to list (default 20)")
+    verb("--archive", type=Path, metavar="ZIP", help="also write a zip of the class's Python that Dolos and JPlag read")
     verb = _verb(
         verbs, "regrade", _regrade, "look at a requirement again on a student's request, and decide",
         "With a reason, add a student's request to regrades.yaml of the class. Without one, show what the grader saw "
@@ -231,17 +234,27 @@ def _similar(course_texts: Callable[[], Mapping[str, str]], options: argparse.Na
         raise UsageError(f"There is no folder {printable(str(options.base))}.", "Check --base.")
     progress = Progress()
     folder = ClassFolder(options.folder)
-    alike = similarity.of_class(folder, base, options.top, progress.say)
+    texts, notes = similarity.read(folder, progress.say)
+    progress.say("comparing")
+    pairs = similarity.compare(texts, base, folder.facts())
     progress.done()
-    for note in alike.notes:
+    little = "is not compared: it has hardly any Python beyond what the course gives."
+    notes += [f"{name} {little}" for name in texts if not any(name in (pair.one, pair.other) for pair in pairs)]
+    for note in notes:
         print(f"note: {note}")
-    usual = f"in half of them at most {alike.usual:.0%} of a package is in the other one, too"
-    print(
-        f"{counted(alike.compared, 'pair')}; {usual}" if alike.compared else "No two packages have anything to compare."
-    )
-    for pair in alike.pairs:
-        print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
-    print(f"Places: {similarity.write(folder, alike)}")
+    if pairs:
+        usual = median(pair.share for pair in pairs)
+        said = f"in half of them at most {usual:.0%} of a package is in the other one, too; to be alike proves nothing"
+        print(f"{counted(len(pairs), 'pair')}; {said}")
+    else:
+        print("No two packages have anything to compare beyond what the course gives.")
+    for pair in pairs[: options.top]:
+        shares = f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}"
+        print(f"{shares}  {printable(pair.places, 200)}".rstrip())
+    similarity.write(folder, pairs)
+    if options.archive:
+        similarity.archive(texts, base, options.archive)
+        print(f"Archive: {options.archive}")
     print(f"Class: {overview.write(folder, gradebook.read(folder))}")
     return EXIT_GRADED
 
