@@ -8,6 +8,7 @@
         flags_accepted: {why: "a generated parser", by: "A. Lovelace"}
         comments: ["A fine README."]
         submitted: 2026-11-21T10:00
+        package: ws/src/controller
       stranger:
         people: [s1237]
     people:
@@ -125,6 +126,8 @@ class SubmissionDecision:
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
     flags_accepted: Accepted | None = None
+    package: str = ""
+    """Which package is graded, by its path in the submission, instead of the grader's choice."""
     people: tuple[Person, ...] | None = None
     """Whose it is, instead of whom the export was matched with; None if that was not decided."""
 
@@ -273,8 +276,8 @@ class _Reader(YamlReader):
         points: list[PointsOverride] = []
         adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
-        submitted, people, accepted = None, None, None
-        known = ("points", "adjust", "bonus", "flags_accepted", "comments", "submitted", "people")
+        submitted, people, accepted, package = None, None, None, ""
+        known = ("points", "adjust", "bonus", "flags_accepted", "comments", "submitted", "package", "people")
         for key, where, value in self.mapping(node, known):
             if key == "points":
                 points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
@@ -282,6 +285,8 @@ class _Reader(YamlReader):
                 comments = self._texts(value)
             elif key == "submitted":
                 submitted = self._time(value)
+            elif key == "package":
+                package = self.text(value)
             elif key == "flags_accepted":
                 accepted = Accepted(**self._why_and_by(value, where))
             elif key == "people":
@@ -289,7 +294,7 @@ class _Reader(YamlReader):
                 people = tuple(self._person_named(self.text(each), each) for each in nodes)
             else:
                 adjustments.append(self._adjustment(key, where, value))
-        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, accepted, people)
+        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, accepted, package, people)
 
     def _person(self, node: yaml.Node) -> PersonDecision:
         excused: Excuse | None = None
