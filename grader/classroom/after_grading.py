@@ -27,7 +27,7 @@ from grader.classroom import (
     words,
 )
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder
-from grader.classroom.gradebook import Gradebook, State
+from grader.classroom.gradebook import State
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade

@@ -62,8 +62,8 @@ class Row:
     """One person's line. `reached` is the sum of the requirements, `total` what lateness and people leave of it.
 
     `total` is None where a platform should show no grade: excused, not graded yet, an error of ours, points that a flag
-    withholds, or a hand-in that is missing or cannot be graded, until a person decides. `late` is in words. `decided` are
-    decisions on the submission, `private` what concerns this person alone.
+    withholds, or a hand-in that is missing or cannot be graded, until a person decides. `late` is in words. `decided`
+    are decisions on the submission, `private` what concerns this person alone.
     """
 
     person: Person

@@ -1,7 +1,7 @@
 """Which packages of a class are most alike beyond what the course gives. Nothing is run.
 
-Winnowing (Schleimer, Wilkerson and Aiken, 2003) over Python's tokens, in which all names are the same, and all literals:
-of each window of stretches the one with the least hash is a package's fingerprint. A package is the sum of its files.
+Winnowing (Schleimer, Wilkerson and Aiken, 2003) over Python's tokens, in which all names are the same, and all
+literals: of each window of stretches the one with the least hash is a fingerprint of the package.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
+from zlib import crc32
 
 from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts, ClassFolder
@@ -53,7 +54,7 @@ class Pair:
 
 
 def read(folder: ClassFolder, progress: Callable[[str], None]) -> tuple[dict[str, Texts], list[str]]:
-    """Return the Python texts of a class by submission, and remarks on what is not compared; GraderError without one."""
+    """Return the Python texts of a class by submission, and remarks on what is not compared."""
     facts, texts = folder.facts(), dict[str, Texts]()
     sources = {entry.source or facts.source for entry in facts.entries if not entry.absent}
     notes = [f"{e.id} is not compared: the present sources do not have it." for e in facts.entries if e.absent]
@@ -71,7 +72,9 @@ def read(folder: ClassFolder, progress: Callable[[str], None]) -> tuple[dict[str
             files = source_files.find(package, named(facts.course))
             found = {f.path: "" if f.problem else untrusted.read_python(package / f.path) or "" for f in files}
             texts[entry.id] = {path: text for path, text in found.items() if _signs(text)}
-            notes += [f"{entry.id} is compared without {one_line(path)}." for path in found.keys() - texts[entry.id].keys()]
+            notes += [
+                f"{entry.id} is compared without {one_line(path)}." for path in found.keys() - texts[entry.id].keys()
+            ]
             if discovery.content_hash(source) != entry.content:
                 notes.append(f"{entry.id} is compared as it is now; it is not what was graded.")
             tempdir.remove(scratch / entry.id)
@@ -87,16 +90,15 @@ def compare(texts: Mapping[str, Texts], base: Texts, facts: ClassFacts | None = 
     for one, other in itertools.combinations([name for name, own in prints.items() if len(own) >= _LEAST], 2):
         if not people.get(one, set()) & people.get(other, set()):
             both = prints[one].keys() & prints[other].keys()
-            shares = [len(both) / len(prints[name]) for name in (one, other)]
-            pairs.append(Pair(one, other, *shares, _places([prints[one][mark] for mark in both])))
+            of_one, of_other = (len(both) / len(prints[name]) for name in (one, other))
+            pairs.append(Pair(one, other, of_one, of_other, _places([prints[one][mark] for mark in both])))
     return sorted(pairs, key=lambda pair: -pair.share)
 
 
 def write(folder: ClassFolder, pairs: Sequence[Pair]) -> None:
     """Write into a class folder which pairs are nearer to all than to the median share, for the class page."""
     least = (1 + median(pair.share for pair in pairs)) / 2 if pairs else 1.0
-    near = [asdict(pair) for pair in pairs if pair.share >= least]
-    write_atomically(folder.path / DATA, json.dumps(near, indent=2) + "\n")
+    write_atomically(folder.path / DATA, json.dumps([asdict(p) for p in pairs if p.share >= least], indent=2) + "\n")
 
 
 def near(folder: ClassFolder) -> tuple[Pair, ...]:
@@ -111,8 +113,8 @@ def archive(texts: Mapping[str, Texts], base: Texts, path: Path) -> None:
     """Write a zip that Dolos and JPlag read: a folder for each submission, and one for what the course gives."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
         for name, files in {**texts, GIVEN: base}.items():
-            text = "\n\n".join(f"# {one_line(path)}\n{text}" for path, text in sorted(files.items()))
-            made.writestr(f"{name}/{name}.py", text)
+            parts = (f"# {one_line(path)}\n{text}" for path, text in sorted(files.items()))
+            made.writestr(f"{name}/{name}.py", "\n\n".join(parts))
 
 
 def _signs(text: str) -> list[tuple[str, int]]:
@@ -132,7 +134,7 @@ def _signs(text: str) -> list[tuple[str, int]]:
 def _stretches(text: str, path: str = "") -> list[Stretch]:
     signs = _signs(text)
     parts = [signs[at : at + _STRETCH] for at in range(len(signs) - _STRETCH + 1)]
-    return [(hash(tuple(sign for sign, _ in part)), path, part[0][1], part[-1][1]) for part in parts]
+    return [(crc32(" ".join(sign for sign, _ in part).encode()), path, part[0][1], part[-1][1]) for part in parts]
 
 
 def _winnowed(files: Texts) -> list[Stretch]:
@@ -147,5 +149,5 @@ def _places(both: list[Stretch]) -> str:
         follows = bool(runs) and runs[-1][0] == path and first <= runs[-1][2] + 2
         _, begin, end = runs.pop() if follows else (path, first, last)
         runs.append((path, begin, max(end, last)))
-    longest = sorted(runs, key=lambda run: run[1] - run[2])[:3]
-    return ", ".join(f"{one_line(path)} {first} to {last}" for path, first, last in longest)
+    runs.sort(key=lambda run: run[1] - run[2])
+    return ", ".join(f"{one_line(path)} {first} to {last}" for path, first, last in runs[:3])

@@ -65,7 +65,9 @@ def hidden_flags(quality: Quality) -> list[Flag]:
     readme = quality.readme
     if readme is None or readme.hidden < _HIDDEN_WORDS:
         return []
-    words = f"{readme.hidden} words are in comments or elements that a reader of the page does not see; they did not count"
+    words = (
+        f"{readme.hidden} words are in comments or elements that a reader of the page does not see; they did not count"
+    )
     return [Flag("hidden text", words, where=readme.path, concerns=["readme"])]
 
 

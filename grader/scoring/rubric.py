@@ -20,7 +20,7 @@ from grader.yaml_reader import YamlReader, line_of
 RUBRIC = KIT / "rubric.yaml"
 """The kit's own rubric."""
 FLAGS = ("note", "withhold")
-"""What integrity flags do by a rubric: nothing to the points, or keep those that they concern until a person decides."""
+"""What integrity flags do by a rubric: nothing to the points, or keep what they concern until a person decides."""
 
 
 @dataclass(frozen=True)

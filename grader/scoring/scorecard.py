@@ -173,9 +173,7 @@ def level(points: float, maximum: float) -> str:
     return next(name for name, least in LEVELS if points >= least * maximum - 1e-9)
 
 
-def _score_criterion(
-    criterion: Criterion, found: dict[str, list[CheckResult]], held: frozenset[str]
-) -> CriterionScore:
+def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]], held: frozenset[str]) -> CriterionScore:
     scores = (_score_requirement(requirement, found) for requirement in criterion.requirements)
     return _sum_up(criterion, tuple(_withheld(s) if s.requirement.id in held else s for s in scores))
 

@@ -52,7 +52,10 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str
             if each.points is not None or each.withheld
         ],
         "extra_data": {
-            "state": row.state.value, "late": row.late_units, "flags": row.flags, "flags_do": FLAGS[rubric.withholds],
+            "state": row.state.value,
+            "late": row.late_units,
+            "flags": row.flags,
+            "flags_do": FLAGS[rubric.withholds],
         },
     }
     # The score overrides the sum of the tests: it has the deduction for lateness.

@@ -107,12 +107,15 @@ def test_points_are_shown_over_the_time_of_hand_in(class_of_four):
 def test_packages_that_are_alike_are_on_the_page_once_they_were_looked_for(class_of_four):
     folder = class_of_four()
     assert "Alike" not in overview.write(folder, gradebook.read(folder)).read_text()
-    pairs = [Pair("boek", "team07", 0.9, 0.7, "a.py 3 to 40"), Pair("boek", "x", 0.1, 0.2), Pair("x", "team07", 0.1, 0.2)]
+    pairs = [
+        Pair("boek", "team07", 0.9, 0.7, "a.py 3 to 40"),
+        Pair("boek", "x", 0.1, 0.2),
+        Pair("x", "team07", 0.1, 0.2),
+    ]
     similarity.write(folder, pairs)
     page = overview.write(folder, gradebook.read(folder)).read_text()
     assert "90 % of one is in the other; most of it in boek: a.py 3 to 40</li>" in page
     assert page.count("of one is in the other") == 1
-
 
 
 def test_flags_and_who_handed_in_nothing_are_named(page):

@@ -60,7 +60,7 @@ def shares(texts: Mapping[str, Texts], base: Texts | None = None) -> dict[tuple[
 )
 def test_a_copy_is_found(copy: Texts):
     found = shares({"copy": copy, "first": {"driver.py": DRIVER}, "own": {"driver.py": PROCESSOR}})
-    assert found["copy", "first"] > 0.75
+    assert found["copy", "first"] > 0.7
     assert found["copy", "own"] < 0.3
     assert next(iter(found)) == ("copy", "first"), "the most alike come first"
 
@@ -76,7 +76,9 @@ def test_who_has_nothing_of_their_own_is_not_compared():
 
 
 def test_where_most_of_it_is_is_said():
-    (pair,) = similarity.compare({"one": {"a.py": DRIVER}, "other": {"b.py": "import math\n\n\n" + renamed(DRIVER)}}, {})
+    (pair,) = similarity.compare(
+        {"one": {"a.py": DRIVER}, "other": {"b.py": "import math\n\n\n" + renamed(DRIVER)}}, {}
+    )
     path, first, to, last = pair.places.split(", ")[0].split()
     assert (path, to) == ("a.py", "to")
     assert int(last) - int(first) > 20

@@ -37,11 +37,11 @@ BOTH = ("robot_controller", "sensor_processor")
 def test_the_name_decides_and_then_the_modules(
     handed_in: Path, into: Path, chosen: dict[str, str], other: dict[str, str], because: str
 ):
-    write(write(handed_in, below("z/", chosen)), below("a/", other))
+    write(write(handed_in, below("v2/", chosen)), below("v1/", other))
     intake = open_submission(handed_in, into, COURSE).intake
-    assert intake.package_path == "z"
+    assert intake.package_path == "v2"
     assert because in intake.chosen_because
-    assert [path.partition(" ")[0] for path in intake.others] == ["a"]
+    assert [path.partition(" ")[0] for path in intake.others] == ["v1"]
 
 
 @pytest.mark.parametrize(
@@ -53,13 +53,14 @@ def test_the_name_decides_and_then_the_modules(
     ],
 )
 def test_of_several_none_is_guessed(handed_in: Path, into: Path, one: dict[str, str], other: dict[str, str]):
-    write(write(handed_in, below("z/", one)), below("a/", other))
+    write(write(handed_in, below("v2/", one)), below("v1/", other))
     names = [files["package.xml"].partition("<name>")[2].partition("</name>")[0] for files in (other, one)]
     assert refusal(handed_in, into) == (
-        f"handed_in holds 2 packages, and nothing tells which is meant: a ({names[0]}), z ({names[1]}). Hand in one of "
-        "them, or choose with `grader grade --package-path PATH`; in a class `package: PATH` in overrides.yaml chooses."
+        f"handed_in holds 2 packages, and nothing tells which is meant: v1 ({names[0]}), v2 ({names[1]}). Hand in one "
+        "of them, or choose with `grader grade --package-path PATH`; in a class `package: PATH` in overrides.yaml "
+        "chooses."
     )
-    assert open_submission(handed_in, into, COURSE, package="z").intake.package_path == "z"
+    assert open_submission(handed_in, into, COURSE, package="v2").intake.package_path == "v2"
 
 
 def test_a_package_of_messages_with_a_likely_name_is_not_the_package(handed_in: Path, into: Path):

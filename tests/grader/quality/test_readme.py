@@ -251,9 +251,7 @@ def test_honest_html_hides_nothing(tmp_path: Path):
     assert judged(words, quality).share == 1.0
     assert quality.readme is not None
     assert quality.readme.tables == [
-        evidence.Table(
-            ["node", "kind", "name", "type"], [["robot_controller", "subscribes", "scan", "LaserScan"]]
-        )
+        evidence.Table(["node", "kind", "name", "type"], [["robot_controller", "subscribes", "scan", "LaserScan"]])
     ]
     assert text_flags(quality, REFERENCE.name) == []
 

@@ -1,4 +1,4 @@
-"""A flag names what it concerns and takes no points; `flags: withhold` in a rubric keeps these until a person decides."""
+"""A flag names what it concerns and takes no points; by `flags: withhold` they wait until a person decides."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from grader.settings import Settings
 
 FLAGS = [
     Flag("hidden text", "300 words are in a comment", "README.md", concerns=["readme"]),
-    Flag("made at run time", "`exec` ran text", "robot/magic.py", "drive_at_a_wall", ["student tests", "mutation"]),
+    Flag("made at run time", "`exec` ran text", "robot/magic.py", "wall_fast", ["student tests", "mutation"]),
 ]
 CONCERNED = ["Q5", "T1", "T2", "T3"]
 WITHHOLD = rubric.RUBRIC.read_text() + "\nflags: withhold\n"
@@ -69,13 +69,13 @@ def test_a_flag_takes_no_points_and_names_file_trial_and_requirements(noted: Gra
     assert noted.scorecard.points == noted.scorecard.max == 100
     text = " ".join(console.render(noted).split())
     assert "hidden text: 300 words are in a comment (README.md; concerns Q5)" in text
-    assert "(robot/magic.py; trial drive_at_a_wall; concerns T1, T2, T3)" in text
+    assert "(robot/magic.py; trial wall_fast; concerns T1, T2, T3)" in text
     assert "A flag takes no points by itself." in text
     page = html.render(noted)
     assert page.index("concerns T1, T2, T3") < page.index('class="score"')
     assert data.as_data(noted)["flags"] == "note"
     assert data.as_data(noted)["integrity"][1] == {
-        "kind": "made at run time", "what": "`exec` ran text", "where": "robot/magic.py", "trial": "drive_at_a_wall",
+        "kind": "made at run time", "what": "`exec` ran text", "where": "robot/magic.py", "trial": "wall_fast",
         "requirements": ["T1", "T2", "T3"],
     }  # fmt: skip
 
@@ -107,7 +107,7 @@ def test_a_decision_gives_the_points(withheld: Grading):
 
 
 def test_a_student_is_not_told_of_a_trial_that_is_held_back(withheld: Grading):
-    shown = for_students.for_students(replace(withheld, held_back=("drive_at_a_wall",)))
+    shown = for_students.for_students(replace(withheld, held_back=("wall_fast",)))
     assert [(flag.where, flag.trial) for flag in shown.evidence.flags] == [("README.md", ""), ("robot/magic.py", "")]
 
 
@@ -176,7 +176,7 @@ def test_points_stay_withheld_for_what_was_not_decided(held: ClassFolder):
 def test_a_rescore_without_it_gives_the_points_back(held: ClassFolder, tmp_path: Path):
     (tmp_path / "note.yaml").write_text(WITHHOLD.replace("flags: withhold", "flags: note"))
     assert comparison._points(held.submission("team07"))["Q5"] == "withheld"
-    rescore(held, tmp_path / "note.yaml", only=("Q5",), jobs=1)
+    rescore(held, new_rubric=tmp_path / "note.yaml", only=("Q5",), jobs=1)
     assert (team(held).state, team(held).total) == (State.GRADED, 100)
 
 
