@@ -152,9 +152,12 @@ def check_ids(settings: Settings) -> list[str]:
 def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
     """Score the results of the checks over the evidence, and return the grading."""
     known = {result.id for result in results}
+    concerned = sorted({source for flag in found.flags for source in flag.concerns})
+    concerns = {each: sorted(checks_run.served(settings.course, settings.rubric, each)) for each in concerned}
     scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= known}
+    rubric = _only(settings.rubric, scored | {r.id for r in settings.wanted})
     return Grading(
-        scorecard=score(_only(settings.rubric, scored | {r.id for r in settings.wanted}), results),
+        scorecard=score(rubric, results, {name for names in concerns.values() for name in names}),
         evidence=found,
         environment=provenance.environment(),
         submission=found.intake.name,
@@ -166,6 +169,8 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         commit=provenance.commit(),
         graded=provenance.now(),
         held_back=tuple(sorted(held_back.names(settings.course))),
+        concerns=concerns,
+        withholds=rubric.withholds,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from typing import Any, TypeVar
 
@@ -64,30 +64,22 @@ def shown(fact: T, trusted: tuple[type, ...] = ()) -> T:
 
     Apply it once: text that was cut says so, and would be cut again.
     """
-    return changed(fact, _safe, trusted)
-
-
-def changed(fact: T, change: Callable[[str, str], str], trusted: tuple[type, ...] = ()) -> T:
-    """Return a dataclass, list, tuple or mapping with `change(text, field)` for every string in it.
-
-    A key of a mapping has no field's name. Values of the types in `trusted` stay as they are.
-    """
-    result: Any = _changed(fact, "", change, (Enum, *trusted))
+    result: Any = _shown(fact, "", (Enum, *trusted))
     return result  # type: ignore[no-any-return]  # the same type as went in, which mypy cannot follow
 
 
-def _changed(fact: Any, name: str, change: Callable[[str, str], str], trusted: tuple[type, ...]) -> Any:
+def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
     if isinstance(fact, trusted):
         return fact
     if isinstance(fact, str):
-        return change(fact, name)
+        return _safe(fact, name)
     if dataclasses.is_dataclass(fact) and not isinstance(fact, type):
         values = {f.name: getattr(fact, f.name) for f in dataclasses.fields(fact) if f.init}
-        return dataclasses.replace(fact, **{key: _changed(v, key, change, trusted) for key, v in values.items()})
+        return dataclasses.replace(fact, **{key: _shown(v, key, trusted) for key, v in values.items()})
     if isinstance(fact, Mapping):
-        return {_changed(key, "", change, trusted): _changed(v, name, change, trusted) for key, v in fact.items()}
+        return {_shown(key, "", trusted): _shown(v, name, trusted) for key, v in fact.items()}
     if isinstance(fact, list | tuple):
-        return type(fact)(_changed(item, name, change, trusted) for item in fact)
+        return type(fact)(_shown(item, name, trusted) for item in fact)
     return fact
 
 

@@ -115,9 +115,4 @@ class Source(Protocol):
 
 def served(settings: Settings, what: str) -> frozenset[str]:
     """Return the ids of the requirements with a check whose module names `what` among its NEEDS."""
-    needs = {module: checks_run.needs(settings.course, module) for module in settings.rubric.check_modules}
-    return frozenset(
-        requirement.id
-        for requirement in settings.rubric.requirements
-        if any(what in needs[check.module] for check in requirement.checks)
-    )
+    return checks_run.served(settings.course, settings.rubric, what)

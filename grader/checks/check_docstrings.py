@@ -19,9 +19,8 @@ from grader.words import MOST_SHOWN, mark, say
 NEEDS = ("quality", "linters")
 
 _FULL = 0.9
-# That many things may share a docstring, and more in a large package: some are much the same.
-_SHARED, _SHARED_PART = 3, 0.2
-_REPEATED = mark(" (it has the same docstring as many others)")
+_SHARED = 3  # that many things may have the same docstring, for some are much the same
+_REPEATED = mark(" (it has the same docstring as others, which counts once)")
 
 
 def test_public_things_have_docstrings(judge: Judge) -> None:
@@ -59,15 +58,18 @@ def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
 
 
 def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:
-    """Return the public things; a docstring that is the same on many of different names documents none of them."""
+    """Return the public things; a docstring that is the same on many of different names counts at the first alone."""
     things = public_definitions(judge)
-    most = max(_SHARED, _SHARED_PART * len(things))
-    names: dict[str, set[str]] = defaultdict(set)
+    having: dict[str, list[Definition]] = defaultdict(list)
     for thing in things:
-        # Methods that replace each other, and every `main`, do the same thing.
-        names[thing.words].add(thing.name.rpartition(".")[2])
-    shared = {words for words, of in names.items() if words and len(of) > most}
-    return [replace(thing, documented=False) if thing.words in shared else thing for thing in things]
+        having[thing.words].append(thing)
+    # Methods that replace each other, and every `main`, do the same thing.
+    names = {words: {thing.name.rpartition(".")[2] for thing in same} for words, same in having.items()}
+    shared = {words for words, of in names.items() if words and len(of) > _SHARED}
+    return [
+        replace(thing, documented=False) if thing.words in shared and thing is not having[thing.words][0] else thing
+        for thing in things
+    ]
 
 
 def _is_clean(thing: Definition) -> bool:

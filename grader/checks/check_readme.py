@@ -4,9 +4,9 @@ from grader.checks.interface_table import agreement
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import Finding, Readme
-from grader.words import MOST_SHOWN, say
+from grader.words import MOST_SHOWN, mark, say
 
-NEEDS = ("quality", "linters", "idle")
+NEEDS = ("quality", "linters", "idle", "readme")
 
 _WORDS = 10  # of prose, one sentence; fewer cannot say what a package does
 
@@ -24,10 +24,8 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
         )
     missing = []
     if readme.words < _WORDS:
-        wanted = say("at least {words} are needed, and none counts more than 3 times", words=_WORDS)
-        missing.append(say("what it does ({readme.words} words of prose; {wanted})", readme=readme, wanted=wanted))
-    elif not readme.is_about_package:
-        missing.append(say("what it does; neither the package nor a node, topic or service of it is named"))
+        said = mark("what it does ({readme.words} words of prose; at least {words} are needed)")
+        missing.append(say(said, readme=readme, words=_WORDS))
     elif readme.placeholders:
         missing.append(say("what it does; there is a placeholder ({places})", places=_places(readme.placeholders)))
     commands = {
@@ -37,7 +35,7 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
     }
     missing += [words for what, words in commands.items() if what not in readme.shows]
     if missing:
-        seen = "\n".join([say("not found:"), *missing, *_left_out(readme)])
+        seen = "\n".join([say("not found:"), *missing, *_hidden(readme)])
         judge.share(
             1 - len(missing) / 4, seen, say("write for a reader who is new to the package, with commands to copy")
         )
@@ -56,7 +54,7 @@ def test_interface_table_agrees(judge: Judge) -> None:
     if found.wrong:
         source = say("the running nodes") if found.from_graph else say("the code")
         seen = "\n".join(
-            [say("compared with {source}:", source=source), *found.wrong[: MOST_SHOWN * 2], *_left_out(readme)]
+            [say("compared with {source}:", source=source), *found.wrong[: MOST_SHOWN * 2], *_hidden(readme)]
         )
         node = next(iter(course.nodes.values()))
         rows = [("subscribes", *row) for row in node.subscribes.items()]
@@ -65,9 +63,10 @@ def test_interface_table_agrees(judge: Judge) -> None:
         judge.share(1 - len(found.wrong) / found.wanted, seen, try_)
 
 
-def _left_out(readme: Readme) -> list[str]:
-    where = _places(readme.left_out)
-    return [say("left out, because a viewer may not show what is in it: {where}", where=where)] if where else []
+def _hidden(readme: Readme) -> list[str]:
+    """Return a line about what a reader of the page does not see, if there is any."""
+    words = mark("{n} words do not count: they are in comments, or in HTML that `hidden`, `style` or `class` may hide")
+    return [say(words, n=readme.hidden)] if readme.hidden else []
 
 
 def _places(found: list[Finding]) -> str:

@@ -18,6 +18,7 @@ from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import from_json
 from grader.host import shortage
+from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import CheckResult, Outcome
 from grader.words import mark, say
 
@@ -53,6 +54,15 @@ def needs(course: Course, module: str) -> frozenset[str]:
     """Return the NEEDS of a module of checks: beside trials, the sources of evidence that it reads."""
     found = [words for _, text in _files(course, module) for words in _NEEDS.findall(text)]
     return frozenset(name for words in found for name in ast.literal_eval(words))
+
+
+def served(course: Course, rubric: Rubric, what: str) -> frozenset[str]:
+    """Return the ids of the requirements with a check whose module names `what` among its NEEDS."""
+    return frozenset(
+        requirement.id
+        for requirement in rubric.requirements
+        if any(what in needs(course, check.module) for check in requirement.checks)
+    )
 
 
 def _files(course: Course, module: str) -> list[tuple[Path, str]]:

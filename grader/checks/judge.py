@@ -39,7 +39,7 @@ from grader.evidence import (
     StudentTests,
     Trial,
 )
-from grader.words import say, some
+from grader.words import say
 
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": ("launch", "parameters"), "file": ("parameters",)}
@@ -369,10 +369,6 @@ class Judge:
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
         return self.evidence.tests
-
-    def measured(self) -> Measured:
-        """Return what of the package counts for its tests: `judge.measured().covers(path, line)`."""
-        return measure(self.evidence, self.course)
 
     @property
     def each_node(self) -> str:

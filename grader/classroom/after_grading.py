@@ -9,12 +9,12 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from grader import evidence
 from grader import report as report_room
 from grader.classroom import (
-    anonymous,
     class_folder,
     comparison,
     gradebook,
@@ -27,7 +27,7 @@ from grader.classroom import (
     words,
 )
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder
-from grader.classroom.gradebook import Gradebook, State
+from grader.classroom.gradebook import State
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
@@ -54,7 +54,7 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
         "class --for canvas --sheet canvas_export.csv --assignment Robots --out canvas_import.csv",
     )  # fmt: skip
     verb("--for", dest="platform", choices=sorted(all_platforms()), default="csv", help="default: csv")
-    verb("--out", type=Path, help="the file, or the folder for gradescope, github and --anonymous")
+    verb("--out", type=Path, help="the file, or the folder for gradescope and github")
     verb("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
     verb("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
     verb(
@@ -62,10 +62,6 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
         help="whoever handed in nothing, or nothing that can be graded, gets 0; the class remembers it",
     )  # fmt: skip
     verb("--feedback", action="store_true", help="also the reports, as the zip that Moodle or Canvas imports")
-    verb(
-        "--anonymous", action="store_true",
-        help="a folder with the gradebook, the pages and the reports without names, and beside it who is who",
-    )  # fmt: skip
     verb = _verb(
         verbs, "rescore", _rescore, "judge a class again from its evidence",
         "Run the checks over the saved evidence of a class, after a change of the rubric or of a check. No code of a "
@@ -85,15 +81,17 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     verb("new", type=Path, help="another one")
     verb = _verb(
         verbs, "similar", partial(_similar, course_texts), "list the packages of a class that are most alike",
-        "Compare the Python of all submissions of a class beyond what the course gives, and write similar.html with "
-        "the places side by side. Names, comments and strings do not count. Nothing is run.",
-        "class",
+        "Compare the Python of all submissions of a class beyond what the course gives. Names, comments and strings do "
+        "not count. Nothing is run. To see places side by side, or to compare with other classes, give --archive to "
+        "Dolos or JPlag.",
+        "class --archive class.zip",
     )  # fmt: skip
     verb(
         "--base", type=Path, metavar="DIR",
         help="what the course gives (default: the reference package and the files that the notebooks give)",
     )  # fmt: skip
     verb("--top", type=int, default=20, metavar="N", help="pairs to list (default 20)")
+    verb("--archive", type=Path, metavar="ZIP", help="also write a zip of the class's Python that Dolos and JPlag read")
     verb = _verb(
         verbs, "regrade", _regrade, "look at a requirement again on a student's request, and decide",
         "With a reason, add a student's request to regrades.yaml of the class. Without one, show what the grader saw "
@@ -157,8 +155,6 @@ def _gradebook(options: argparse.Namespace) -> int:
             row.submission: folder.report(row.submission, for_student=True) for row in book.rows if row.submission
         }
     platform = all_platforms()[options.platform]
-    if options.anonymous:
-        return _anonymous(options, folder, book)
     out: Path = options.out or options.folder / platform.out
     feedback = out.with_name(f"{out.stem}_feedback.zip") if options.feedback else None
     if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
@@ -179,6 +175,9 @@ def _gradebook(options: argparse.Namespace) -> int:
         names = some([f"{row.person.label} ({row.state.value})" for row in waiting], _SHOWN)
         print(f"no grade before a person decides: {printable(names, 400)}")
         print("--zero-missing gives them 0; overrides.yaml decides for one: adjust: {total: 0, why: ..., by: ...}")
+    if held := [row.submission for row in book.teams.values() if row.state is State.WITHHELD]:
+        print(f"points withheld until a person decides: {printable(some(held, _SHOWN), 400)}")
+        print("overrides.yaml decides for one: flags_accepted: {why: ..., by: ...}, or points for each requirement")
     print(f"Grades: {out}")
     if feedback:
         print(f"Feedback: {feedback}")
@@ -190,17 +189,6 @@ def _course_of(folder: Path) -> Course:
     place = folder / EVIDENCE
     origin = evidence.load(place).origin if any(place.glob("*.json")) else {}  # a refusal's folder is empty
     return named(origin["course"]) if "course" in origin else find()
-
-
-def _anonymous(options: argparse.Namespace, folder: ClassFolder, book: Gradebook) -> int:
-    if options.platform != "csv" or options.feedback or options.sheet:
-        raise UsageError("--anonymous is for --for csv; what a platform imports has to say whose a grade is.")
-    out: Path = options.out or options.folder / anonymous.FOLDER
-    for note in anonymous.write(folder, book, out):
-        print(f"note: {printable(note)}")
-    print(f"Without names: {out}")
-    print(f"Who is who: {anonymous.key_of(out)}")
-    return EXIT_GRADED
 
 
 def _rescore(options: argparse.Namespace) -> int:
@@ -246,17 +234,27 @@ def _similar(course_texts: Callable[[], Mapping[str, str]], options: argparse.Na
         raise UsageError(f"There is no folder {printable(str(options.base))}.", "Check --base.")
     progress = Progress()
     folder = ClassFolder(options.folder)
-    alike = similarity.of_class(folder, base, options.top, progress.say)
+    texts, notes = similarity.read(folder, progress.say)
+    progress.say("comparing")
+    pairs = similarity.compare(texts, base, folder.facts())
     progress.done()
-    for note in alike.notes:
+    little = "is not compared: it has hardly any Python beyond what the course gives."
+    notes += [f"{name} {little}" for name in texts if not any(name in (pair.one, pair.other) for pair in pairs)]
+    for note in notes:
         print(f"note: {note}")
-    usual = f"in half of them at most {alike.usual:.0%} of a package is in the other one, too"
-    print(
-        f"{counted(alike.compared, 'pair')}; {usual}" if alike.compared else "No two packages have anything to compare."
-    )
-    for pair in alike.pairs:
-        print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
-    print(f"Places: {similarity.write(folder, alike)}")
+    if pairs:
+        usual = median(pair.share for pair in pairs)
+        said = f"in half of them at most {usual:.0%} of a package is in the other one, too; to be alike proves nothing"
+        print(f"{counted(len(pairs), 'pair')}; {said}")
+    else:
+        print("No two packages have anything to compare beyond what the course gives.")
+    for pair in pairs[: options.top]:
+        shares = f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}"
+        print(f"{shares}  {printable(pair.places, 200)}".rstrip())
+    similarity.write(folder, pairs)
+    if options.archive:
+        similarity.archive(texts, base, options.archive)
+        print(f"Archive: {options.archive}")
     print(f"Class: {overview.write(folder, gradebook.read(folder))}")
     return EXIT_GRADED
 

@@ -274,8 +274,10 @@ def _prepared(
         if unknown := sorted(options.only - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
-        known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
-        jobs = [_job(entry, each, settings, facts, options) for entry, each in zip(found.entries, known, strict=True)]
+        jobs = [
+            _job(entry, hand_ins.hand_in(known, now, decided), decided.on(entry.id).package, settings, facts, options)
+            for entry, known in zip(found.entries, now.entries, strict=True)
+        ]
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
         wanted = Wanted(options.only, options.regrade, options.fresh)
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
@@ -445,7 +447,9 @@ class _Loop:
         return Progress(done=self._done, total=self._total, running=self._workforce.doing(), left_s=left_s)
 
 
-def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts, options: Options) -> Job:
+def _job(
+    entry: Entry, known: HandIn, package: str, settings: ClassSettings, facts: ClassFacts, options: Options
+) -> Job:
     order = Order(
         id=entry.id,
         source=str(entry.path.resolve()),
@@ -457,6 +461,7 @@ def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts
         hand_in=asdict(known),
         fresh=options.fresh,
         course=facts.course,
+        package=package,
         limit_s=60.0 * options.minutes,
     )
     record = Record(
@@ -468,5 +473,6 @@ def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts
         seed=settings.seed,
         mutation_budget_s=options.mutation_budget_s,
         host=socket.gethostname(),
+        package=package,
     )
     return Job(entry, order, record)

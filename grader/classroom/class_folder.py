@@ -61,7 +61,8 @@ class Status(Enum):
 class Record:
     """How one submission was graded.
 
-    `why` says why there is no grade; `content` to `mutation_budget_s` decide the result; `judge` is the kit that
+    `why` says why there is no grade; `content` to `mutation_budget_s`, and the `package` that a person chose by its
+    path, decide the result; `judge` is the kit that
     judged the evidence last, if that is not the one that collected it; `started` is local time with its zone, `seconds`
     wall time.
     """
@@ -79,6 +80,7 @@ class Record:
     seconds: float = 0.0
     host: str = ""
     attempts: int = 1
+    package: str = ""
 
     @property
     def kits(self) -> str:

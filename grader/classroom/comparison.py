@@ -63,7 +63,11 @@ def _differences(name: str, old: Path, new: Path) -> Iterator[Difference]:
 
 
 def _points(folder: Path) -> dict[str, str]:
-    return {each["id"]: str(rounded(each["points"])) for each in _report(folder).get("requirements", ()) if each["max"]}
+    return {
+        each["id"]: "withheld" if each["outcome"] == "withheld" else str(rounded(each["points"]))
+        for each in _report(folder).get("requirements", ())
+        if each["max"] or each["outcome"] == "withheld"
+    }
 
 
 def _report(folder: Path) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Recor
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
-from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride
+from grader.classroom.overrides import Accepted, Adjustment, Change, Decisions, PersonDecision, PointsOverride
 from grader.classroom.roster import Person
 from grader.host.namespaces import Confinement
 from grader.scoring import rubric
@@ -30,6 +30,8 @@ class State(Enum):
     GRADED = "graded"
     TO_GRADE = "to be graded by a person"
     """Some requirements of the rubric have no checks, and no points by a person yet."""
+    WITHHELD = "withheld until a person decides"
+    """An integrity flag keeps points, as the rubric says, until a person decides."""
     INCOMPLETE = "incomplete"
     """An error of the grader left something without a verdict."""
     REFUSED = "cannot be graded"
@@ -49,14 +51,19 @@ class RequirementPoints:
     outcome: str
     override: PointsOverride | None = None
 
+    @property
+    def withheld(self) -> bool:
+        """Return whether the points wait for a person, because of an integrity flag."""
+        return self.outcome == "withheld" and self.override is None
+
 
 @dataclass(frozen=True)
 class Row:
     """One person's line. `reached` is the sum of the requirements, `total` what lateness and people leave of it.
 
-    `total` is None where a platform should show no grade: excused, not graded yet, an error of ours, or a hand-in that
-    is missing or cannot be graded, until a person decides that it is worth 0. `late` is in words. `decided` are
-    decisions on the submission, `private` what concerns this person alone.
+    `total` is None where a platform should show no grade: excused, not graded yet, an error of ours, points that a flag
+    withholds, or a hand-in that is missing or cannot be graded, until a person decides. `late` is in words. `decided`
+    are decisions on the submission, `private` what concerns this person alone.
     """
 
     person: Person
@@ -209,7 +216,7 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
         why = " ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name))
         refused = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
         return Gradebook(whole, (refused,), (refused,), {name: refused})
-    found = _requirements(whole, report, {})
+    found = _requirements(whole, report, {}, None)
     reached = sum((each.points or NOTHING for each in found), NOTHING)
     record = Record(name, Status.GRADED)
     row = Row(
@@ -220,6 +227,7 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
         reached=reached,
         max=sum((each.max for each in found), NOTHING),
         total=reached,
+        why=_withheld(found),
         flags=len(report.get("integrity", ())),
     )
     row = replace(row, grade=_grade(whole, row))
@@ -248,7 +256,8 @@ class _Graded:
         # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
         self._no_package = any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts)
         given = {override.requirement: override for override in self._decided.points}
-        self._found = _requirements(whole, self._report if self._graded else None, given)
+        self._accepted = self._decided.flags_accepted
+        self._found = _requirements(whole, self._report if self._graded else None, given, self._accepted)
 
     def row(self, person: Person, about: PersonDecision) -> Row:
         """Return a person's line; only `about` tells it from those of the team's others."""
@@ -282,9 +291,10 @@ class _Graded:
             deduction=deduction,
             total=total,
             submitted=submitted,
-            why=_why(self._record, late=self._entry.late and submitted is None),
+            why=_why(self._record, self._found, late=self._entry.late and submitted is None),
             decided=(
                 *(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in self._decided.points),
+                *([str(self._accepted)] if self._accepted else []),
                 *map(str, self._decided.adjustments),
             ),
             private=_private(about),
@@ -332,7 +342,7 @@ def _adjusted(
     `left` is None where a person has to decide what it is worth. A total by a person is a grade whatever the grader
     could do; points and a bonus are not.
     """
-    total = None if state in (State.ERROR, State.PENDING) else left
+    total = None if state in (State.ERROR, State.PENDING, State.WITHHELD) else left
     for each in sorted(adjustments, key=lambda adjustment: adjustment.change is Change.BONUS):
         if each.change is Change.TOTAL:
             state, total = State.GRADED, each.points
@@ -347,9 +357,12 @@ def _grade(whole: Rubric, row: Row) -> str:
 
 
 def _requirements(
-    whole: Rubric, report: dict[str, Any] | None, given: dict[str, PointsOverride]
+    whole: Rubric, report: dict[str, Any] | None, given: Mapping[str, PointsOverride], accepted: Accepted | None
 ) -> tuple[RequirementPoints, ...]:
     measured = {each["id"]: each for each in report["requirements"]} if report else {}
+    if accepted:
+        held = {name: each["withheld"] for name, each in measured.items() if each["outcome"] == "withheld"}
+        given = {name: accepted.of(name, points) for name, points in held.items()} | dict(given)
     return tuple(
         _requirement(
             requirement.id, rounded(requirement.points), measured.get(requirement.id), given.get(requirement.id)
@@ -364,7 +377,7 @@ def _requirement(
     outcome = str(measured["outcome"]) if measured else "not_graded"
     if given is not None:
         return RequirementPoints(name, rounded(given.points), worth, outcome, given)
-    if measured is None or outcome == "not_graded":
+    if measured is None or outcome in ("not_graded", "withheld"):
         return RequirementPoints(name, None, worth, outcome)
     return RequirementPoints(name, rounded(measured["points"]), worth, outcome)
 
@@ -380,15 +393,23 @@ def _state(record: Record | None, graded: bool, found: Sequence[RequirementPoint
         return State.REFUSED
     if any(each.outcome == "error" and not each.override for each in found):
         return State.INCOMPLETE
+    if any(each.withheld for each in found):
+        return State.WITHHELD
     return State.TO_GRADE if any(each.points is None for each in found) else State.GRADED
 
 
-def _why(record: Record | None, late: bool) -> str:
+def _why(record: Record | None, found: Sequence[RequirementPoints], late: bool) -> str:
     said: Iterable[str] = (
         record.why if record else "",
+        _withheld(found),
         "marked as late by the platform, which does not say by how much" if late else "",
     )
     return "; ".join(text for text in said if text)
+
+
+def _withheld(found: Sequence[RequirementPoints]) -> str:
+    ids = ", ".join(each.id for each in found if each.withheld)
+    return f"the points of {ids} are withheld until a person decides" if ids else ""
 
 
 def _private(about: PersonDecision) -> tuple[str, ...]:

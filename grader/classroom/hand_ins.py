@@ -33,6 +33,7 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions, rows: Sequence[
     submitted = on.submitted or entry.submitted
     alone = rows[0].person if len(rows) == 1 else entry.people[0] if len(entry.people) == 1 else None
     about = decided.about(alone) if alone else PersonDecision()
+    given = [each.override for each in rows[0].requirements if each.override] if rows else on.points
     deadline = about.extension.until if about.extension else facts.deadline
     return HandIn(
         people=tuple(person.label for person in entry.people),
@@ -41,7 +42,7 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions, rows: Sequence[
         submitted=_time(submitted),
         deadline=f"{_time(facts.deadline)}; extended to {_time(deadline)}" if about.extension else _time(deadline),
         late=_late(entry, submitted, deadline, facts.late_rule),
-        decisions=tuple(Decision(o.requirement, float(o.points), o.why, o.by) for o in on.points),
+        decisions=tuple(Decision(o.requirement, float(o.points), o.why, o.by) for o in given),
         comments=(*on.comments, *about.comments),
         finals=tuple(_finals(rows)),
     )

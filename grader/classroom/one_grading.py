@@ -51,7 +51,7 @@ class Order:
     `fresh` collects all evidence anew.
     After `limit_s` seconds of wall time it is ended.
     `source` is an archive or a folder, `rubric` the text of a rubric, `hand_in` the fields of a HandIn, `course` a name
-    as `grader.course.named` reads it.
+    as `grader.course.named` reads it. `package` is the path of the package to grade, "" for the grader's choice.
     """
 
     id: str
@@ -64,6 +64,7 @@ class Order:
     hand_in: dict[str, Any] = field(default_factory=dict)
     fresh: bool = False
     course: str = ""
+    package: str = ""
     limit_s: float = 3600.0
 
 
@@ -248,6 +249,7 @@ def _grade(order: Order) -> Ending:
             cache=Path(order.cache) if order.cache else building.cache_folder(),
             seed=order.seed,
             mutation_budget_s=order.mutation_budget_s,
+            package_path=order.package,
             keep=True,
             fresh=order.fresh,
             progress=lambda what: print(what.replace("\n", " "), flush=True),

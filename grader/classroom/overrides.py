@@ -5,8 +5,10 @@
         points:
           F4: {points: 3, why: "the wall stood in the start", by: "A. Lovelace"}
         adjust: {points: -2, why: "handed in a build folder", by: "A. Lovelace"}
+        flags_accepted: {why: "a generated parser", by: "A. Lovelace"}
         comments: ["A fine README."]
         submitted: 2026-11-21T10:00
+        package: ws/src/controller
       stranger:
         people: [s1237]
     people:
@@ -52,6 +54,21 @@ class PointsOverride:
     points: Decimal
     why: str
     by: str
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """Integrity flags need not keep any points."""
+
+    why: str
+    by: str
+
+    def __str__(self) -> str:
+        return f"flags accepted by {self.by} ({self.why})"
+
+    def of(self, requirement: str, points: float) -> PointsOverride:
+        """Return what this gives for a requirement whose measured `points` are withheld."""
+        return PointsOverride(requirement, Decimal(str(points)), f"flags accepted: {self.why}", self.by)
 
 
 @dataclass(frozen=True)
@@ -108,6 +125,9 @@ class SubmissionDecision:
     adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
+    flags_accepted: Accepted | None = None
+    package: str = ""
+    """Which package is graded, by its path in the submission, instead of the grader's choice."""
     people: tuple[Person, ...] | None = None
     """Whose it is, instead of whom the export was matched with; None if that was not decided."""
 
@@ -256,20 +276,25 @@ class _Reader(YamlReader):
         points: list[PointsOverride] = []
         adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
-        submitted, people = None, None
-        for key, where, value in self.mapping(node, ("points", "adjust", "bonus", "comments", "submitted", "people")):
+        submitted, people, accepted, package = None, None, None, ""
+        known = ("points", "adjust", "bonus", "flags_accepted", "comments", "submitted", "package", "people")
+        for key, where, value in self.mapping(node, known):
             if key == "points":
                 points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
             elif key == "comments":
                 comments = self._texts(value)
             elif key == "submitted":
                 submitted = self._time(value)
+            elif key == "package":
+                package = self.text(value)
+            elif key == "flags_accepted":
+                accepted = Accepted(**self._why_and_by(value, where))
             elif key == "people":
                 nodes = value.value if isinstance(value, yaml.SequenceNode) else [value]
                 people = tuple(self._person_named(self.text(each), each) for each in nodes)
             else:
                 adjustments.append(self._adjustment(key, where, value))
-        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, people)
+        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, accepted, package, people)
 
     def _person(self, node: yaml.Node) -> PersonDecision:
         excused: Excuse | None = None
@@ -282,12 +307,14 @@ class _Reader(YamlReader):
             elif key in ("adjust", "bonus"):
                 adjustments.append(self._adjustment(key, where, value))
             elif key == "excused":
-                given = self.fields(value, where, ("why", "by"), "a decision")
-                excused = Excuse(self.text(given["why"]), self.text(given["by"]))
+                excused = Excuse(**self._why_and_by(value, where))
             else:
                 given = self.fields(value, where, ("until", "why", "by"), "a decision")
                 extension = Extension(self._time(given["until"]), self.text(given["why"]), self.text(given["by"]))
         return PersonDecision(excused, extension, tuple(adjustments), comments)
+
+    def _why_and_by(self, node: yaml.Node, where: yaml.Node) -> dict[str, str]:
+        return {name: self.text(said) for name, said in self.fields(node, where, ("why", "by"), "a decision").items()}
 
     def _adjustment(self, key: str, where: yaml.Node, node: yaml.Node) -> Adjustment:
         given = self.fields(node, where, ("why", "by"), "a decision", ("points", "total"))

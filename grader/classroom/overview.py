@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
@@ -23,7 +24,7 @@ from grader.classroom.doubt import Doubt
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
 from grader.classroom.regrades import Regrade
 from grader.classroom.sections import Section
-from grader.classroom.similarity import Group, render_page
+from grader.classroom.similarity import Pair
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Figure
@@ -39,7 +40,10 @@ _PAGE_SHARE = 50  # times as long as the page took is waited before it is writte
 
 @dataclass(frozen=True)
 class Line:
-    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded."""
+    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded.
+
+    `withheld` are the requirements whose points an integrity flag keeps until a person decides.
+    """
 
     row: Row
     people: str
@@ -50,6 +54,7 @@ class Line:
     seconds: float | None
     linked: bool
     """Whether it has a report."""
+    withheld: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -104,10 +109,10 @@ class Overview:
     causes: Causes
     sections: Mapping[str, Section]
     shares: tuple[int | None, ...]
-    groups: tuple[Group, ...]
+    alike: tuple[Pair, ...]
     requests: tuple[Regrade, ...]
     states: tuple[tuple[str, int], ...]
-    flags: tuple[tuple[str, str, str], ...]
+    flags: tuple[tuple[str, str, str, str], ...]
     errors: tuple[Record, ...]
     slowest: tuple[Record, ...]
     totals: tuple[Decimal, ...]
@@ -164,27 +169,20 @@ class LivePage:
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path."""
-    return write_pages(summarise(folder, book), book, folder.path)
+    found = summarise(folder, book)
+    write_atomically(folder.path / OVERVIEW, render(found, book))
+    write_atomically(folder.path / SECTIONS, _page("sections.html.j2", overview=found))
+    return folder.path / OVERVIEW
 
 
-def write_pages(overview: Overview, book: Gradebook, folder: Path) -> Path:
-    """Write index.html and the page of sections into `folder`, and return the first one's path."""
-    write_atomically(folder / OVERVIEW, render(overview, book))
-    write_atomically(folder / SECTIONS, _page("sections.html.j2", overview=overview))
-    return folder / OVERVIEW
-
-
-def summarise(folder: ClassFolder, book: Gradebook, *, for_student: bool = False) -> Overview:
-    """Return what there is to say about a class; `for_student` without what is held back.
-
-    One row stands for its team; the people are named in it.
-    """
+def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
+    """Return what there is to say about a class. One row stands for its team; the people are named in it."""
     facts = folder.facts()
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
         teams.setdefault(row.submission, []).append(row)
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
-    said = {name: folder.report(name, for_student=for_student) for name, record in records.items() if record}
+    said = {name: folder.report(name) for name, record in records.items() if record}
     reports = {name: said.get(name) or {} for name in records}
     found = tuple(
         _line(rows, book, records.get(name), bool(reports.get(name)))
@@ -206,7 +204,7 @@ def summarise(folder: ClassFolder, book: Gradebook, *, for_student: bool = False
         causes=lost,
         sections=sections.read(places),
         shares=tuple(_mean_share([dict(line.cells)[r.id] for line in found]) for r in book.rubric.requirements),
-        groups=similarity.groups(folder),
+        alike=similarity.near(folder),
         requests=tuple(each for each in regrades.read(folder.path, list(records), book.rubric) if each.is_open),
         states=tuple(Counter(row.state.value for row in book.rows).most_common()),
         flags=tuple(_flags(reports)),
@@ -225,8 +223,20 @@ def render(overview: Overview, book: Gradebook) -> str:
 
 def _page(template: str, **shown: Any) -> str:
     style = (HERE / "overview.css").read_text(encoding="utf-8")
-    return render_page(
-        template, style=style, style_hash=_hash(style), line=one_line, prose=prose, counted=counted, **shown
+    return str(
+        _environment()
+        .get_template(template)
+        .render(style=style, style_hash=_hash(style), line=one_line, prose=prose, counted=counted, **shown)
+    )
+
+
+@cache
+def _environment() -> Any:
+    """Return the environment of all pages: it compiles a template once, which takes a tenth of a second."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    return Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
 
 
@@ -249,7 +259,8 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: b
     reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
     said = (each.comment.removeprefix(each.state.value).removeprefix("; ") for each in rows)  # the state is beside it
     remarks = "; ".join(dict.fromkeys(filter(None, said)))
-    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else None, linked)
+    withheld = tuple(each.id for each in row.requirements if each.withheld)
+    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else None, linked, withheld)
 
 
 def _league(
@@ -337,7 +348,11 @@ def _mean_share(shares: Sequence[int | None]) -> int | None:
     return round(mean(known)) if known else None
 
 
-def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str]]:
+def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield of each flag the submission, its kind, what was seen, and where and which requirements it concerns."""
     for name, report in sorted(reports.items()):
         for flag in report.get("integrity", ()):
-            yield name, one_line(flag["kind"]), lines(flag["what"], 300)
+            trial = f"trial {flag['trial']}" if flag.get("trial") else ""
+            ids = f"concerns {', '.join(flag['requirements'])}" if flag.get("requirements") else ""
+            seen_in = "; ".join(filter(None, [one_line(flag["where"]), one_line(trial), ids]))
+            yield name, one_line(flag["kind"]), lines(flag["what"], 300), seen_in

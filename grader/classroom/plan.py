@@ -129,6 +129,8 @@ def decide(entry: Entry, record: Record | None, job: Record, wanted: Wanted) -> 
     if asked and not entry.absent:
         if wanted.fresh:
             return Decision(Action.GRADE, "--fresh")
+        if record.package != job.package:
+            return Decision(Action.GRADE, "another package is to be graded")
         if record.mutation_budget_s != job.mutation_budget_s:
             return Decision(Action.GRADE, "the time for mutants was another one")
         if wanted.regrade and record.kit != job.kit:

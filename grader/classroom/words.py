@@ -7,6 +7,8 @@ from typing import Any
 
 from grader.classroom.gradebook import Row
 from grader.sanitize import prose
+from grader.scoring.rubric import FLAGS, Rubric
+from grader.words import counted
 
 _SEEN = 160  # characters of what was seen
 
@@ -20,6 +22,13 @@ def losses(requirement: dict[str, Any]) -> Iterator[str]:
         for name in ("seen", "expected", "try", "because"):
             for number, line in enumerate(str(check.get(name) or "").splitlines()):
                 yield f"  {'' if number else name:<9} {line}"
+
+
+def comment(row: Row, rubric: Rubric, before: str = "") -> str:
+    """Return a comment for a platform without a person behind it: it says what integrity flags do, if there are any."""
+    do = "withhold points until a person decides" if rubric.withholds else "take no points by themselves"
+    flags = f"{counted(row.flags, 'integrity flag', 'integrity flags')} (flags: {FLAGS[rubric.withholds]}): they {do}"
+    return "; ".join(filter(None, [before, row.comment, flags if row.flags else ""]))
 
 
 def short(row: Row, report: dict[str, Any] | None) -> list[str]:

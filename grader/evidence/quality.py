@@ -97,7 +97,7 @@ class Table:
 class Readme:
     """The README: how many words of prose, the commands it shows for "build", "run" and "test", and its tables.
 
-    A word counts three times at most. `left_out` are the elements of HTML whose text a viewer may hide.
+    `hidden` is how many words are in comments and elements that a reader of the page does not see; they do not count.
     """
 
     path: str
@@ -105,8 +105,7 @@ class Readme:
     placeholders: list[Finding] = field(default_factory=list)
     shows: dict[str, str] = field(default_factory=dict)
     tables: list[Table] = field(default_factory=list)
-    is_about_package: bool = True
-    left_out: list[Finding] = field(default_factory=list)
+    hidden: int = 0
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import PurePosixPath
-from typing import Any
 
-from grader.course import Course
 from grader.errors import SubmissionError, UsageError
 from grader.intake import kinds
 from grader.intake.locate import Candidate, Tree
@@ -28,34 +24,15 @@ class Choice:
     others: tuple[tuple[Candidate, str], ...] = ()
 
 
-def _criteria(course: Course) -> tuple[tuple[Callable[[Candidate], Any], str], ...]:
-    package, topic = course.package, next((name for node in course.nodes.values() for name in node.publishes), "")
-    # In this order; the first in which two candidates differ decides. Of packages under other names, what their code
-    # does decides, and not which name is more like the assignment's.
-    return (
-        (lambda c: c.name != package, say("its name is the one that the assignment asks for")),
-        (lambda c: not c.modules, say("it has modules of the assignment")),
-        (lambda c: not c.nodes, say("it has nodes in Python")),
-        (lambda c: c.name.lower().replace("-", "_") != package, say("its name differs in capitals and dashes only")),
-        (lambda c: topic.encode() not in c.topics, say("its nodes name {topic}", topic=topic)),
-        (lambda c: -len(c.topics), say("its nodes name the most topics and services of the assignment")),
-        (lambda c: c.xml is None or bool(c.xml.problem), say("its package.xml can be read")),
-        (lambda c: c.folder != c.name, say("its folder bears its name")),
-        (lambda c: c.depth, say("it lies the highest")),
-        (lambda c: -len(c.modules), say("it has the most modules of the assignment")),
-        (lambda c: -len(c.interfaces), say("it has the most interfaces of the assignment")),
-    )
-
-
 def choose(tree: Tree, name: str) -> Choice:
     """Return the package of the submission `name` that is to be graded.
 
-    Like colcon, it does not look for packages inside a package, unless there is no other with nodes in Python.
+    It is that of the assignment's name, else the only one with modules of the assignment, else the only one. Like
+    colcon, it does not look for packages inside a package, unless there is no other with nodes in Python.
 
     Raises:
-        SubmissionError: there is none, and the message says what there is instead; or nothing decides between two.
+        SubmissionError: there is none, and the message says what there is instead; or there are several.
     """
-    rank = partial(_rank, tree.course)
     found = {candidate.path: kinds.kind(tree, candidate) for candidate in tree.candidates}
     outer = [c for c in tree.candidates if not found[c.path] and not _hidden(c, found)]
     inner = [c for c in tree.candidates if not found[c.path]]
@@ -64,24 +41,28 @@ def choose(tree: Tree, name: str) -> Choice:
     if not pool:
         what, advice = kinds.describe_instead(tree)
         raise SubmissionError(f"{printable(name)} {what}", advice)
-    best = min(pool, key=rank)
-    rivals = [c for c in pool if c is not best]
-    ties = [c for c in rivals if c.name == best.name and rank(c)[:-1] == rank(best)[:-1] and not _same(tree, c, best)]
-    if ties:
-        paths = ", ".join(printable(candidate.path) for candidate in (best, *ties)[:_NAMED])
+    several = len(tree.candidates) > 1
+    because = say("it is the only ROS 2 Python package that colcon finds") if several else say("it is the only package")
+    named, ours = [c for c in pool if c.name == tree.course.package], [c for c in pool if c.modules]
+    if len(pool) > 1 and named:
+        pool, because = named, say("its name is the one that the assignment asks for")
+        ours = [c for c in named if c.modules]
+    if len(pool) > 1 and ours and len(ours) < len(pool):
+        pool, because = ours, say("it is the only one with modules of the assignment")
+    if len(pool) > 1 and len({candidate_hash(tree, candidate) for candidate in pool}) > 1:
+        paths = some([f"{printable(c.path)} ({c.name})" for c in pool], _NAMED)
+        words = mark("{name} holds {count} packages, and nothing tells which is meant: {paths}.")
         raise SubmissionError(
+            say(words, name=printable(name), count=len(pool), paths=paths),
             say(
-                "{name} holds the package {package} {times} times, each time with other content, and nothing tells "
-                "which is meant: {paths}.",
-                name=printable(name),
-                package=best.name,
-                times=len(ties) + 1,
-                paths=paths,
+                "Hand in one of them, or choose with `grader grade --package-path PATH`; in a class `package: PATH` "
+                "in overrides.yaml chooses."
             ),
-            say("Hand in one of them, or choose with `grader grade --package-path PATH`."),
         )
-    others = tuple((c, _remark(c, found[c.path])) for c in sorted(tree.candidates, key=rank) if c is not best)
-    return Choice(best, _reason(tree.course, best, rivals, others=bool(others)), others)
+    if len(pool) > 1:
+        because = say("the other is the same, file by file")
+    chosen = min(pool, key=lambda candidate: (candidate.path.count("/"), candidate.path))
+    return Choice(chosen, because, _others(tree, chosen))
 
 
 def choose_named(tree: Tree, name: str, path: str) -> Choice:
@@ -90,10 +71,9 @@ def choose_named(tree: Tree, name: str, path: str) -> Choice:
     Raises:
         UsageError: there is no package at `path`; the message says where there are some.
     """
-    rank = partial(_rank, tree.course)
     chosen = find_named(tree, path)
     if chosen is None:
-        paths = [printable(candidate.path) for candidate in sorted(tree.candidates, key=rank)]
+        paths = [printable(candidate.path) for candidate in tree.candidates]
         words = mark("There is no package at {path} in {name}.")
         raise UsageError(
             say(words, path=printable(path), name=printable(name)),
@@ -101,8 +81,12 @@ def choose_named(tree: Tree, name: str, path: str) -> Choice:
             if paths
             else say("It holds no package at all."),
         )
-    others = tuple((c, _remark(c, kinds.kind(tree, c))) for c in sorted(tree.candidates, key=rank) if c is not chosen)
-    return Choice(chosen, say("`--package-path` names it"), others)
+    return Choice(chosen, say("`--package-path` names it"), _others(tree, chosen))
+
+
+def _others(tree: Tree, chosen: Candidate) -> tuple[tuple[Candidate, str], ...]:
+    """Return the packages that were not chosen, each with where it is, its name, and what else is to be known of it."""
+    return tuple((c, _remark(c, kinds.kind(tree, c))) for c in tree.candidates if c is not chosen)
 
 
 def find_named(tree: Tree, path: str) -> Candidate | None:
@@ -116,30 +100,18 @@ def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
 
     It may have any name if it has interfaces of the contract that the package itself has not, and no nodes.
     """
-    rank = partial(_rank, tree.course)
     names = (tree.course.interfaces_package, f"{package.name}_interfaces")
     found = [c for c in tree.candidates if c.xml is not None and c != package]
     split = [
         c for c in found if c.name in names or (c.interfaces - package.interfaces and not c.modules and not c.nodes)
     ]
-    return min(
-        split, key=lambda c: (c.name not in names, _parent(c.path) != _parent(package.path), rank(c)), default=None
-    )
-
-
-def _rank(course: Course, candidate: Candidate) -> tuple[Any, ...]:
-    """Return the sort key of candidates; the smallest is the package."""
-    return (*(criterion(candidate) for criterion, _ in _criteria(course)), candidate.path)
+    return min(split, key=lambda c: (c.name not in names, _parent(c.path) != _parent(package.path)), default=None)
 
 
 def _hidden(candidate: Candidate, found: dict[str, str]) -> bool:
     """Return whether a package lies inside one that can be graded."""
     inside = {parent.as_posix() for parent in PurePosixPath(candidate.path).parents} - {candidate.path}
     return any(not which and path in inside for path, which in found.items())
-
-
-def _same(tree: Tree, one: Candidate, other: Candidate) -> bool:
-    return candidate_hash(tree, one) == candidate_hash(tree, other)
 
 
 def candidate_hash(tree: Tree, candidate: Candidate) -> str:
@@ -150,18 +122,7 @@ def candidate_hash(tree: Tree, candidate: Candidate) -> str:
     )
 
 
-def _reason(course: Course, best: Candidate, rivals: Sequence[Candidate], *, others: bool) -> str:
-    if not rivals:
-        only = mark("it is the only ROS 2 Python package that colcon finds")
-        return say(only) if others else say("it is the only package")
-    second = min(rivals, key=partial(_rank, course))
-    deciding = (words for criterion, words in _criteria(course) if criterion(best) != criterion(second))
-    same = second.name == best.name
-    return next(deciding, say("the other is the same, file by file") if same else say("its path comes first"))
-
-
 def _remark(candidate: Candidate, which: str) -> str:
-    """Return where a package is that was not chosen, its name, and what else is to be known of it."""
     remarks = [candidate.name, *([say(which)] if which else [])]
     if candidate.inside:
         remarks.append(say("inside {package}, where colcon does not look", package=printable(candidate.inside)))

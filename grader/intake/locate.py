@@ -29,7 +29,6 @@ class Candidate:
         modules: the names of the contract's modules that it has, anywhere in it.
         interfaces: the file names of the contract's interfaces that it has.
         nodes: how many of its Python files import rclpy.
-        topics: the topics, services and actions of the assignment that these files name.
         inside: the path of the package that it lies in, "" if in none. colcon does not look inside a package.
     """
 
@@ -40,7 +39,6 @@ class Candidate:
     interfaces: frozenset[str]
     nodes: int
     inside: str = ""
-    topics: frozenset[bytes] = frozenset()
 
     @property
     def name(self) -> str:
@@ -55,11 +53,6 @@ class Candidate:
     def folder(self) -> str:
         """Return the name of its folder, "" for the root."""
         return PurePosixPath(self.path).name
-
-    @property
-    def depth(self) -> int:
-        """Return how many folders lead to it, itself included."""
-        return 0 if self.path == "." else self.path.count("/") + 1
 
 
 @dataclass(frozen=True)
@@ -150,16 +143,13 @@ def _candidate(tree: Tree, root: str, files: list[str], packages: set[str]) -> C
     course = tree.course
     modules = {PurePosixPath(path).name for path in course.modules}
     interfaces = {PurePosixPath(course.interface_file(name)).name for name in course.interfaces}
-    topic = re.compile(rf"""["'/]({"|".join(map(re.escape, course.topics))})["']""".encode())
     xml = (PurePosixPath(root) / "package.xml").as_posix()
-    nodes = [path for path in files if tree.is_node(path)]
     return Candidate(
         path=root,
         xml=read_package_xml(tree.root / xml) if xml in files else None,
         files=tuple(files),
         modules=frozenset(names & modules),
         interfaces=frozenset(names & interfaces),
-        nodes=len(nodes),
+        nodes=sum(map(tree.is_node, files)),
         inside=_nearest(root, packages),
-        topics=frozenset(name for path in nodes for name in topic.findall(tree.source(path))),
     )

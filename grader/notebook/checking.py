@@ -21,7 +21,7 @@ from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
-from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
+from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
 from grader.words import mark, say
@@ -162,6 +162,10 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
         ]
         notes = [Note("", ((say("later"), "; ".join(brings)),))]
     notes += [Note("", ((say("seen"), remark),)) for remark in _remarks_on(score)]
+    if score.withheld:
+        flags = (flag for flag in grading.evidence.flags if score.requirement.id in grading.concerned(flag))
+        said = [f"{flag.kind}: {flag.what}" for flag in flags]
+        notes.append(Note(say(WITHHELD), ((say("seen"), "\n".join(said)),)))
     return _answer(
         score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,

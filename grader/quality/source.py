@@ -16,6 +16,7 @@ from grader.words import mark
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
+_HIDDEN_WORDS = 100  # a licence's header may be a comment
 
 
 class PackageText(Source):
@@ -34,12 +35,28 @@ class PackageText(Source):
         decided_by = ("text", str(lint), subject.text, *sorted(made))
         if kept := subject.kept.find(Quality, *decided_by):
             return Collected(
-                {"quality": kept[0]}, tuple(suppression_flags(kept[0])), kept={mark("the package's files"): kept[1]}
+                {"quality": kept[0]}, tuple(text_flags(kept[0])), kept={mark("the package's files"): kept[1]}
             )
         submission = subject.submission
         found = analyse_package(submission.package, settings.course, submission.interfaces, left, lint=lint)
         subject.kept.keep(found, *decided_by)
-        return Collected({"quality": found}, tuple(suppression_flags(found)))
+        return Collected({"quality": found}, tuple(text_flags(found)))
+
+
+def text_flags(quality: Quality) -> list[Flag]:
+    """Return a flag for what an instructor should look at in the package's text."""
+    return [*suppression_flags(quality), *hidden_flags(quality)]
+
+
+def hidden_flags(quality: Quality) -> list[Flag]:
+    """Return a flag where a README holds much text that no reader sees. It did not count."""
+    readme = quality.readme
+    if readme is None or readme.hidden < _HIDDEN_WORDS:
+        return []
+    words = (
+        f"{readme.hidden} words are in comments or elements that a reader of the page does not see; they did not count"
+    )
+    return [Flag("hidden text", words, where=readme.path, concerns=["readme"])]
 
 
 def suppression_flags(quality: Quality) -> list[Flag]:

@@ -82,7 +82,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: Sources, *, c
         functions=function_use(graph, course.functions),
         parameters=parameter_use(modules, course.nodes.values()),
         interfaces=created,
-        readme=read_readme(package, paths, {course.package, name}, {*course.nodes, *(item.name for item in created)}),
+        readme=read_readme(package, paths, {course.package, name}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         faults=find_faults(text, interfaces, modules, [file for file in files if file.problem]),

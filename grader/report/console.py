@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TextIO
 
 from grader.report.cause import Cause, find
-from grader.scoring.grading import Grading, Loss, count_graded, place, points
+from grader.scoring.grading import Grading, Loss, count_graded, place, points, price_of_flags
 from grader.scoring.scorecard import CriterionScore, Outcome, RequirementScore
 from grader.words import mark, say
 
@@ -21,6 +21,7 @@ WORDS = {
     Outcome.NOT_REACHED: mark("not reached"),
     Outcome.ERROR: mark("ERROR"),
     Outcome.NOT_GRADED: mark("to be graded"),
+    Outcome.WITHHELD: mark("withheld"),
 }
 COLOURS = {
     Outcome.PASSED: "32",  # green
@@ -28,6 +29,7 @@ COLOURS = {
     Outcome.FAILED: "31",  # red
     Outcome.NOT_REACHED: "2",  # dim
     Outcome.ERROR: "35",  # magenta: not the student's concern
+    Outcome.WITHHELD: "35",
 }
 
 
@@ -103,26 +105,30 @@ class _Page:
             yield ""
             yield self.paint(say("Integrity: an instructor should look at this."), "31")
         for flag in self.grading.evidence.flags:
-            where = f" ({flag.where})" if flag.where else ""
-            yield from self.wrap(f"{flag.kind}: {flag.what}{where}", indent=2)
+            seen_in = self.grading.seen_in(flag)
+            yield from self.wrap(f"{flag.kind}: {flag.what}{f' ({seen_in})' if seen_in else ''}", indent=2)
+        if self.grading.evidence.flags:
+            yield from self.wrap(price_of_flags(self.grading.scorecard), indent=2)
 
     def criterion(self, score: CriterionScore) -> Iterator[str]:
-        if not score.max:
+        if score.max:
+            share = score.points / score.max
+            filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
+            bar = self.paint("#" * filled, "36") + "." * (BAR - filled)
+            of = points(score.points).rjust(5) + " / " + points(score.max)
+            yield f"{score.criterion.title:<20} {of:<13}{bar}  {score.level}"
+        else:
             worth = say("({worth} points)", worth=points(score.criterion.points))
             yield f"{score.criterion.title:<20} {score.waits} {worth}"
-            return
-        share = score.points / score.max
-        filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
-        bar = self.paint("#" * filled, "36") + "." * (BAR - filled)
-        of = points(score.points).rjust(5) + " / " + points(score.max)
-        yield f"{score.criterion.title:<20} {of:<13}{bar}  {score.level}"
-        for requirement in score.requirements:
-            if requirement.outcome is not Outcome.NOT_GRADED:
-                yield self.requirement(requirement)
-        yield from self.not_graded(score)
+        judged = [each for each in score.requirements if each.outcome is not Outcome.NOT_GRADED]
+        yield from map(self.requirement, judged)
+        if judged:
+            yield from self.not_graded(score)
 
     def requirement(self, score: RequirementScore) -> str:
         of = "" if not score.max else points(score.points).rjust(5) + " / " + points(score.max)
+        if score.outcome is Outcome.WITHHELD:
+            of = "–".rjust(5) + " / " + points(score.requirement.points)
         word = self.paint(f"{say(WORDS[score.outcome]):<12}", COLOURS[score.outcome])
         return f"  {word} {score.requirement.id:<4} {score.requirement.title:<34} {of}".rstrip()
 
@@ -180,6 +186,8 @@ class _Page:
         yield f"{say('Points'):<10}{said}{so_far}"
         if graded < every:
             yield " " * 10 + say("{graded} of {every} requirements are graded so far", graded=graded, every=every)
+        if any(score.withheld for score in card.requirements):
+            yield from self.wrap(price_of_flags(self.grading.scorecard), indent=10)
         if not card.complete:
             names = ", ".join(score.requirement.id for score in self.grading.unjudged)
             words = say("Incomplete: an error of the grader left {names} without a full verdict.", names=names)

@@ -8,12 +8,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from grader.evidence import Reason, Trial, from_data, to_data
+from grader.evidence import Flag, Reason, Trial, from_data, to_data
 from grader.host.atomic import write_atomically
 from grader.report import cause
 from grader.sanitize import one_line, shown
 from grader.scoring.grading import Grading, HandIn, Refusal, foremost
-from grader.scoring.rubric import Check
+from grader.scoring.rubric import FLAGS, Check
 from grader.scoring.scorecard import CheckResult, CriterionScore, Outcome, RequirementScore
 
 SCHEMA = "ros2-course-kit/report/1"
@@ -69,7 +69,8 @@ def _grading(grading: Grading) -> dict[str, Any]:
         "cause": {"sentence": first.sentence if first else "", "points": first.lost if first else 0.0},
         "criteria": [_criterion(score) for score in card.criteria],
         "requirements": [_requirement(score) for score in card.requirements],
-        "integrity": [{"kind": flag.kind, "what": flag.what, "where": flag.where} for flag in evidence.flags],
+        "flags": FLAGS[grading.withholds],
+        "integrity": [_flag(flag, grading) for flag in evidence.flags],
         "notes": list(evidence.intake.notes),
         "kept": dict(evidence.kept),
         "confinement": evidence.origin.get("confinement", ""),
@@ -159,6 +160,16 @@ def refusal(said: dict[str, Any]) -> Refusal:
     )
 
 
+def _flag(flag: Flag, grading: Grading) -> dict[str, Any]:
+    return {
+        "kind": flag.kind,
+        "what": flag.what,
+        "where": flag.where,
+        "trial": flag.trial,
+        "requirements": grading.concerned(flag),
+    }
+
+
 def _criterion(score: CriterionScore) -> dict[str, Any]:
     return {
         "id": score.criterion.id,
@@ -183,6 +194,7 @@ def _requirement(score: RequirementScore) -> dict[str, Any]:
         "level": requirement.level,
         "points": score.points,
         "max": score.max,
+        "withheld": score.withheld,
         "worth": requirement.points,
         "outcome": score.outcome.value,
         "seen": first.seen if first else "",

@@ -165,6 +165,8 @@ def _reason(reason: Reason, veiled: Callable[[str], str]) -> Reason:
 
 
 def _without(flag: Flag, hidden: set[str]) -> Flag | None:
-    """Return a flag without the trials that are held back, None if it was raised in no other."""
-    places = [place for place in flag.where.split(", ") if place not in hidden]
-    return replace(flag, where=", ".join(places)) if places else None
+    """Return a flag without the trials that are held back, None if it was raised in no other place."""
+    where, trial = (
+        ", ".join(name for name in names.split(", ") if name not in hidden) for names in (flag.where, flag.trial)
+    )
+    return replace(flag, where=where, trial=trial) if where or trial or not (flag.where or flag.trial) else None

@@ -18,7 +18,7 @@ from grader.report.console import WORDS
 from grader.report.mutants import matrix
 from grader.sanitize import one_line, shown
 from grader.scoring import scorecard
-from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points
+from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points, price_of_flags
 from grader.scoring.scorecard import Outcome, RequirementScore
 from grader.words import say
 
@@ -38,6 +38,7 @@ SIGNS = {
     Outcome.NOT_REACHED: "⋯",
     Outcome.ERROR: "!",
     Outcome.NOT_GRADED: "○",
+    Outcome.WITHHELD: "⏸",
 }
 
 
@@ -120,6 +121,7 @@ def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
         "trials": [_row(trial) for trial in grading.evidence.trials.values()],
         "graded": graded,
         "every": every,
+        "price_of_flags": price_of_flags(card),
         "words": WORDS,
         "signs": SIGNS,
         "losses": losses,
@@ -153,7 +155,7 @@ def _hash(text: str) -> str:
 
 def is_open(score: RequirementScore) -> bool:
     """Return whether a requirement is unfolded at first: if there is something in it to fix or to look at."""
-    return score.outcome in (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR)
+    return score.outcome in (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR, Outcome.WITHHELD)
 
 
 def share(reached: float, maximum: float) -> float:

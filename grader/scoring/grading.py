@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from grader import sanitize
-from grader.evidence import Evidence
+from grader.evidence import Evidence, Flag
 from grader.scoring.rubric import Check, Criterion, Requirement
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore, Scorecard, earned, hundredths
 from grader.words import localized, say, say_count
@@ -120,6 +120,8 @@ class Grading:
         graded: when the evidence was collected and judged for the first time, local time with its zone.
         rescored: when it was judged again, "" if it was not.
         held_back: names that students must not read: of trials, checks and worlds.
+        concerns: the requirements that rest on a source of evidence, for the sources that integrity flags concern.
+        withholds: whether the rubric withholds the points that flags concern.
     """
 
     scorecard: Scorecard
@@ -135,6 +137,8 @@ class Grading:
     graded: str = ""
     rescored: str = ""
     held_back: tuple[str, ...] = ()
+    concerns: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    withholds: bool = False
 
     @property
     def worth(self) -> float:
@@ -157,6 +161,17 @@ class Grading:
     def unjudged(self) -> tuple[RequirementScore, ...]:
         """Return the requirements that an error of the grader left without a full verdict."""
         return tuple(s for s in self.scorecard.requirements if s.outcome is Outcome.ERROR)
+
+    def concerned(self, flag: Flag) -> list[str]:
+        """Return the requirements that a flag concerns, in the rubric's order."""
+        names = {name for source in flag.concerns for name in self.concerns.get(source, ())}
+        return [s.requirement.id for s in self.scorecard.requirements if s.requirement.id in names]
+
+    def seen_in(self, flag: Flag) -> str:
+        """Return where a flag was raised and which requirements it concerns, "" if neither is known."""
+        trial = say("trial {trial}", trial=flag.trial) if flag.trial else ""
+        ids = ", ".join(self.concerned(flag))
+        return "; ".join(filter(None, [flag.where, trial, say("concerns {ids}", ids=ids) if ids else ""]))
 
     @property
     def losses(self) -> tuple[Loss, ...]:
@@ -212,10 +227,17 @@ def foremost(score: RequirementScore) -> CheckResult | None:
     return min(score.lost, key=lambda result: _FIRST.index(result.outcome), default=None)
 
 
+def price_of_flags(card: Scorecard) -> str:
+    """Return in a sentence what integrity flags do to the points."""
+    if ids := ", ".join(s.requirement.id for s in card.requirements if s.outcome is Outcome.WITHHELD):
+        return say("The points of {ids} are withheld until a person decides.", ids=ids)
+    return say("A flag takes no points by itself.")
+
+
 def count_graded(scorecard: Scorecard) -> tuple[int, int]:
-    """Return how many of the rubric's requirements have checks, and how many there are."""
+    """Return how many of the rubric's requirements have points, or lack them by an error, and how many there are."""
     outcomes = [score.outcome for score in scorecard.requirements]
-    return sum(outcome is not Outcome.NOT_GRADED for outcome in outcomes), len(outcomes)
+    return sum(each not in (Outcome.NOT_GRADED, Outcome.WITHHELD) for each in outcomes), len(outcomes)
 
 
 def at_hand_in(requirements: Iterable[Requirement]) -> str:

@@ -19,6 +19,8 @@ from grader.yaml_reader import YamlReader, line_of
 
 RUBRIC = KIT / "rubric.yaml"
 """The kit's own rubric."""
+FLAGS = ("note", "withhold")
+"""What integrity flags do by a rubric: nothing to the points, or keep what they concern until a person decides."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,8 @@ class Rubric:
     """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its text.
 
     `league` are the figures by which a class is ranked after the points, the weightiest first; most have none.
-    `dropped` are ids that it has not, and that the course's notebooks may ask for.
+    `dropped` are ids that it has not, and that the course's notebooks may ask for. If it `withholds`, the points of
+    requirements that an integrity flag concerns wait for a person.
     """
 
     title: str
@@ -117,6 +120,7 @@ class Rubric:
     league: tuple[Figure, ...] = ()
     sha256: str = ""
     dropped: tuple[str, ...] = ()
+    withholds: bool = False
 
     def grade(self, points: float) -> str:
         """Return the grade for a total, "" without a scale."""
@@ -211,12 +215,15 @@ class _Reader(YamlReader):
         self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
-        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale", "league", "dropped"))
+        optional = ("scale", "league", "dropped", "flags")
+        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", optional)
         criteria = self.every(given["criteria"], self._criterion)
         scale = self._scale(given["scale"]) if "scale" in given else ()
         league = self.every(given["league"], self._figure) if "league" in given else ()
         dropped = tuple(map(self.text, self.items(given["dropped"]))) if "dropped" in given else ()
-        return Rubric(self._said(given["title"]), self.text(given["version"]), criteria, scale, league, dropped=dropped)
+        withholds = "flags" in given and self._one_of(given["flags"], "flags", *FLAGS) == FLAGS[1]
+        title, version = self._said(given["title"]), self.text(given["version"])
+        return Rubric(title, version, criteria, scale, league, dropped=dropped, withholds=withholds)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
         steps: list[Step] = []
@@ -233,9 +240,8 @@ class _Reader(YamlReader):
 
     def _figure(self, node: yaml.Node) -> Figure:
         given = self.fields(node, node, ("figure", "unit", "best"), "a figure of the league")
-        best = self.text(given["best"])
-        self.require_known(best, given["best"], ("most", "least"), "a value of `best`")
-        return Figure(self.text(given["figure"]), self.text(given["unit"]), best == "most")
+        most = self._one_of(given["best"], "best", "most", "least") == "most"
+        return Figure(self.text(given["figure"]), self.text(given["unit"]), most)
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))
@@ -271,16 +277,16 @@ class _Reader(YamlReader):
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self._said(given["title"]) if "title" in given else name,
-            held_back="held_back" in given and self._yes(given["held_back"]),
+            held_back="held_back" in given and self._one_of(given["held_back"], "held_back", "true", "false") == "true",
         )
 
     def _said(self, node: yaml.Node) -> str:
         """Return a text in the language in use."""
         return say(" ".join(self.text(node).split()))
 
-    def _yes(self, node: yaml.Node) -> bool:
-        self.require_known(self.text(node), node, ("true", "false"), "a value of `held_back`")
-        return self.text(node) == "true"
+    def _one_of(self, node: yaml.Node, key: str, *values: str) -> str:
+        self.require_known(self.text(node), node, values, f"a value of `{key}`")
+        return self.text(node)
 
     def _check(self, node: yaml.Node) -> Check:
         given = self.fields(node, node, ("id", "points"), "a check", ("level",))

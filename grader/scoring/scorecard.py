@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
 from enum import Enum
 
 from grader.evidence import Reason
 from grader.scoring.rubric import Check, Criterion, Requirement, Rubric
-from grader.words import say
+from grader.words import mark, say
 
 LEAST_LOSS = 0.1
 """Points. A requirement that would lose less than this keeps all; what was seen is said all the same."""
+
+WITHHELD = mark("withheld until a person decides")
 
 # The assignment's levels: the least share of a criterion's points for each.
 LEVELS = (("A", 0.90), ("B", 0.75), ("C", 0.60), ("D", 0.0))
 
 
 class Outcome(Enum):
-    """The outcome of a check or a requirement. ERROR is an error of the grader and costs no points."""
+    """The outcome of a check or a requirement. ERROR is an error of the grader and costs no points.
+
+    WITHHELD is a requirement whose points wait for a person, because of an integrity flag.
+    """
 
     PASSED = "passed"
     PARTIAL = "partial"
@@ -27,6 +32,7 @@ class Outcome(Enum):
     NOT_REACHED = "not_reached"
     ERROR = "error"
     NOT_GRADED = "not_graded"
+    WITHHELD = "withheld"
 
 
 @dataclass(frozen=True)
@@ -51,13 +57,22 @@ class CheckResult:
 
 @dataclass(frozen=True)
 class RequirementScore:
-    """One requirement's points, `points` of `max`. Both are 0 if an error of the grader left it unjudged."""
+    """One requirement's points, `points` of `max`. Both are 0 if an error of the grader left it unjudged.
+
+    They are 0, too, if the points that were measured are `withheld` until a person decides on an integrity flag.
+    """
 
     requirement: Requirement
     points: float
     max: float
     outcome: Outcome
     results: tuple[CheckResult, ...]
+    withheld: float = 0.0
+
+    @property
+    def waits(self) -> str:
+        """Return what happens to it where it has no points yet."""
+        return say(WITHHELD) if self.outcome is Outcome.WITHHELD else self.requirement.waits
 
     @property
     def lost(self) -> tuple[CheckResult, ...]:
@@ -78,7 +93,7 @@ class CriterionScore:
     @property
     def waits(self) -> str:
         """Return what happens to its requirements, where none of them is graded here."""
-        return say(" and ").join(dict.fromkeys(score.requirement.waits for score in self.requirements))
+        return say(" and ").join(dict.fromkeys(score.waits for score in self.requirements))
 
     @property
     def words(self) -> str:
@@ -101,16 +116,17 @@ class Scorecard:
         return tuple(requirement for criterion in self.criteria for requirement in criterion.requirements)
 
 
-def score(rubric: Rubric, results: Iterable[CheckResult]) -> Scorecard:
-    """Return the scorecard for `results`.
+def score(rubric: Rubric, results: Iterable[CheckResult], flagged: Collection[str] = ()) -> Scorecard:
+    """Return the scorecard for `results`. Integrity flags concern the requirements `flagged`.
 
     The rubric decides which checks count: one without exactly one result counts as an error of the grader, and a
-    result of any other check is ignored.
+    result of any other check is ignored. It decides, too, whether flags withhold points.
     """
     found: dict[str, list[CheckResult]] = {}
     for result in results:
         found.setdefault(result.id, []).append(result)
-    return _total(tuple(_score_criterion(criterion, found) for criterion in rubric.criteria))
+    held = frozenset(flagged) if rubric.withholds else frozenset()
+    return _total(tuple(_score_criterion(criterion, found, held) for criterion in rubric.criteria))
 
 
 def _total(criteria: tuple[CriterionScore, ...]) -> Scorecard:
@@ -137,7 +153,7 @@ def decided(card: Scorecard, points: Mapping[str, float]) -> Scorecard:
 def _decided(score: RequirementScore, points: float) -> RequirementScore:
     worth = score.requirement.points
     outcome = _outcome((), points, worth)
-    return replace(score, points=_tidy(points), max=_tidy(worth), outcome=outcome)
+    return replace(score, points=_tidy(points), max=_tidy(worth), outcome=outcome, withheld=0.0)
 
 
 def earned(check: Check, result: CheckResult) -> float:
@@ -157,8 +173,16 @@ def level(points: float, maximum: float) -> str:
     return next(name for name, least in LEVELS if points >= least * maximum - 1e-9)
 
 
-def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]]) -> CriterionScore:
-    return _sum_up(criterion, tuple(_score_requirement(requirement, found) for requirement in criterion.requirements))
+def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]], held: frozenset[str]) -> CriterionScore:
+    scores = (_score_requirement(requirement, found) for requirement in criterion.requirements)
+    return _sum_up(criterion, tuple(_withheld(s) if s.requirement.id in held else s for s in scores))
+
+
+def _withheld(score: RequirementScore) -> RequirementScore:
+    """Return a score whose points wait for a person. Where there are none, or an error of ours, it stays as it is."""
+    if score.outcome not in (Outcome.PASSED, Outcome.PARTIAL):
+        return score
+    return replace(score, points=0.0, max=0.0, outcome=Outcome.WITHHELD, withheld=score.points)
 
 
 def _sum_up(criterion: Criterion, scores: tuple[RequirementScore, ...]) -> CriterionScore:

@@ -432,16 +432,6 @@ def test_what_a_platform_gets_tells_nothing_of_it(platform: str, a_class: Path, 
     assert all(zipfile.ZipFile(path).namelist() for path in feedback), "a page for the student is in it"
 
 
-@pytest.mark.slow  # two reports more
-def test_a_class_without_names_has_the_students_reports(a_class: Path, tmp_path: Path):
-    """It had the instructor's, with the trial, the threshold and a replay."""
-    assert cli.main(["gradebook", str(a_class), "--anonymous", "--out", str(tmp_path / "anonymous")]) == 0
-    written = [path for path in tmp_path.rglob("*") if path.is_file()]
-    assert {path.name for path in written} >= {"report.html", "report.json", "index.html", "gradebook.csv"}
-    assert {path.name: said for path in written if (said := told(path.read_bytes(), path.name))} == {}
-    assert "touched … at" in (tmp_path / "anonymous" / "submissions" / "hand-in-001" / "report.html").read_text()
-
-
 def test_a_grading_of_its_own_tells_a_platform_nothing_of_it(
     touched: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

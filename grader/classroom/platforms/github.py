@@ -15,7 +15,7 @@ from typing import Any
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.identity import Claim
 from grader.classroom.platform import Delivery, Export, HandIn, Platform, has, others
-from grader.classroom.words import losses
+from grader.classroom.words import comment, losses
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable, prose
 from grader.scoring.rubric import Rubric
@@ -35,7 +35,7 @@ def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], fol
         report = reports.get(row.submission) or {}
         place = folder / row.submission
         texts = {
-            "annotations.txt": workflow_commands(row, report),
+            "annotations.txt": workflow_commands(row, book.rubric, report),
             "summary.md": summary(row, book.rubric, report),
             "classroom.txt": f"result={classroom(row, book.rubric, report)}\n",
         }
@@ -45,7 +45,7 @@ def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], fol
     return written
 
 
-def workflow_commands(row: Row, report: dict[str, Any]) -> str:
+def workflow_commands(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return workflow commands: one for each requirement that lost points, the dearest first."""
     lost = [each for each in row.requirements if each.points is not None and each.points < each.max]
     lost.sort(key=lambda each: each.points - each.max if each.points is not None else 0)
@@ -56,7 +56,8 @@ def workflow_commands(row: Row, report: dict[str, Any]) -> str:
         title = f"{each.id}: {each.points} of {each.max} points"
         lines.append(f"::warning title={_property(title)}::{_data(printable(text, 900))}\n")
     total = "no grade" if row.total is None else f"{row.total} of {row.max}"
-    return f"::notice title=Points::{_data(total)}\n" + "".join(lines)
+    said = printable(comment(row, rubric, total), 900) if row.flags else total
+    return f"::notice title=Points::{_data(said)}\n" + "".join(lines)
 
 
 def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
@@ -64,12 +65,13 @@ def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     measured = {each["id"]: each for each in report.get("requirements", ())}
     total = "no grade" if row.total is None else f"{row.total} of {row.max} points"
     lines = [f"# {_markdown(rubric.title)}: {total}", ""]
-    if row.comment:
-        lines += [_markdown(prose(row.comment)), ""]
+    if remarks := comment(row, rubric):
+        lines += [_markdown(prose(remarks)), ""]
     lines += ["| requirement | points | of | |", "|---|---:|---:|---|"]
     for each in row.requirements:
-        shown = "not graded" if each.points is None else str(each.points)
+        shown = "withheld" if each.withheld else "not graded" if each.points is None else str(each.points)
         mark = "" if each.points == each.max else "by a person" if each.override else _markdown(each.outcome)
+        mark = "until a person decides" if each.withheld else mark
         lines.append(f"| {each.id} {_markdown(rubric.requirement(each.id).title)} | {shown} | {each.max} | {mark} |")
     for each in row.requirements:
         if said := list(losses(measured.get(each.id, {}))):
@@ -97,7 +99,8 @@ def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
         if each.points is not None
     ]
     state = "error" if row.total is None else "pass" if row.total == row.max else "fail"
-    data = {"version": 3, "status": state, "message": row.comment, "max_score": float(row.max), "tests": tests}
+    said = comment(row, rubric)
+    data = {"version": 3, "status": state, "message": said, "max_score": float(row.max), "tests": tests}
     return base64.b64encode(json.dumps(data).encode()).decode()
 
 

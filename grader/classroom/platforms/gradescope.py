@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from grader.classroom.gradebook import Gradebook, RequirementPoints, Row
+from grader.classroom.gradebook import Gradebook, RequirementPoints, Row, State
 from grader.classroom.identity import Claim
 from grader.classroom.platform import (
     Delivery,
@@ -24,10 +24,10 @@ from grader.classroom.platform import (
     others,
     unfolded,
 )
-from grader.classroom.words import losses
+from grader.classroom.words import comment, losses
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
-from grader.scoring.rubric import Rubric
+from grader.scoring.rubric import FLAGS, Rubric
 
 _METADATA = "submission_metadata.yml"
 
@@ -41,7 +41,7 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str
         for place, requirement in enumerate(criterion.requirements, 1)
     }
     found: dict[str, Any] = {
-        "output": row.comment or "Graded.",
+        "output": comment(row, rubric) or "Graded.",
         "output_format": "text",
         "test_output_format": "text",
         "visibility": "visible",
@@ -49,9 +49,14 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str
         "tests": [
             _test(each, numbers[each.id], rubric.requirement(each.id).title, measured.get(each.id, {}))
             for each in row.requirements
-            if each.points is not None
+            if each.points is not None or each.withheld
         ],
-        "extra_data": {"state": row.state.value, "late": row.late_units, "flags": row.flags},
+        "extra_data": {
+            "state": row.state.value,
+            "late": row.late_units,
+            "flags": row.flags,
+            "flags_do": FLAGS[rubric.withholds],
+        },
     }
     # The score overrides the sum of the tests: it has the deduction for lateness.
     found["score"] = float(row.total or 0)
@@ -62,6 +67,9 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str
 
 def _test(each: RequirementPoints, number: str, title: str, measured: dict[str, Any]) -> dict[str, Any]:
     said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
+    if each.withheld:
+        output = State.WITHHELD.value
+        return {"name": f"{each.id} {title}", "number": number, "output": output, "visibility": "visible"}
     return {
         "name": f"{each.id} {title}",
         "number": number,

@@ -26,7 +26,7 @@ def _lines(book: Gradebook) -> Iterator[Sequence[Cell]]:
         "flags", "kit", "confinement", "comment",
     )  # fmt: skip
     for row in book.rows:
-        points = {each.id: each.points for each in row.requirements}
+        points = {each.id: "withheld" if each.withheld else each.points for each in row.requirements}
         yield (
             *who(row),
             row.submission,

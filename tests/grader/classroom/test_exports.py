@@ -253,7 +253,10 @@ def test_a_message_of_several_lines_is_one_line_of_a_comment(class_of_four, tmp_
     row = next(row for row in gradebook.read(folder).rows if row.submission == "team07")
     assert "F4: stopped: at the wall, 2.00 of 5.00 points lost" in words.short(row, made)
     assert list(words.losses(wall))[1:3] == ["  seen      stopped:", "              at the wall"]
-    texts = [github.workflow_commands(row, made), github.summary(row, gradebook.read(folder).rubric, made)]
+    texts = [
+        github.workflow_commands(row, gradebook.read(folder).rubric, made),
+        github.summary(row, gradebook.read(folder).rubric, made),
+    ]
     assert not [text for text in texts if "\\n" in text]
 
 
@@ -413,7 +416,7 @@ def test_a_single_refusal_becomes_results_json_too(tmp_path):
 
 def test_github_gets_annotations_that_a_submission_cannot_forge(book):
     row = next(row for row in book.rows if row.submission == "team07")
-    lines = github.workflow_commands(row, report({"F4": 2.0})).splitlines()
+    lines = github.workflow_commands(row, book.rubric, report({"F4": 2.0})).splitlines()
     assert lines[0] == "::notice title=Points::98.00 of 100.00"
     assert len(lines) == 2
     assert lines[1].startswith("::warning title=F4%3A 3.00 of 5.00 points::")

@@ -11,9 +11,10 @@ from dataclasses import replace
 import pytest
 from helpers.class_reports import report
 
-from grader.classroom import gradebook, overview
+from grader.classroom import gradebook, overview, similarity
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.platforms import plain
+from grader.classroom.similarity import Pair
 from grader.scoring import rubric
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)  # of the class in conftest.py
@@ -103,17 +104,18 @@ def test_points_are_shown_over_the_time_of_hand_in(class_of_four):
     assert plot.deadline == 50.0
 
 
-def test_groups_of_similar_packages_are_on_the_page_once_they_were_looked_for(class_of_four):
+def test_packages_that_are_alike_are_on_the_page_once_they_were_looked_for(class_of_four):
     folder = class_of_four()
-    assert "similar.html" not in overview.write(folder, gradebook.read(folder)).read_text()
+    assert "Alike" not in overview.write(folder, gradebook.read(folder)).read_text()
     pairs = [
-        {"one": "team07", "other": "boek", "share": 0.9}, {"one": "team07", "other": "x", "share": 0.7},
-        {"one": "y", "other": "z", "share": 0.5},
-    ]  # fmt: skip
-    (folder.path / "similar.json").write_text(json.dumps({"usual": 0.2, "pairs": pairs}))
-    (group,) = overview.summarise(folder, gradebook.read(folder)).groups
-    assert group.submissions == ("boek", "team07", "x")
-    assert "similar.html" in overview.write(folder, gradebook.read(folder)).read_text()
+        Pair("boek", "team07", 0.9, 0.7, "a.py 3 to 40"),
+        Pair("boek", "x", 0.1, 0.2),
+        Pair("x", "team07", 0.1, 0.2),
+    ]
+    similarity.write(folder, pairs)
+    page = overview.write(folder, gradebook.read(folder)).read_text()
+    assert "90 % of one is in the other; most of it in boek: a.py 3 to 40</li>" in page
+    assert page.count("of one is in the other") == 1
 
 
 def test_flags_and_who_handed_in_nothing_are_named(page):

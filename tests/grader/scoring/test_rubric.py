@@ -153,7 +153,7 @@ def change(data, where, key, value):
             "rubric",
             "weights",
             {},
-            "weights is not allowed here. There are: title, version, criteria, scale, league, dropped.",
+            "weights is not allowed here. There are: title, version, criteria, scale, league, dropped, flags.",
         ),
         ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
         ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
