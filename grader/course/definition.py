@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,13 +9,7 @@ from dataclasses import dataclass
 _SECTIONS = {"msg": ("message",), "srv": ("request", "response"), "action": ("goal", "result", "feedback")}
 _SEPARATOR = "---"
 _MAX_LINES = 500  # far above what people write
-_BUILT_IN = (
-    "bool", "byte", "char", "float32", "float64", "string", "wstring",
-    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
-)  # fmt: skip
 _TYPE = re.compile(r"(?P<name>(?:[a-z]\w*/(?:msg/)?)?[A-Z][A-Za-z0-9]*|[a-z]+\d*)(?:<=\d+)?(?:\[(?:<=)?\d*\])?")
-_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z]\w*")
-_CONSTANT = re.compile(r"[A-Z]\w*\s*=.*")
 
 
 @dataclass(frozen=True)
@@ -41,26 +34,6 @@ def differences(kind: str, found: str, wanted: str) -> list[tuple[int, str]]:
         return [(0, f"it has {len(theirs) - 1} of the lines `---` between its parts, and needs {len(ours) - 1}")]
     named = zip(_SECTIONS[kind], theirs, ours, strict=True)
     return [difference for section, their, our in named for difference in _in_section(section, their, our)]
-
-
-def illegal(kind: str, text: str) -> list[tuple[int, str]]:
-    """Return (line, words) for what no interface of this kind may have, so that it cannot be built."""
-    sections = _sections(text)
-    wanted = len(_SECTIONS[kind]) - 1
-    if len(sections) - 1 != wanted:
-        return [(0, f"it has {len(sections) - 1} of the lines `---` between its parts, and needs {wanted}")]
-    found = []
-    for field in (field for section in sections for field in section):
-        match = _TYPE.fullmatch(field.type)
-        name = match["name"] if match else ""
-        if not name or (name[0].islower() and "/" not in name and name not in _BUILT_IN):
-            near = difflib.get_close_matches(name or field.type, _BUILT_IN, 1)
-            meant = f"; is `{near[0]}` meant?" if near else ""
-            found.append((field.line, f"`{field.type}` in `{field.text}` is not a type{meant}"))
-        elif not _CONSTANT.fullmatch(field.name) and not _NAME.fullmatch(field.name.partition(" ")[0]):
-            words = f"`{field.name}` in `{field.text}` cannot name a field: small letters, digits and underscores"
-            found.append((field.line, words))
-    return found
 
 
 def packages(text: str) -> list[tuple[int, str]]:

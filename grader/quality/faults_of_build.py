@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from pathlib import PurePosixPath
 
-from grader import python_ast
 from grader.course import definition
 from grader.course.foreign_packages import absent
 from grader.evidence import Fault
@@ -27,10 +26,6 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
             yield from _uninstalled(sources)
     elif not sources.has_cmake:
         yield from _in_setup(sources)
-    elif is_left_over(sources):
-        text = "package.xml says `ament_python`, so nothing is built or installed by this file"
-        yield Fault(_CMAKE, 0, "install", text, "delete CMakeLists.txt, which is left over")
-        yield from _in_setup(sources)
     else:
         line = sources.line_of(_XML, "<build_type>")
         text = "it says `ament_python`, so colcon ignores CMakeLists.txt and all that it makes and installs"
@@ -41,18 +36,11 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
         yield Fault(_XML, line, stops, text, cure, shown_as=["can't open file 'setup.py'"], lacks=lost)
 
 
-def is_left_over(sources: PackageSources) -> bool:
-    """Return whether a CMakeLists.txt is left over in a package that setup.py makes, all of its nodes included."""
-    made = {entry.name for entry in sources.setup.entry_points} if sources.setup is not None else set()
-    return not sources.by_cmake and not sources.interfaces and made.issuperset(sources.course.nodes)
-
-
 def interface_build_faults(sources: PackageSources) -> Iterator[Fault]:
     """Yield what keeps a package, which may have nothing but interfaces, from being built."""
     yield from _in_xml(sources)
     if sources.by_cmake:
         yield from _in_cmake(sources)
-    yield from _illegal_fields(sources)
 
 
 def _in_xml(sources: PackageSources) -> Iterator[Fault]:
@@ -84,33 +72,13 @@ def _in_xml(sources: PackageSources) -> Iterator[Fault]:
 def _in_cmake(sources: PackageSources) -> Iterator[Fault]:
     cmake = sources.cmake
     if cmake.unclosed is not None:
-        text = f"`{cmake.unclosed.name}(` is never closed"
-        cure = "put a closing parenthesis after its last argument"
-        yield Fault(_CMAKE, cmake.unclosed.line, "build", text, cure, shown_as=['missing ending ")"'])
-        return
-    if not cmake.named("project"):
-        yield Fault(_CMAKE, 0, "build", "there is no `project(...)`", f"project({sources.name}) in the second line")
+        return  # which CMake says
     yield from _packages(sources)
     yield from _generated(sources)
     yield from _installed_paths(sources)
-    for command in cmake.named("ament_python_install_package"):
-        inits = f"{command.arguments[0]}/__init__.py" if command.arguments else ""
-        if command.is_plain and "PACKAGE_DIR" not in command.arguments and inits and inits not in sources.paths:
-            text = f"ament_python_install_package() needs `{inits}`, which is not there"
-            cure = "make an empty file of this name"
-            yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=["__init__.py"])
     if not cmake.named("ament_package", "ament_auto_package"):
         yield Fault(_CMAKE, 0, "build", "it does not end with `ament_package()`, so ROS cannot find the package",
                     "write ament_package() as its last line")  # fmt: skip
-
-
-def _illegal_fields(sources: PackageSources) -> Iterator[Fault]:
-    """Yield the lines of interface files that rosidl cannot read."""
-    for path in sources.interfaces:
-        kind = path.partition("/")[0]
-        for line, words in definition.illegal(kind, sources.read(path)):
-            shown = [" ".join(sources.read(path).splitlines()[line - 1].partition("#")[0].split())] if line else [path]
-            yield Fault(path, line, "build", words, "a line is a type and a name: float32 speed", shown_as=shown)
 
 
 def _packages(sources: PackageSources) -> Iterator[Fault]:
@@ -203,13 +171,10 @@ def _in_setup(sources: PackageSources) -> Iterator[Fault]:
     """Yield the faults of a package that setup.py builds."""
     setup = sources.setup
     if setup is None:
-        line, text = _unreadable_setup(sources)
+        text = "it is not there, or does not call setup(); without it colcon cannot build the package"
         cure = "compare it with the one that `ros2 pkg create` writes"
-        yield Fault(_SETUP, line, "build", text, cure, shown_as=["can't open file 'setup.py'", "SyntaxError"])
+        yield Fault(_SETUP, 0, "build", text, cure, shown_as=["can't open file 'setup.py'", "SyntaxError"])
         return
-    if setup.name and sources.xml.name and setup.name != sources.xml.name:
-        text = f"its name is `{setup.name}`, and package.xml has `{sources.xml.name}`"
-        yield Fault(_SETUP, setup.line, "install", text, f"name='{sources.xml.name}'")
     for folder in ("launch", "config"):
         has = any(path.startswith(f"{folder}/") for path in sources.paths)
         if has and folder not in (setup.data_files or ""):
@@ -218,16 +183,3 @@ def _in_setup(sources: PackageSources) -> Iterator[Fault]:
             lost = [path for path in shared if path.startswith(f"{folder}/") and path in sources.paths]
             text = f"its data_files do not install `{folder}/`"
             yield Fault(_SETUP, setup.line, "install", text, cure, lacks=lost)
-
-
-def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
-    """Return the line in setup.py, and in words why nothing can be read from it."""
-    if _SETUP not in sources.paths:
-        return 0, "it is not there, and without it colcon cannot build the package"
-    try:
-        python_ast.tree_of(sources.read(_SETUP))
-    except SyntaxError as error:
-        return error.lineno or 1, f"it is not valid Python: `{error.msg}`"
-    except python_ast.TOO_COMPLEX:
-        return 0, "it is too complex to be read"
-    return 0, "it does not call setup()"

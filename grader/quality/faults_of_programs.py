@@ -12,8 +12,8 @@ from grader.course import role
 from grader.evidence import Fault
 from grader.python_ast import called, last_name
 from grader.quality.cmake_text import Command
-from grader.quality.package_sources import PackageSources, similar
-from grader.quality.parsed_module import Module, imports
+from grader.quality.package_sources import PackageSources
+from grader.quality.parsed_module import Module
 
 _NODE_BASES = {"Node", "LifecycleNode"}
 _MAKES_A_NODE = {*_NODE_BASES, "create_node"}
@@ -40,10 +40,7 @@ def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterat
         yield from _not_installed(sources, there, made or set())
     elif there:
         yield _no_entry_point(sources, modules, there)
-    yield from _without_the_bit(sources)
     yield from _scripts(sources)
-    yield from _dead_entry_points(sources, modules)
-    yield from _left_out(sources, modules)
 
 
 def programs(sources: PackageSources) -> set[str] | None:
@@ -55,7 +52,7 @@ def programs(sources: PackageSources) -> set[str] | None:
     setup, elsewhere = sources.setup, sources.read("setup.cfg") + sources.read("pyproject.toml")
     if setup is None or not setup.complete or _SCRIPTS.search(elsewhere):
         return None
-    return {entry.text.partition("=")[0].strip() for entry in setup.entry_points}
+    return set(setup.programs)
 
 
 def _names(text: str, word: str) -> bool:
@@ -105,7 +102,7 @@ def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Coll
         yield Fault(_CMAKE, line, "install", text, cure, lacks=[node])
     if left := [node for node in files if f"{node}.py" not in made]:
         text = f"nothing installs {_executables(left)}"
-        if sources.setup is not None and any(entry.name in left for entry in sources.setup.entry_points):
+        if sources.setup is not None and not {*left}.isdisjoint(sources.setup.programs):
             text += "; entry points of setup.py make executables in ament_python packages only"
         install = "install(PROGRAMS {} DESTINATION lib/${{PROJECT_NAME}}{})"
         cures = [install.format(files[n], "" if files[n].endswith(f"/{n}") else f" RENAME {n}") for n in left]
@@ -115,14 +112,10 @@ def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Coll
 def _no_entry_point(sources: PackageSources, modules: Sequence[Module], files: Mapping[str, str]) -> Fault:
     """Return the fault that setup.py has no entry points for nodes whose modules, `files`, are there."""
     by_path = {module.path: module for module in modules}
-    entries, without = [], []
-    for node, path in files.items():
-        module = by_path.get(path)
-        entries.append(f"'{node} = {module.name if module else _dotted(path)}:main'")
-        if module is not None and "main" not in defined(module.tree):
-            without.append(f"; {path} needs a function main() for it")
+    names = {node: by_path[path].name if path in by_path else _dotted(path) for node, path in files.items()}
+    entries = [f"'{node} = {name}:main'" for node, name in names.items()]
     line = sources.setup.line if sources.setup is not None else 0
-    cure = f"{', '.join(entries)} in console_scripts{''.join(without)}"
+    cure = f"{', '.join(entries)} in console_scripts"
     text = f"no entry point makes {_executables(list(files))}"
     return Fault(_SETUP, line, "install", text, cure, lacks=list(files))
 
@@ -133,17 +126,6 @@ def _executables(nodes: Sequence[str]) -> str:
 
 def _dotted(path: str) -> str:
     return path.removeprefix("src/").removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-
-
-def _without_the_bit(sources: PackageSources) -> Iterator[Fault]:
-    """Yield the programs that CMakeLists.txt installs as if they were data."""
-    for command in _installs(sources):
-        if command.is_plain and command.arguments[0] == "FILES" and "PERMISSIONS" not in command.arguments:
-            made = _made_by(sources, [command])
-            for node in (node for node in sources.course.nodes if node in made):
-                text = f"install(FILES ...) makes `{node}` no program: it lacks the executable bit"
-                cure = "install(PROGRAMS ...) instead of install(FILES ...)"
-                yield Fault(_CMAKE, command.line, "install", text, cure, lacks=[node])
 
 
 def _scripts(sources: PackageSources) -> Iterator[Fault]:
@@ -160,59 +142,6 @@ def _scripts(sources: PackageSources) -> Iterator[Fault]:
             text = "its lines end as on Windows, so the system looks for a program called `python3\\r`"
             cure = f"save it with Unix line ends (LF): sed -i 's/\\r$//' {path}"
             yield Fault(path, 1, "start", text, cure, shown_as=["python3\\r", "python3\r"])
-
-
-def _dead_entry_points(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
-    """Yield the entry points of setup.py that call nothing, those of the contract's nodes first."""
-    if sources.setup is None or sources.by_cmake:
-        return
-    names = {module.name: defined(module.tree) for module in modules}
-    paths = {_dotted(path) for path in sources.paths if path.endswith(".py")} | set(names)
-    others = sources.known | (sources.built - sources.names)
-    entries = sorted(sources.setup.entry_points, key=lambda entry: entry.name not in sources.course.nodes)
-    for entry in (entry for entry in entries if not entry.name):
-        cure = f"'name = {sources.name}.module:function'"
-        yield Fault(_SETUP, entry.line, "start", f"`{entry.text}` is not an entry point", cure)
-    dead = [e for e in entries if e.name and e.module not in paths and e.module.split(".")[0] not in others]
-    if dead:
-        texts = [f"`{entry.text}`" for entry in dead]
-        meant = similar(dead[0].module, paths)
-        cure = f"is {meant} meant?" if meant else "write the module, or correct the entry"
-        text = f"the entry point {texts[0]} names no module of the package"
-        if len(dead) > 1:
-            text = f"the entry points {', '.join(texts[:3])} name no modules of the package"
-        shown = [f"No module named '{entry.module}'" for entry in dead]
-        yield Fault(_SETUP, dead[0].line, "start", text, cure, shown_as=shown)
-    for entry in entries:
-        known = names.get(entry.module)
-        function = entry.function.partition(".")[0]
-        if known is not None and not {function, "*"} & known:
-            text = f"the entry point `{entry.text}` calls `{entry.function}`, which {entry.module} does not define"
-            cure = f"def {entry.function}() in that module, or its right name in the entry"
-            shown = [f"cannot import name '{function}' from '{entry.module}'", f"has no attribute '{function}'"]
-            yield Fault(_SETUP, entry.line, "start", text, cure, shown_as=shown)
-
-
-def _left_out(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
-    """Yield the folders of modules that are imported and that setup.py does not install."""
-    setup = sources.setup
-    if setup is None or sources.by_cmake or not (setup.finds or setup.packages):
-        return
-    used = {name for module in modules if module.role != "test" for name in imports(module).modules}
-    used |= {entry.module for entry in setup.entry_points}
-    folders: dict[tuple[str, str], list[str]] = {}
-    for module in (module for module in modules if module.name in used and module.name.split(".")[0] in sources.names):
-        package = module.name if module.stem == "__init__" else module.name.rpartition(".")[0]
-        folders.setdefault((str(PurePosixPath(module.path).parent), package), []).append(module.name)
-    for (folder, package), names in sorted(folders.items()):
-        shown = [f"No module named '{name}'" for name in (package, *names)]
-        if setup.finds and f"{folder}/__init__.py" not in sources.paths:
-            text = f"it is not there, so find_packages() leaves {folder}/ out, and nothing installs it"
-            yield Fault(f"{folder}/__init__.py", 0, "start", text, "make an empty file of this name", shown_as=shown)
-        elif setup.packages and package not in [listed.replace("/", ".") for listed in setup.packages]:
-            text = f"its `packages` do not list {package}, so nothing installs {folder}/"
-            cure = f"packages=find_packages(exclude=['test']), and an `__init__.py` in {folder}/"
-            yield Fault(_SETUP, setup.line, "start", text, cure, shown_as=shown)
 
 
 # -- CMakeLists.txt ---------------------------------------------------------------------------------------------------
@@ -272,24 +201,3 @@ def program_files(sources: PackageSources) -> set[str]:
     """Return the paths of the programs that CMakeLists.txt installs."""
     commands = [command for command in _installs(sources) if command.arguments[:1] == ("PROGRAMS",)]
     return {name for command in commands for name in command.arguments} & set(sources.paths)
-
-
-def defined(tree: ast.Module) -> set[str]:
-    """Return the names that a module defines at its top level, with "*" if it may define any."""
-    names: set[str] = set()
-    todo: list[ast.AST] = [*tree.body]
-    while todo:
-        node = todo.pop()
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            names.add(node.name)
-            if node.name == "__getattr__":
-                names.add("*")
-            continue
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            names.add(node.id)
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("globals", "exec"):
-            names.add("*")
-        todo += ast.iter_child_nodes(node)
-    return names

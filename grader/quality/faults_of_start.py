@@ -12,7 +12,7 @@ from pathlib import PurePosixPath
 from grader.course import packages, role
 from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
-from grader.quality.faults_of_programs import installed, program_files, program_folders
+from grader.quality.faults_of_programs import program_files
 from grader.quality.manifest import optional_imports
 from grader.quality.package_sources import PackageSources
 from grader.quality.parsed_module import Module, absolute
@@ -34,7 +34,6 @@ def start_faults(
             cure = "look at that line, and at the end of the line before it"
             text = f"it {re.sub(': line [0-9]+: ', ': ', file.problem)}"
             yield Fault(file.path, int(line[1]) if line else 0, "start", text, cure)
-    yield from _shadows(sources)
     programs = program_files(sources)
     # A folder with Python below it may be found by whoever starts the node there.
     own = {PurePosixPath(path).parts[0] for path in sources.paths if path.endswith(".py") and "/" in path}
@@ -42,33 +41,6 @@ def start_faults(
     for module in modules:
         if module.role == "module" or module.path in programs:
             yield from _absent_packages(sources, module, own)
-
-
-def _shadows(sources: PackageSources) -> Iterator[Fault]:
-    """Yield the files that hide a module of Python or of ROS.
-
-    A node finds the modules beside its executable first. Modules inside the Python package hide nothing, but they
-    share it with the generated msg, srv and action.
-    """
-    own = {PurePosixPath(path).parts[0] for path in sources.course.modules} | sources.names
-    for path in sources.paths:
-        parts = PurePosixPath(path).parts
-        if not path.endswith(".py") or not 2 <= len(parts) <= 3 or parts[0] not in own or not sources.interfaces:
-            continue
-        inside = parts[1].removesuffix(".py")
-        if inside in _GENERATED:
-            where = f"{parts[0]}.{inside}"
-            what = (
-                f"is installed over the generated {where}" if len(parts) == 3 else f"is hidden by the generated {where}"
-            )
-            yield Fault(path, 0, "start", f"it {what}", "give it another name: rosidl makes that module")
-    commands = sources.cmake.named("install") if sources.by_cmake else []
-    for path, place in sorted({pair for command in commands for pair in installed(sources, command)}):
-        module = place.parent if place.name == "__init__.py" else place.with_suffix("")
-        hides = place.suffix == ".py" and module.parent in program_folders(sources) and module.name not in own
-        if hides and _is_known(module.name, sources):
-            text = f"it is installed beside the executables, where it hides the module `{module.name}` of Python or ROS"
-            yield Fault(path, 0, "start", text, "give it another name, or install it elsewhere")
 
 
 def _is_known(name: str, sources: PackageSources) -> bool:

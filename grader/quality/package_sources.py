@@ -20,18 +20,6 @@ from grader.quality.source_files import package_files
 
 INTERFACE_SUFFIXES = (".msg", ".srv", ".action")
 _MAX_TEXT = 256 * 1024
-_ENTRY_POINT = re.compile(r"\s*(?P<name>[\w.-]+)\s*=\s*(?P<module>[\w.]+)\s*:\s*(?P<function>[\w.]+)\s*")
-
-
-@dataclass(frozen=True)
-class EntryPoint:
-    """An entry of console_scripts in setup.py; `text` as it is written, the rest empty where it is malformed."""
-
-    text: str
-    line: int
-    name: str = ""
-    module: str = ""
-    function: str = ""
 
 
 @dataclass(frozen=True)
@@ -39,21 +27,15 @@ class SetupPy:
     """What the call of setup() in a setup.py says, as far as it is written out.
 
     Attributes:
-        name: of the package.
-        line: of the name.
-        entry_points: those of console_scripts.
+        line: of the package's name.
+        programs: the names of the entry points of console_scripts.
         complete: whether these are all programs: written out, not made by a loop, and with no `scripts` beside them.
-        packages: the Python packages that it lists; None where it looks for them, or where they are not written out.
-        finds: whether it looks for them with find_packages(), which takes folders with an `__init__.py`.
         data_files: the text of this argument, that of the whole file if it is not written out; None if there is none.
     """
 
-    name: str
     line: int
-    entry_points: tuple[EntryPoint, ...]
+    programs: tuple[str, ...]
     complete: bool
-    packages: tuple[str, ...] | None
-    finds: bool
     data_files: str | None
 
 
@@ -161,16 +143,11 @@ def _setup_py(text: str) -> SetupPy | None:
         for target in node.targets if isinstance(target, ast.Name)
     }  # fmt: skip
     name, data_files = named.get("name"), named.get("data_files")
-    entry_points, complete = _entry_points(named.get("entry_points"), values)
-    packages = _followed(named.get("packages"), values)
-    listed = _texts(packages, values)
+    programs, complete = _programs(named.get("entry_points"), values)
     return SetupPy(
-        name=_text(name, values) or "",
         line=name.lineno if name is not None else call.lineno,
-        entry_points=tuple(entry_points),
+        programs=tuple(programs),
         complete=complete and not {None, "scripts"} & set(named),
-        packages=tuple(filter(None, listed)) if listed is not None and None not in listed else None,
-        finds=packages is not None and called(packages) == "find_packages",
         data_files=_data_files(text, data_files),
     )
 
@@ -188,11 +165,6 @@ def _followed(node: ast.expr | None, values: Mapping[str, ast.expr]) -> ast.expr
     return values.get(node.id, node) if isinstance(node, ast.Name) else node
 
 
-def _texts(node: ast.expr | None, values: Mapping[str, ast.expr]) -> list[str | None] | None:
-    """Return the strings of a list, each None that cannot be read off; None for anything but a list."""
-    return [_text(part, values) for part in node.elts] if isinstance(node, ast.List | ast.Tuple) else None
-
-
 def _text(node: ast.expr | None, values: Mapping[str, ast.expr]) -> str | None:
     """Return the string that an expression makes of literals and of the module's variables, None where it is unclear.
 
@@ -206,8 +178,8 @@ def _text(node: ast.expr | None, values: Mapping[str, ast.expr]) -> str | None:
     return "".join(texts) if all(texts) else None
 
 
-def _entry_points(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tuple[list[EntryPoint], bool]:
-    """Return the entry points that are written out, and whether these are all."""
+def _programs(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tuple[list[str], bool]:
+    """Return the names of the entry points that are written out, and whether these are all."""
     node = _followed(node, values)
     if node is None:
         return [], True
@@ -219,10 +191,6 @@ def _entry_points(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tupl
     )
     scripts = _followed(scripts, values)
     entries = scripts.elts if isinstance(scripts, ast.List | ast.Tuple) else []
-    entry_points = []
-    for entry in entries:
-        if text := _text(entry, values):
-            match = _ENTRY_POINT.fullmatch(text)
-            entry_points.append(EntryPoint(text, entry.lineno, **(match.groupdict() if match else {})))
+    texts = [text for entry in entries if (text := _text(entry, values))]
     every = isinstance(scripts, ast.List | ast.Tuple | None) and None not in node.keys
-    return entry_points, every and len(entry_points) == len(entries)
+    return [text.partition("=")[0].strip() for text in texts], every and len(texts) == len(entries)

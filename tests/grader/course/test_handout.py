@@ -58,9 +58,10 @@ def test_the_interfaces_are_the_contracts_own_files():
         "`test_depend`",
         "does not depend on itself",
         "starts without any argument",
-        "nothing but tests calls",
-        "cannot be read",
-        "no reader sees",
+        "are measured on what runs",
+        "neither earns nor costs",
+        "can be read",
+        "A flag takes no points by itself",
         "crashes or hangs",
     ],
 )

@@ -1,4 +1,4 @@
-"""What is said first of packages of strangers: which package it is, dead entry points, ROS 1, files left out."""
+"""What is said first of packages of strangers: which package it is, entry points, ROS 1."""
 
 from __future__ import annotations
 
@@ -105,11 +105,10 @@ def test_an_entry_point_is_offered_only_where_the_module_is(tmp_path: Path):
 
 
 def test_entry_points_that_are_missing_are_one_line(tmp_path: Path):
-    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE.replace("main", "run")}
+    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
     (fault,) = faults(lab(tmp_path, "", files))
     assert fault.text == "no entry point makes the executables `robot_controller` and `sensor_processor`"
     assert "'sensor_processor = lab5_31.sensor_processor:main' in console_scripts" in fault.cure
-    assert fault.cure.endswith("; lab5_31/sensor_processor.py needs a function main() for it")
 
 
 def test_a_package_named_robot_controller_is_not_said_to_lack_it_where_the_other_node_is_missing(tmp_path: Path):
@@ -141,7 +140,7 @@ def test_entry_points_that_cannot_be_read_off_are_not_said_to_be_missing(tmp_pat
 )
 def test_entry_points_with_the_packages_name_in_a_variable_are_read(tmp_path: Path, entry: str):
     found = faults(lab(tmp_path, entry, {"lab5_31/robot_controller.py": NODE}))
-    assert "the entry point `robot_controller = lab5_31.robot:main` names no module" in [f.text for f in found][-1]
+    assert not any("no entry point" in fault.text for fault in found)
 
 
 @pytest.mark.parametrize(
@@ -171,44 +170,6 @@ def test_what_the_run_said_goes_before_what_was_guessed_from_the_text(tmp_path: 
     said = first_words(quality, trial, executables=["robot_controller", "sensor_processor"])
     assert said.startswith("lab5_31/robot_controller.py:1: it imports `robot_interfaces`")
     assert "no entry point" not in said
-
-
-def test_a_dead_entry_point_is_what_is_said_first(tmp_path: Path):
-    entries = "'robot_controller = lab5_31.robot_controller:run', 'sensor_processor = lab5_31.sensors:main'"
-    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
-    quality = facts(lab(tmp_path, entries, files))
-    trial = down("ImportError: cannot import name 'run' from 'lab5_31.robot_controller' (/ws/x.py)")
-    said = first_words(quality, trial)
-    assert said.startswith("setup.py:9: the entry point `robot_controller = lab5_31.robot_controller:run` calls `run`")
-    said = first_words(quality, down("ModuleNotFoundError: No module named 'lab5_31.sensors'"))
-    assert said.startswith("setup.py:9: the entry point `sensor_processor = lab5_31.sensors:main` names no module")
-
-
-def test_a_folder_without_init_that_setup_py_leaves_out_is_named(tmp_path: Path):
-    files = {
-        "lab5_31/robot_controller.py": "from lab5_31.utils.steps import go\n" + NODE,
-        "lab5_31/utils/steps.py": "def go():\n    pass\n",
-    }
-    entries = "'robot_controller = lab5_31.robot_controller:main', 'sensor_processor = lab5_31.robot_controller:main'"
-    quality = facts(lab(tmp_path, entries, files))
-    (fault,) = quality.faults
-    assert (fault.path, fault.stops) == ("lab5_31/utils/__init__.py", "start")
-    assert fault.text == "it is not there, so find_packages() leaves lab5_31/utils/ out, and nothing installs it"
-    said = first_words(quality, down("ModuleNotFoundError: No module named 'lab5_31.utils'"))
-    assert said.startswith("lab5_31/utils/__init__.py: it is not there")
-
-
-def test_a_folder_that_the_list_of_packages_leaves_out_is_named(tmp_path: Path):
-    files = {
-        "setup.py": SETUP.replace("find_packages(exclude=['test'])", "[package_name]").replace("ENTRIES", ""),
-        "lab5_31/robot_controller.py": "from lab5_31.utils.steps import go\n" + NODE,
-        "lab5_31/utils/__init__.py": "",
-        "lab5_31/utils/steps.py": "def go():\n    pass\n",
-    }
-    found = [fault for fault in faults(lab(tmp_path, "", files)) if fault.stops == "start"]
-    assert [fault.text for fault in found] == [
-        "its `packages` do not list lab5_31.utils, so nothing installs lab5_31/utils/"
-    ]
 
 
 def test_ros_1_is_named(tmp_path: Path):
