@@ -10,7 +10,7 @@ from helpers.judging import Check, Judged, ask, evidence_with
 from grader import evidence
 from grader.checks import check_student_tests as checks
 from grader.checks.judge import Judge, Unjudged
-from grader.evidence import FileCoverage, Finding, Manifest, Quality, StudentTests
+from grader.evidence import FileCoverage, Finding, Manifest, Quality, SourceFile, StudentTests
 
 NODES = ["ros2_robot_controller/robot_controller.py", "ros2_robot_controller/sensor_processor.py"]
 
@@ -173,7 +173,8 @@ def test_failing_tests_cost_their_share_and_say_how():
 def test_tests_that_sleep_are_named_and_lose_nothing():
     """The contract asks for tests that assert and pass; a sleep only makes them slow and fickle."""
     naps = Finding("test/test_a.py", 12, "sleep-in-test", "`time.sleep(0.5)`")
-    quality = Quality(manifest=Manifest(found=True), habits=[naps])
+    files = [SourceFile(path, 10, functions=[[1, 9]]) for path in NODES]
+    quality = Quality(manifest=Manifest(found=True), files=files, habits=[naps])
     said = ask(checks.test_own_tests_pass, evidence_with(tests=StudentTests([module()]), quality=quality))
     assert (said.share, said.seen) == (
         1.0,
