@@ -11,9 +11,10 @@ from grader import evidence
 from grader.checks.check_mutation import test_most_mutants_are_noticed as most_are_noticed
 from grader.checks.check_mutation import test_mutants_are_noticed as are_noticed
 from grader.checks.judge import Judge, Unjudged
-from grader.evidence import EquivalentMutant, Mutant, Mutation, StudentTests
+from grader.evidence import EquivalentMutant, Manifest, Mutant, Mutation, Quality, SourceFile, StudentTests
 
 PASSING = StudentTests([evidence.TestModule("test/test_a.py", False, 4, 4, passed=4)])
+HANDED_IN = Quality(Manifest(found=True), files=[SourceFile("ros2_robot_controller/a.py", 90, functions=[[9, 90]])])
 CHANGE = ("ros2_robot_controller/a.py", 7, "drive", "comparison", "`<` became `>=` in `d < limit`")
 PLACE = "ros2_robot_controller/a.py:7 `<` became `>=` in `d < limit`"
 BOTH = (are_noticed, most_are_noticed)
@@ -29,7 +30,7 @@ def mutants(noticed: int, unnoticed: int = 0, unreached: int = 0) -> list[Mutant
 
 
 def judged(check, mutation: Mutation | None, tests: StudentTests | None = PASSING) -> Judged:
-    return ask(check, evidence_with(tests=tests, mutation=mutation))
+    return ask(check, evidence_with(tests=tests, mutation=mutation, quality=HANDED_IN))
 
 
 @pytest.mark.parametrize("check", BOTH)
@@ -70,7 +71,7 @@ def test_a_long_list_ends_with_how_many_more():
 
 
 def test_mutants_that_were_not_tried_do_not_count():
-    cut = [Mutant("a.py", 1, "f", "sign", "", "not tried")] * 20
+    cut = [Mutant(*CHANGE, "not tried")] * 20
     note = "20 of 40 faults were not tried: the budget of 20 s was used up"
     said = judged(most_are_noticed, Mutation(0, 300, [*mutants(2, 18), *cut], note=note)).seen
     assert said.startswith(f"2 of 20 mutants were noticed, 10 %; {note}\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -13,6 +14,7 @@ from grader.checks.judge import Judge, Unjudged
 from grader.evidence import FileCoverage, Finding, Manifest, Quality, SourceFile, StudentTests
 
 NODES = ["ros2_robot_controller/robot_controller.py", "ros2_robot_controller/sensor_processor.py"]
+HANDED_IN = Quality(Manifest(found=True), files=[SourceFile(path, 90, functions=[[9, 90]]) for path in NODES])
 
 
 def module(path: str = "test/test_a.py", **facts: object) -> evidence.TestModule:
@@ -26,7 +28,7 @@ def covered(percent: int) -> FileCoverage:
 
 def judged(check: Check, *modules: evidence.TestModule, coverage: int | None = None) -> Judged:
     tests = StudentTests(list(modules), [covered(coverage)] if coverage is not None else [])
-    return ask(check, evidence_with(tests=tests))
+    return ask(check, evidence_with(tests=tests, quality=HANDED_IN))
 
 
 @pytest.mark.parametrize(
@@ -173,8 +175,7 @@ def test_failing_tests_cost_their_share_and_say_how():
 def test_tests_that_sleep_are_named_and_lose_nothing():
     """The contract asks for tests that assert and pass; a sleep only makes them slow and fickle."""
     naps = Finding("test/test_a.py", 12, "sleep-in-test", "`time.sleep(0.5)`")
-    files = [SourceFile(path, 10, functions=[[1, 9]]) for path in NODES]
-    quality = Quality(manifest=Manifest(found=True), files=files, habits=[naps])
+    quality = replace(HANDED_IN, habits=[naps])
     said = ask(checks.test_own_tests_pass, evidence_with(tests=StudentTests([module()]), quality=quality))
     assert (said.share, said.seen) == (
         1.0,
