@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -80,12 +82,8 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
     Raises:
         GraderError: jupytext is missing, or the source is not a valid notebook.
     """
-    try:
-        import jupytext
-    except ModuleNotFoundError as error:
-        raise GraderError("jupytext, which reads the notebooks' sources, is missing. Run `make setup`.") from error
     source = notebooks / "source" / f"{name}.py"
-    raw = jupytext.reads(_shielded(source.read_text(encoding="utf-8")), fmt="py:percent")
+    raw = deepcopy(_parsed(source.read_text(encoding="utf-8")))
     notebook = nbformat.v4.new_notebook(
         cells=[_cell(cell) for cell in raw.cells if cell.source.strip()],
         metadata=metadata(),
@@ -97,6 +95,16 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
     except nbformat.ValidationError as error:
         raise GraderError(f"{source.name} is not a valid notebook: {error}") from error
     return notebook
+
+
+@lru_cache(32)
+def _parsed(text: str) -> NotebookNode:
+    """Return what jupytext makes of a source: a quarter of a second, and a release reads each of them several times."""
+    try:
+        import jupytext
+    except ModuleNotFoundError as error:
+        raise GraderError("jupytext, which reads the notebooks' sources, is missing. Run `make setup`.") from error
+    return jupytext.reads(_shielded(text), fmt="py:percent")
 
 
 def _shielded(text: str) -> str:
