@@ -77,8 +77,9 @@ class Notes:
             data += chunk
         lines = [line.split("\t") for line in data.decode("utf-8", "replace").splitlines()]
         if node_is_up and (["start"] not in lines or len(data) >= _PIPE_BYTES):
-            # Without namespaces, a sandbox shows another pipe where its folder is on another disk.
-            return None if namespaces.refusal() else Ran(unseen=["notes turned off: the node's program has noted nothing"])
+            if namespaces.refusal():  # a sandbox without them may show another pipe
+                return None
+            return Ran(unseen=["notes turned off: the node's program has noted nothing"])
         ran = _ran(lines)
         if self.functions and node_is_up:
             return ran
