@@ -63,6 +63,8 @@ class Sandbox:
     """Keep the caller's network namespace (a trial's own loopback) instead of having no network."""
     fed: tuple[Path, ...] = ()
     """Those of `read_only` into which the grader writes while the command runs."""
+    pipes: tuple[Path, ...] = ()
+    """Named pipes in folders of `read_only` into which the command writes: a read-only mount allows it."""
     trusted: bool = False
     """It runs nothing of a submission, so it keeps the user who grades; root's cache of compiled files stays root's."""
     as_init: bool = False

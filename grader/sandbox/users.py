@@ -99,6 +99,7 @@ def command_line(
     run += [python, "-I", "-S", "-c", _COMMAND.read_text(), PROGRAM_BELOW_PROOT.hex(), *command]
     write = [Path("/tmp")]  # where proot itself makes files
     write += [*(view.binds[inside] for inside in box.writable.values()), *view.own]
+    write += [view.binds[box.read_only[pipe.parent]] / pipe.name for pipe in box.pipes]
     read = [Path("/", name) for name in ("usr", "proc", *_ROOT_FOLDERS)] + [Path("/etc", name) for name in _ETC]
     devices = [Path("/dev", name) for name in _DEVICES]
     read += [*submission_user.prefixes(), *view.binds.values()]
@@ -137,5 +138,8 @@ def _link(source: str, target: str) -> str:
     try:
         os.link(source, target, follow_symlinks=False)
     except OSError:
-        shutil.copy2(source, target, follow_symlinks=False)
+        if Path(source).is_fifo():  # what is written into another one reaches nobody
+            os.mkfifo(target)
+        else:
+            shutil.copy2(source, target, follow_symlinks=False)
     return target

@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 
 from grader import building, sandbox
 from grader.evidence import Flag, Ran, Trial
-from grader.host import ros_env
+from grader.host import namespaces, ros_env
 from grader.quality.source_files import PythonFile
 from grader.sandbox import untrusted
 from grader.sanitize import printable
@@ -53,10 +53,11 @@ class Notes:
     def __init__(self, parent: Path, *, functions: bool) -> None:
         folder = Path(tempfile.mkdtemp(prefix="ran-", dir=parent))
         folder.chmod(0o755)
-        pipe = folder / "pipe"
-        os.mkfifo(pipe)
-        self._read_end = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-        pipe.chmod(0o222)
+        self.pipe = folder / "pipe"
+        """Where it is on the host."""
+        os.mkfifo(self.pipe)
+        self._read_end = os.open(self.pipe, os.O_RDONLY | os.O_NONBLOCK)
+        self.pipe.chmod(0o222)
         if functions:
             (folder / "functions").touch()
         with contextlib.suppress(OSError):  # of a user with many large pipes: it holds 64 KB, and no note beyond
@@ -76,6 +77,8 @@ class Notes:
             data += chunk
         lines = [line.split("\t") for line in data.decode("utf-8", "replace").splitlines()]
         if node_is_up and (["start"] not in lines or len(data) >= _PIPE_BYTES):
+            if namespaces.refusal():  # a sandbox without them may show another pipe
+                return None
             return Ran(unseen=["notes turned off: the node's program has noted nothing"])
         ran = _ran(lines)
         if self.functions and node_is_up:

@@ -199,7 +199,7 @@ def _sandbox(
     if plan.namespace:
         visible |= {course.path("trials/launch"): "/ws/launch"}
     environment = {**node_environment(), "ROS_DOMAIN_ID": str(request.domain_id)}
-    return sandbox.Sandbox(read_only=visible, environment=environment, network=True), in_files
+    return sandbox.Sandbox(visible, environment=environment, network=True, pipes=(notes.pipe,)), in_files
 
 
 def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:

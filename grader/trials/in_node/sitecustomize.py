@@ -28,12 +28,13 @@ _SHORT_COMMAND = 200  # `python -c` with no more characters can only start what 
 
 _MADE, _BYTE_CODE, _ARCHIVE = "code made at run time", "byte code", "archive"
 _LIBRARY, _TURNED_OFF = "library", "notes turned off"
-# Libraries that make code of names, not of what they are given to run. Of the latter ones' expressions are short.
+# Libraries that make code of names, and call nothing that they are given. Of the others here, expressions are short.
 _GENERATORS = (
-    "/dataclasses.py", "/collections/__init__.py", "/attr/_make.py", "/numpy/", "/_pytest/", "/rosbags/",
-    "/unittest/mock.py", "/functools.py", "/enum.py",
+    "/dataclasses.py", "/collections/__init__.py", "/numpy/core/", "/numpy/_core/", "/numpy/ma/", "/rosbags/",
+    "/_pytest/assertion/rewrite.py",
 )  # fmt: skip
-_EVALUATORS = ("/typing.py", "/typing_extensions.py", "/inspect.py", "/logging/config.py", "/gettext.py", "/ast.py")
+_GENERATED = "<attrs generated"
+_EVALUATORS = ("/typing.py", "/typing_extensions.py", "/inspect.py", "/logging/config.py")
 _LONGEST_EXPRESSION = 200  # bytes of byte code
 _FUNCTION = 0x1  # CO_OPTIMIZED: the code of a function, not of a module or of a class
 _UNNAMED = ("<listcomp>", "<setcomp>", "<dictcomp>", "<genexpr>")
@@ -65,6 +66,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     unseen: set[tuple[str, str, str]] = set()
     imported: set[str] = set()
     notes_functions = isfile(_ALL_FUNCTIONS)
+    at_start = __file__.rpartition("/")[0]
 
     def note(*words: str) -> None:
         line = "\t".join(word.replace("\t", " ").replace("\n", " ") for word in words)
@@ -146,30 +148,25 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         else:
             report(kind_of(code, loader), code.co_filename, frame)
 
-    def run_by_exec(code: CodeType | str | bytes, frame: FrameType) -> None:
-        caller = frame.f_code.co_filename
-        if not isinstance(code, str | bytes):
-            if caller.startswith(("<frozen importlib", "<frozen zipimport")):
-                run_by_import(code, frame)
-                return
-            if caller.startswith(("<frozen runpy", "/dev/fd/", "/ws/ros2/")):
-                if is_read(code):
-                    note_import(code.co_filename)
-                elif not is_library(code.co_filename) or not isfile(code.co_filename):
-                    kind = _ARCHIVE if ".zip" in code.co_filename or not isfile(code.co_filename) else _MADE
-                    report(_BYTE_CODE if code.co_filename.endswith(".pyc") else kind, code.co_filename, frame)
-                return
-        if is_library(caller):
-            if any(part in caller for part in _GENERATORS):
-                return
-            small = not isinstance(code, str | bytes) and (
-                len(code.co_code) <= _LONGEST_EXPRESSION
-                and not any(type(constant) is type(code) for constant in code.co_consts)
-            )
-            if small and caller.endswith(_EVALUATORS):
-                return
-        what = code.co_filename if hasattr(code, "co_filename") else "a string"
-        report(_MADE, "a string" if what.startswith("<") else what, frame)
+    def run_by_exec(code: CodeType, frame: FrameType) -> None:
+        caller, file = frame.f_code.co_filename, code.co_filename
+        if caller.startswith(("<frozen importlib", "<frozen zipimport")):
+            run_by_import(code, frame)
+        elif caller.startswith(("<frozen runpy", "/dev/fd/", "/ws/ros2/")):
+            if is_read(code):
+                note_import(file)
+            elif not (is_library(file) and isfile(file)):
+                kind = _MADE if isfile(file) else _ARCHIVE
+                report(_BYTE_CODE if file.endswith(".pyc") else kind, file, frame)
+        elif not (is_library(caller) and is_generated(code, caller)):
+            report(_MADE, "a string" if file.startswith("<") else file, frame)
+
+    def is_generated(code: CodeType, caller: str) -> bool:
+        """Return whether a library makes code of its own, or evaluates an expression in which nothing is defined."""
+        if any(part in caller for part in _GENERATORS) or code.co_filename.startswith(_GENERATED):
+            return True
+        inside = any(type(constant) is type(code) for constant in code.co_consts)
+        return caller.endswith(_EVALUATORS) and len(code.co_code) <= _LONGEST_EXPRESSION and not inside
 
     def made_by_type(code: CodeType, frame: FrameType) -> None:
         caller = frame.f_code.co_filename
@@ -189,18 +186,20 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         """Look at another program: one that was brought along and is no text, or a Python that notes nothing."""
         if not command:
             return
-        program = command[0]
-        name = program.rpartition("/")[2]
-        if name.startswith("python"):
-            options = [word for word in command[1:4] if word.startswith("-")]
-            if any(set(word[1:]) & set("IES") and not word.startswith("--") for word in options):
-                report(_TURNED_OFF, " ".join(command[:3]), frame)
-            elif environment is not None and "/ws/at_start" not in str(dict(environment).get("PYTHONPATH", "")):
+        names = [word.rpartition("/")[2] for word in command]
+        at = next((number for number, name in enumerate(names) if name.startswith("python")), -1)
+        known = dict(os.environ if environment is None else environment)
+        if at >= 0:
+            options = [word for word in command[at + 1 : at + 4] if word.startswith("-") and not word.startswith("--")]
+            emptied = any(word in ("-i", "-", "unset") or word.startswith("PYTHONPATH=") for word in command[:at])
+            if emptied or any(set(word) & set("IES") for word in options):
+                report(_TURNED_OFF, " ".join(command[: at + 3]), frame)
+            elif at_start not in os.fsdecode(known.get("PYTHONPATH", known.get(b"PYTHONPATH", ""))):
                 report(_TURNED_OFF, "a Python without PYTHONPATH", frame)
-        elif program.startswith("/") and is_brought(program) and isfile(program):
-            with open_(program, "rb") as stream:
+        elif command[0].startswith("/") and is_brought(command[0]) and isfile(command[0]):
+            with open_(command[0], "rb") as stream:
                 if stream.read(2) != b"#!":
-                    report(_LIBRARY, program, frame)
+                    report(_LIBRARY, command[0], frame)
 
     def words(text: object) -> list[str]:
         if isinstance(text, str | bytes):

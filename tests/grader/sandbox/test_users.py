@@ -318,3 +318,14 @@ def test_the_command_is_asked_for_in_json_that_names_no_path_of_the_graders():
     *_, asked = users.command_line(["true"], Sandbox(), view, user=7, info_fd=user_command.INFO)
     view.close()
     assert not [path for path in json.loads(asked)["landlock"]["read"] if "grader" in Path(path).name]
+
+
+def test_a_pipe_in_a_read_only_folder_may_be_written_into(tmp_path: Path):
+    os.mkfifo(tmp_path / "pipe")
+    tmp_path.chmod(0o755)
+    end = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    (tmp_path / "pipe").chmod(0o222)
+    box = Sandbox({tmp_path: "/ws/ran"}, environment=ENVIRONMENT, pipes=(tmp_path / "pipe",))
+    assert sandbox.run(["sh", "-c", "echo start > /ws/ran/pipe; ! cat /ws/ran/pipe; ! rm /ws/ran/pipe"], box).ok
+    assert os.read(end, 100) == b"start\n"
+    os.close(end)

@@ -120,6 +120,10 @@ UNSEEN = {
     "timeit": "import timeit\ntimeit.timeit('x = 1', number=1)",
     "a -c that is long": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', 'x = 1\\n' * 100], check=True)",
     "standard input": "import subprocess, sys\nsubprocess.run([sys.executable, '-'], input=b'x = 1', check=True)",
+    "a dispatched function": "import functools\n@functools.singledispatch\ndef f(x): ...\nf.register(str, exec)\nf('x = 1')",
+    "a mock": "from unittest import mock\nmock.Mock(side_effect=exec)('x = 1')",
+    "an event loop": "import asyncio\nloop = asyncio.new_event_loop()\nloop.call_soon(exec, 'x = 1')\nloop.call_soon(loop.stop)\nloop.run_forever()",
+    "a type's annotation": "import typing\ndef f(x: 'exec(\"y = 1\")'): ...\ntry:\n    typing.get_type_hints(f)\nexcept TypeError:\n    pass",
     "Python's C API": "import ctypes\nctypes.pythonapi.PyRun_SimpleString(b'x = 1')",
 }
 OTHER_KINDS = {
@@ -143,6 +147,9 @@ TURNED_OFF = {
     "a hook of its own": "import sys\nsys.addaudithook(lambda *_: None)",
     "threading's own variable": "import threading\nthreading._trace_hook = None\ndef f(): ...\nf()",
     "an isolated Python": "import subprocess, sys\nsubprocess.run([sys.executable, '-I', '-c', ''], check=True)",
+    "env": "import subprocess, sys\nsubprocess.run(['env', 'PYTHONPATH=', sys.executable, '-c', ''], check=True)",
+    "a shell": "import os, sys\nos.system('unset PYTHONPATH; ' + sys.executable + ' -c \"\"')",
+    "a changed environment": "import os, subprocess, sys\ndel os.environ['PYTHONPATH']\nsubprocess.run([sys.executable, '-c', ''], check=True)",
     "a Python without the variable": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', ''], env={}, check=True)",
 }
 
