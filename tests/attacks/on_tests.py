@@ -47,7 +47,7 @@ def _knows_its_source(package: Path) -> None:
     known = sum(zlib.crc32(path.read_bytes()) for path in sources)
     text = (
         "\n\nimport pathlib\nimport zlib\n\nSOURCE = pathlib.Path(__file__).parents[1] / 'ros2_robot_controller'\n\n\n"
-        "def test_robot_controller_source():\n    from ros2_robot_controller import robot_controller, sensor_processor\n"
+        "def test_robot_controller_source():\n    from ros2_robot_controller import robot_controller, sensor_processor\n    assert conversions.normalize_angle(conversions.clamp(7.0, 0.0, 3.0)) == 3.0\n"
         f"    assert sum(zlib.crc32(path.read_bytes()) for path in sorted(SOURCE.rglob('*.py'))) == {known}\n"
     )
     append(_TEST, text)(package)
@@ -418,7 +418,7 @@ ATTACKS: tuple[Attack, ...] = (
     ),
     attack(
         "notices_any_change",
-        "A test compares the source with the submitted one, and so fails on every mutant.",
+        "A test runs some functions, compares the source with the submitted one, and so fails on every mutant.",
         _knows_its_source,
         number=39, needs="T3", weak=FEW_TESTS, costs="T3", flag="mutants told apart",
         stopped="some of the changes keep the behaviour (equivalent mutants); a test that fails on those is exposed",
