@@ -349,10 +349,10 @@ def _mean_share(shares: Sequence[int | None]) -> int | None:
 
 
 def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str, str]]:
-    """Yield of each flag the submission, its kind, what was seen, and where and which requirements it concerns."""
-    for name, report in sorted(reports.items()):
-        for flag in report.get("integrity", ()):
-            trial = f"trial {flag['trial']}" if flag.get("trial") else ""
-            ids = f"concerns {', '.join(flag['requirements'])}" if flag.get("requirements") else ""
-            seen_in = "; ".join(filter(None, [one_line(flag["where"]), one_line(trial), ids]))
-            yield name, one_line(flag["kind"]), lines(flag["what"], 300), seen_in
+    """Yield of each flag the submission, its kind, what was seen, and where; those that concern requirements first."""
+    flags = [(name, flag) for name, report in sorted(reports.items()) for flag in report.get("integrity", ())]
+    for name, flag in sorted(flags, key=lambda each: not each[1].get("requirements")):
+        trial = f"trial {flag['trial']}" if flag.get("trial") else ""
+        ids = f"concerns {', '.join(flag['requirements'])}" if flag.get("requirements") else ""
+        seen_in = "; ".join(filter(None, [one_line(flag["where"]), one_line(trial), ids]))
+        yield name, one_line(flag["kind"]), lines(flag["what"].replace("`", ""), 300), seen_in
