@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from dataclasses import replace as replace_fields
 from pathlib import Path, PurePosixPath
-from types import MappingProxyType
 from typing import Any
 
 from grader.authoring.package_edits import Change, append, put, replace
@@ -58,7 +57,7 @@ class Attack:
     stopped: str = ""
     number: int = 0
     weak: tuple[Change, ...] = ()
-    gains: Mapping[str, float] = MappingProxyType({})
+    gains: Mapping[str, float] = field(default_factory=dict)
     flag: str = ""
     flag_needs_cgroup: bool = False
     proof: str = ""
