@@ -383,7 +383,7 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
             flags.append(evidence.Flag("forged type", words, where=f"{name}.json"))
     if odd := installed_code.not_generated(work / "install", made):
         words = "the build put code among the types that ROS's tools do not make; nobody measures it there"
-        concerns = ["quality", "student tests", "mutation"]
+        concerns = ["what ran", "student tests", "mutation"]
         flags.append(evidence.Flag("forged type", words, where=", ".join(odd[:5]), concerns=concerns))
     tampering = install_tree.tampering_flags(work / "install")
     return replace(facts, type_hashes=hashes, flags=[*removed, *flags, *tampering])

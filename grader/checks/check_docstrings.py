@@ -16,7 +16,7 @@ from grader.checks.package_text import (
 from grader.evidence import Definition
 from grader.words import MOST_SHOWN, mark, say
 
-NEEDS = ("quality", "linters")
+NEEDS = ("quality", "linters", "what ran")
 
 _FULL = 0.9
 _SHARED = 3  # that many things may have the same docstring, for some are much the same

@@ -19,7 +19,7 @@ from grader.checks.package_text import (
 from grader.evidence import Finding
 from grader.words import MOST_SHOWN, say, some
 
-NEEDS = ("quality", "linters")
+NEEDS = ("quality", "linters", "what ran")
 
 
 def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:

@@ -18,7 +18,7 @@ from grader.checks.package_text import (
 from grader.evidence import Copy
 from grader.words import MOST_SHOWN, say, say_count, some
 
-NEEDS = ("quality", "linters")
+NEEDS = ("quality", "linters", "what ran")
 
 
 def test_layout_matches_the_contract(judge: Judge) -> None:

@@ -6,7 +6,7 @@ from grader.checks.package_text import measured, readable_first, unread_files, w
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 
-NEEDS = ("quality", "linters")
+NEEDS = ("quality", "linters", "what ran")
 
 
 def test_ament_flake8_finds_nothing(judge: Judge) -> None:

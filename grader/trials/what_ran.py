@@ -31,7 +31,7 @@ _SHEBANG = re.compile(rb"#![^\n]*\n?")
 _ENTRY_SCRIPT = re.compile(r"# EASY-INSTALL-ENTRY-SCRIPT: ('[\w.=+!-]+'),'console_scripts',('[\w.-]+')\n")
 # The SHA-256 of what setuptools 79 writes for an entry point, without the first line and the two names.
 _ENTRY_SCRIPT_DIGEST = "18eb4eac508fcd1d7564cb8d5f05df5c3ccf64c0bfd1ae70a3a989821894c308"
-_CONCERNS = ("quality", "student tests", "mutation")
+_CONCERNS = ("what ran", "student tests", "mutation")
 _WORDS = {
     "code made at run time": "code ran that was made at run time, or lies where nobody has handed it in",
     "byte code": "code ran from byte code that has no text",

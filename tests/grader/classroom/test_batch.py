@@ -98,6 +98,24 @@ def test_what_changed_is_graded_again(tmp_path, source, workers, change, regrade
     assert again.orders == regraded
 
 
+def test_a_package_that_a_person_chose_is_graded_by_the_next_run_and_then_kept(tmp_path, source, workers):
+    """Of several packages none is guessed; who refuses them says that overrides.yaml chooses."""
+    graded: list[tuple[str, str]] = []
+
+    def grade(order: Order) -> Ending:
+        graded.append((order.id, order.package))
+        return GRADED if order.id != "team01" or order.package else Ending(Status.REFUSED, "holds 2 packages", 2.0)
+
+    workers(grade)
+    for _ in range(3):
+        batch.run(source, tmp_path / "class", [], Options(), Silent())
+        (tmp_path / "class" / "overrides.yaml").write_text("submissions: {team01: {package: src/mine}}")
+    assert graded == [("team01", ""), ("team02", ""), ("team03", ""), ("team01", "src/mine")]
+    record = ClassFolder(tmp_path / "class").record("team01")
+    assert record is not None
+    assert (record.status, record.package) == (Status.GRADED, "src/mine")
+
+
 def test_one_bad_submission_stops_nobody(tmp_path, source, workers):
     workers(lambda order: Ending(Status.REFUSED, "is empty") if order.id == "team01" else GRADED)
     summary = batch.run(source, tmp_path / "class", [], Options(), Silent())

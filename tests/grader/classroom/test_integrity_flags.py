@@ -10,9 +10,11 @@ from pathlib import Path
 import pytest
 from helpers import recordings
 from helpers.class_reports import report
+from helpers.course import COURSE
 
 from grader import evidence, pipeline
 from grader import report as report_room
+from grader.checks import checks_run
 from grader.classroom import comparison, gradebook, hand_ins, overview
 from grader.classroom.class_folder import RUBRIC, ClassFolder
 from grader.classroom.gradebook import Row, State
@@ -78,6 +80,19 @@ def test_a_flag_takes_no_points_and_names_file_trial_and_requirements(noted: Gra
         "kind": "made at run time", "what": "`exec` ran text", "where": "robot/magic.py", "trial": "wall_fast",
         "requirements": ["T1", "T2", "T3"],
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("concerns", "requirements"),
+    [
+        ("what ran", {"Q1", "Q2", "Q3", "Q4"}),
+        ("student tests", {"T1", "T2", "T3"}),
+        ("mutation", {"T3"}),
+        ("readme", {"Q5"}),
+    ],
+)
+def test_what_a_flag_concerns_is_what_its_checks_need(concerns: str, requirements: set[str]):
+    assert checks_run.served(COURSE, rubric.load(rubric.RUBRIC), concerns) == requirements
 
 
 def test_points_are_withheld_and_not_lost(withheld: Grading):

@@ -292,4 +292,4 @@ def test_a_flag_names_kind_file_and_trials():
     (flag,) = what_ran.unseen_flags({name: shown(name) for name in ("status", "wall_fast")})
     assert (flag.kind, flag.where, flag.trial) == ("code made at run time", "lib/p/node", "status, wall_fast")
     assert "lib/p/node:7" in flag.what
-    assert flag.concerns == ["quality", "student tests", "mutation"]
+    assert flag.concerns == ["what ran", "student tests", "mutation"]
