@@ -14,7 +14,7 @@ from grader.course import Course
 from grader.evidence import reading_limits
 from grader.intake.names import build_tree, tool_folder
 
-# Made by tools, beside the student's own folders. They are read only if the build installs something from them.
+# Made by tools, beside the student's own folders. What the build takes from them is read where it ran.
 _OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".direnv", ".cache", ".local"}
 _FOLDERS = ("launch", "scripts", "test", "tests")
 _SHEBANG = re.compile(rb"#!.*python")
@@ -22,7 +22,6 @@ _MAX_SHEBANG = 200
 _MAX_COMMENT = 2000  # bytes searched for a suppression
 _BYTES_OF_A_LINE = 100  # a longer line counts as several
 _BYTES_OF_A_SHORT_LINE = 40
-_MAX_CMAKE = 256 * 1024
 # A linter that honours suppressions would judge the student's comments, not the code.
 _SUPPRESSION = re.compile(
     rb"\b(noqa)\b|pragma:\s*no\s*cover|type:\s*ignore|pylint:\s*disable|mypy:\s*ignore|ruff:\s*noqa"
@@ -96,14 +95,11 @@ def find_in_both(package: Path, interfaces: Path | None, course: Course) -> list
 
 def _python(package: Path, course: Course) -> list[str]:
     """Return the paths of the modules, and of the programs without `.py` whose first line asks for Python."""
-    installed = _installs(package)
     found = []
     for path in package_files(package, course):
         name = PurePosixPath(path).name
-        # `node.bak` beside a program is an editor's copy of it, unless something installs it.
-        if name.endswith(".in"):
-            continue  # a template: what CMake makes of it is read where it is installed
-        is_program = ("." not in name[1:] and not name.endswith("~")) or name in installed
+        # `node.bak` beside a program is an editor's copy of it.
+        is_program = "." not in name[1:] and not name.endswith("~")
         if name.endswith(".py") or (is_program and _SHEBANG.match(_start(package / path, _MAX_SHEBANG))):
             found.append(path)
     return found
@@ -121,28 +117,16 @@ def _start(path: Path, length: int) -> bytes:
         return stream.read(length)
 
 
-def _installs(package: Path) -> str:
-    """Return the lines of CMakeLists.txt and setup.py that may install something."""
-    found = []
-    for name in ("CMakeLists.txt", "setup.py"):
-        path = package / name
-        if path.is_file() and not path.is_symlink():
-            lines = _start(path, _MAX_CMAKE).decode("utf-8", "replace").splitlines()
-            found += [line.partition("#")[0] for line in lines if "EXCLUDE" not in line]
-    return "\n".join(found)
-
-
 def package_files(package: Path, course: Course) -> list[str]:
     """Return the paths of the package's own files, "/" between folders, without caches, build trees and tools' folders.
 
     Other folders with a leading dot belong to the package: the dot hides them from people, not from the build.
     """
     found = []
-    installed = _installs(package)
     for here, folders, names in os.walk(package):
         folders[:] = sorted(name for name in folders if not (tool_folder(name) or build_tree(Path(here, name))))
         if Path(here) == package:
-            folders[:] = [name for name in folders if name in installed or not _is_of_tools(package / name, course)]
+            folders[:] = [name for name in folders if not _is_of_tools(package / name, course)]
         for name in names:
             path = Path(here, name)
             if path.is_file() and not path.is_symlink():

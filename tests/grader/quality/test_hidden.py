@@ -105,13 +105,8 @@ def test_a_pyvenv_cfg_hides_nothing_in_the_packages_own_folders(tmp_path: Path):
 
 
 @pytest.mark.parametrize("folder", [".github", "venv"])
-def test_a_tools_folder_is_read_if_the_build_installs_it(tmp_path: Path, folder: str):
-    package = written(tmp_path, {f"{folder}/pyvenv.cfg": "", f"{folder}/bad.py": BAD})
-    assert names(package) == []
-    excluded = f'install(DIRECTORY . DESTINATION x PATTERN "{folder}" EXCLUDE)  # not {folder}\n'
-    assert names(written(package, {"CMakeLists.txt": excluded})) == []
-    installed = f"install(DIRECTORY {folder}/ DESTINATION x)\n"
-    assert names(written(package, {"CMakeLists.txt": installed})) == [f"{folder}/bad.py"]
+def test_a_tools_folder_is_not_read(tmp_path: Path, folder: str):
+    assert names(written(tmp_path, {f"{folder}/pyvenv.cfg": "", f"{folder}/bad.py": BAD})) == []
 
 
 @pytest.mark.parametrize("first", ["#!/usr/bin/env python3", "#!/usr/bin/python3 -u", "#! /usr/bin/env -S python3 -u"])
@@ -145,12 +140,6 @@ def test_a_program_without_py_is_linted(tmp_path: Path):
 )
 def test_other_files_are_not_python_programs(tmp_path: Path, files: dict[str, str | bytes | None]):
     assert names(written(tmp_path, files)) == []
-
-
-def test_a_program_under_another_ending_is_read_when_it_is_installed(tmp_path: Path):
-    cmake = "install(PROGRAMS scripts/node.orig DESTINATION lib/x RENAME node)\n"
-    package = written(tmp_path, {"scripts/node.orig": "#!/usr/bin/env python3\n", "CMakeLists.txt": cmake})
-    assert names(package) == ["scripts/node.orig"]
 
 
 def test_tests_are_tests_where_pytest_is_started():
