@@ -109,15 +109,13 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         return (file.startswith(_OWN) or is_library(file)) and is_in_text(code)
 
     def place(frame: FrameType | None) -> str:
-        """Return the nearest line of the package's own."""
-        last = ""
+        """Return the nearest line of the package's own, "" if there is none."""
         while frame is not None:
             file = frame.f_code.co_filename
-            last = f"{file}:{frame.f_lineno}"
             if file[:1] == "/" and not is_library(file):
-                return last
+                return f"{file}:{frame.f_lineno}"
             frame = frame.f_back
-        return last
+        return ""
 
     def report(kind: str, what: str, frame: FrameType | None) -> None:
         line = (kind, what[:300], place(frame))
@@ -130,11 +128,17 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             imported.add(file)
             note("import", file)
 
-    def kind_of(code: CodeType, loader: object) -> str:
-        if type(loader) is sourceless or splitext(code.co_filename)[1] in (".pyc", ".pyo"):
-            return _BYTE_CODE
-        inside = not isfile(code.co_filename) and "/" in code.co_filename
-        return _ARCHIVE if inside and type(loader).__name__ == "zipimporter" else _MADE
+    def report_file(code: CodeType, frame: FrameType, loader: object = None) -> None:
+        """Report code that is not what its file's text says: an archive's, if that is above the file's path."""
+        file = archive = code.co_filename
+        while "/" in archive and not isfile(archive):
+            archive = archive.rpartition("/")[0]
+        if type(loader) is sourceless or splitext(file)[1] in (".pyc", ".pyo"):
+            report(_BYTE_CODE, file, frame)
+        elif archive and archive != file:
+            report(_ARCHIVE, archive, frame)
+        else:
+            report(_MADE, file, frame)
 
     def run_by_import(code: CodeType, frame: FrameType) -> None:
         caller = frame.f_back
@@ -146,7 +150,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         if is_read(code):
             note_import(code.co_filename)
         else:
-            report(kind_of(code, loader), code.co_filename, frame)
+            report_file(code, frame, loader)
 
     def run_by_exec(code: CodeType, frame: FrameType) -> None:
         caller, file = frame.f_code.co_filename, code.co_filename
@@ -156,8 +160,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             if is_read(code):
                 note_import(file)
             elif not (is_library(file) and isfile(file)):
-                kind = _MADE if isfile(file) else _ARCHIVE
-                report(_BYTE_CODE if file.endswith(".pyc") else kind, file, frame)
+                report_file(code, frame)
         elif not (is_library(caller) and is_generated(code, caller)):
             report(_MADE, "a string" if file.startswith("<") else file, frame)
 
