@@ -52,6 +52,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     import importlib.machinery as machinery
     import warnings
 
+    settrace = sys.settrace
     getframe, write, compile_, open_ = sys._getframe, os.write, compile, open
     os_open, close, flags = os.open, os.close, os.O_WRONLY | os.O_NONBLOCK | os.O_CLOEXEC
     splitext, isfile = os.path.splitext, os.path.isfile
@@ -145,10 +146,15 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         loader = caller.f_locals.get("self") if caller is not None else None
         plain = loader is None or type(loader) is loader_type
         now = (loader_type.get_code, loader_type.get_data, loader_type.source_to_code, loader_type.exec_module)
-        if plain and now == loading and sys.pycache_prefix is None and is_library(code.co_filename):
+        file = code.co_filename
+        # To read each module once more takes 50 ms a node, so it is done only where it is noted.
+        known = is_library(file) or (not notes_functions and file.startswith(_OWN) and isfile(file))
+        if plain and now == loading and sys.pycache_prefix is None and known:
             return
         if is_read(code):
-            note_import(code.co_filename)
+            note_import(file)
+            if notes_functions and any(map(is_function, texts[file])):
+                await_function(file)
         else:
             report_file(code, frame, loader)
 
@@ -248,9 +254,8 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             started(words(command[2]) if shell else [os.fsdecode(program), *command[1:]], args[-1], frame)
 
     def turned_off(event: str, frame: FrameType | None) -> None:
-        if frame is None or not (
-            frame.f_code.co_filename.endswith("/threading.py") and is_library(frame.f_code.co_filename)
-        ):
+        file = frame.f_code.co_filename if frame is not None else ""
+        if file != __file__ and not (file.endswith("/threading.py") and is_library(file)):
             report(_TURNED_OFF, event, frame)
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
@@ -268,19 +273,37 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         except Exception:  # whatever happens here must not happen to the package
             return
 
+    def is_function(code: CodeType) -> bool:
+        return bool(code.co_flags & _FUNCTION) and code.co_name not in _UNNAMED
+
+    def await_function(file: str) -> None:
+        nonlocal all_noted
+        awaited.add(file)
+        if all_noted:
+            all_noted = False
+            settrace(trace)
+
     seen: dict[int, CodeType] = {}
+    awaited: set[str] = set()
+    # Imported files of which no function has run yet. Without one, tracing shows nothing new, and costs time.
+    all_noted = False
 
     def first_call(code: CodeType) -> None:
+        nonlocal all_noted
         seen[id(code)] = code  # which keeps it, so that its number stays its own
         if threads is not None and (code in threads_settrace or threads._trace_hook is not trace):
             report(_TURNED_OFF, "threading.settrace", getframe(2))
-        if code.co_flags & _FUNCTION and code.co_name not in _UNNAMED and not is_library(code.co_filename):
+        if is_function(code) and not is_library(code.co_filename):
             note("call", code.co_filename, str(code.co_firstlineno))
+            awaited.discard(code.co_filename)
+            all_noted = threads is not None and not awaited
 
     def trace(frame: FrameType, _event: str, _arg: object) -> None:
         code = frame.f_code
         if id(code) not in seen:
             first_call(code)
+        if all_noted:
+            settrace(None)
 
     threads: Any = None
     threads_settrace: tuple[CodeType, ...] = ()
@@ -304,7 +327,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         threads = threading
         threads_settrace = (threading.settrace.__code__,)
         threading.settrace(trace)
-        sys.settrace(trace)
+        settrace(trace)
         watched |= _TURNS_OFF
     sys.addaudithook(hook)
 
