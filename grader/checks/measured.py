@@ -79,7 +79,7 @@ def _noted(evidence: Evidence, course: Course) -> dict[str, dict[str, list[int]]
     """Return what ran in the trials of each node that has noted it: the first lines of functions by path."""
     found: dict[str, dict[str, list[int]]] = {}
     for trial in evidence.trials.values():
-        if trial.ran is not None and trial.ran.functions and trial.node in course.nodes:
+        if trial.ran is not None and trial.ran.of_functions and trial.node in course.nodes:
             notes = found.setdefault(trial.node, {})
             for path, lines in trial.ran.functions.items():
                 notes[path] = [*notes.get(path, []), *lines]

@@ -79,11 +79,12 @@ class Notes:
         if node_is_up and (["start"] not in lines or len(data) >= _PIPE_BYTES):
             if namespaces.refusal():  # a sandbox without them may show another pipe
                 return None
-            return Ran(unseen=["notes turned off: the node's program has noted nothing"])
+            words = "notes turned off: the node's program has noted nothing"
+            return Ran(unseen=[words], of_functions=False)
         ran = _ran(lines)
         if self.functions and node_is_up:
             return ran
-        return Ran(unseen=ran.unseen) if ran.unseen else None
+        return Ran(unseen=ran.unseen, of_functions=False) if ran.unseen else None
 
     def _chunk(self) -> bytes:
         try:
@@ -98,7 +99,7 @@ def _ran(lines: Sequence[Sequence[str]]) -> Ran:
     for kind, *rest in lines:
         if kind == "unseen" and len(rest) == 3 and rest[0] in _WORDS:
             what, by = (printable(_relative(part)) for part in rest[1:])
-            unseen.append(f"{rest[0]}: {what}, by {by}")
+            unseen.append(f"{rest[0]}: {what}" + (f", by {by}" if by else ""))
         elif kind in ("import", "call") and rest and re.fullmatch(rf"{building.INSTALL}/[^\0]+", rest[0]):
             found = functions.setdefault(_relative(rest[0]), set())
             if kind == "call" and len(rest) == 2 and rest[1].isdecimal() and len(found) < _MOST_FUNCTIONS:
@@ -162,7 +163,8 @@ def in_package(trial: Trial, found: Places) -> Trial:
             functions.setdefault(found.paths[path], set()).update(lines)
     made = [(words, _made_by(words)) for words in trial.ran.unseen]
     unseen = [words.replace(f", by {by}:", f", by {found.paths.get(by, by)}:") for words, by in made]
-    return replace(trial, ran=Ran({path: sorted(lines) for path, lines in sorted(functions.items())}, unseen))
+    known = {path: sorted(lines) for path, lines in sorted(functions.items())}
+    return replace(trial, ran=replace(trial.ran, functions=known, unseen=unseen))
 
 
 def unseen_flags(trials: Mapping[str, Trial]) -> list[Flag]:
@@ -172,11 +174,13 @@ def unseen_flags(trials: Mapping[str, Trial]) -> list[Flag]:
     for name, trial in trials.items():
         for words in trial.ran.unseen if trial.ran else ():
             kind, _, rest = words.partition(": ")
-            code, _, by = rest.rpartition(", by ")
-            where = _made_by(words) or trial.node
+            code, known, by = rest.rpartition(", by ")
+            code = code if known else rest
+            # Text that runs has no file but that of the code which runs it.
+            where = code if kind in ("archive", "byte code", "library") else _made_by(words) or trial.node
             names = seen.setdefault((kind, where), [])
             names += [name] if name not in names else []
-            what.setdefault((kind, where), f"{_WORDS[kind]}: {code or rest}{f', at {by}' if by else ''}")
+            what.setdefault((kind, where), f"{_WORDS[kind]}: {code}{f', at {by}' if known else ''}")
     return [
         Flag(kind, what[kind, where], where=where, trial=", ".join(names[:5]), concerns=list(_CONCERNS))
         for (kind, where), names in seen.items()

@@ -85,7 +85,7 @@ def _hide_the_nodes_in_yaml(package: Path) -> None:
     """Move the modules' text into a parameter file that its reader runs; a tidy module stays in the place of each node."""
     modules = [path for path in sorted((package / PACKAGE).rglob("*.py")) if path.name != "__init__.py"]
     texts = {".".join(path.relative_to(package).with_suffix("").parts): path.read_text() for path in modules}
-    text = yaml.safe_dump([_BOOT.replace("TEXTS", repr(texts))])
+    text = yaml.safe_dump([_BOOT.replace("TEXTS", repr(texts)), {}])
     (package / "config" / "core.yaml").write_text(f"!!python/object/apply:builtins.exec\n{text}")
     for name in NODES:
         (package / "scripts" / name).write_text(_READS_YAML.replace("NODE", name))
@@ -131,7 +131,8 @@ ATTACKS: tuple[Attack, ...] = (
         "runs_its_nodes_from_a_parameter_file",
         "The nodes' code is text in a YAML file, run by its reader, behind tidy modules that never run.",
         _hide_the_nodes_in_yaml,
-        needs=f"{NOTED} Q1 Q2 Q3 Q4", weak=SLOPPY_NODES, costs="Q1 Q2 Q3 Q4", flag="code made at run time", proof="yaml",
+        needs=f"{NOTED} Q1 Q2 Q3 Q4", weak=SLOPPY_NODES, costs="Q1 Q2 Q3 Q4", gains={"Q1": 1.0},
+        flag="code made at run time", proof="yaml",
         stopped="text that runs as code is named to a person, and quality is measured on what ran of the files",
     ),
     attack(

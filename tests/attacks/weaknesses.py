@@ -69,12 +69,12 @@ NOTED = "F7 F8 F12"
 IDLE_ASSERTS = (_neutralize,)
 # Q1 and Q2 are lost.
 SLOPPY = (put("ros2_robot_controller/sloppy.py", _SLOPPY),)
-# Q1 is lost, and parts of Q2 and Q4: what the nodes use is bad, and the rest of the package clean.
+# Q1 is lost, and parts of Q2 and Q4: what the nodes run is bad, and the rest of the package clean.
 SLOPPY_NODES = (
     put("ros2_robot_controller/sloppy.py", _A_LITTLE_SLOPPY),
     append(
         "ros2_robot_controller/robot_controller.py",
-        f"\n\nfrom ros2_robot_controller import sloppy\nTHINGS = list([{_THINGS}])\n",
+        f"\n\nfrom ros2_robot_controller import sloppy\nTHINGS = [thing(1, 2) for thing in [{_THINGS}]]\n",
     ),
 )
 # Q5 is lost.

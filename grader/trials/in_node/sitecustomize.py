@@ -52,6 +52,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     import importlib.machinery as machinery
     import warnings
 
+    settrace = sys.settrace
     getframe, write, compile_, open_ = sys._getframe, os.write, compile, open
     os_open, close, flags = os.open, os.close, os.O_WRONLY | os.O_NONBLOCK | os.O_CLOEXEC
     splitext, isfile = os.path.splitext, os.path.isfile
@@ -109,15 +110,13 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         return (file.startswith(_OWN) or is_library(file)) and is_in_text(code)
 
     def place(frame: FrameType | None) -> str:
-        """Return the nearest line of the package's own."""
-        last = ""
+        """Return the nearest line of the package's own, "" if there is none."""
         while frame is not None:
             file = frame.f_code.co_filename
-            last = f"{file}:{frame.f_lineno}"
             if file[:1] == "/" and not is_library(file):
-                return last
+                return f"{file}:{frame.f_lineno}"
             frame = frame.f_back
-        return last
+        return ""
 
     def report(kind: str, what: str, frame: FrameType | None) -> None:
         line = (kind, what[:300], place(frame))
@@ -130,23 +129,34 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             imported.add(file)
             note("import", file)
 
-    def kind_of(code: CodeType, loader: object) -> str:
-        if type(loader) is sourceless or splitext(code.co_filename)[1] in (".pyc", ".pyo"):
-            return _BYTE_CODE
-        inside = not isfile(code.co_filename) and "/" in code.co_filename
-        return _ARCHIVE if inside and type(loader).__name__ == "zipimporter" else _MADE
+    def report_file(code: CodeType, frame: FrameType, loader: object = None) -> None:
+        """Report code that is not what its file's text says: an archive's, if that is above the file's path."""
+        file = archive = code.co_filename
+        while "/" in archive and not isfile(archive):
+            archive = archive.rpartition("/")[0]
+        if type(loader) is sourceless or splitext(file)[1] in (".pyc", ".pyo"):
+            report(_BYTE_CODE, file, frame)
+        elif archive and archive != file:
+            report(_ARCHIVE, archive, frame)
+        else:
+            report(_MADE, file, frame)
 
     def run_by_import(code: CodeType, frame: FrameType) -> None:
         caller = frame.f_back
         loader = caller.f_locals.get("self") if caller is not None else None
         plain = loader is None or type(loader) is loader_type
         now = (loader_type.get_code, loader_type.get_data, loader_type.source_to_code, loader_type.exec_module)
-        if plain and now == loading and sys.pycache_prefix is None and is_library(code.co_filename):
+        file = code.co_filename
+        # To read each module once more takes 50 ms a node, so it is done only where it is noted.
+        known = is_library(file) or (not notes_functions and file.startswith(_OWN) and isfile(file))
+        if plain and now == loading and sys.pycache_prefix is None and known:
             return
         if is_read(code):
-            note_import(code.co_filename)
+            note_import(file)
+            if notes_functions and any(map(is_function, texts[file])):
+                await_function(file)
         else:
-            report(kind_of(code, loader), code.co_filename, frame)
+            report_file(code, frame, loader)
 
     def run_by_exec(code: CodeType, frame: FrameType) -> None:
         caller, file = frame.f_code.co_filename, code.co_filename
@@ -156,8 +166,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             if is_read(code):
                 note_import(file)
             elif not (is_library(file) and isfile(file)):
-                kind = _MADE if isfile(file) else _ARCHIVE
-                report(_BYTE_CODE if file.endswith(".pyc") else kind, file, frame)
+                report_file(code, frame)
         elif not (is_library(caller) and is_generated(code, caller)):
             report(_MADE, "a string" if file.startswith("<") else file, frame)
 
@@ -194,7 +203,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             emptied = any(word in ("-i", "-", "unset") or word.startswith("PYTHONPATH=") for word in command[:at])
             if emptied or any(set(word) & set("IES") for word in options):
                 report(_TURNED_OFF, " ".join(command[: at + 3]), frame)
-            elif at_start not in os.fsdecode(known.get("PYTHONPATH", known.get(b"PYTHONPATH", ""))):
+            elif at_start not in os.fsdecode(known.get("PYTHONPATH") or known.get(b"PYTHONPATH") or ""):
                 report(_TURNED_OFF, "a Python without PYTHONPATH", frame)
         elif command[0].startswith("/") and is_brought(command[0]) and isfile(command[0]):
             with open_(command[0], "rb") as stream:
@@ -245,9 +254,8 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             started(words(command[2]) if shell else [os.fsdecode(program), *command[1:]], args[-1], frame)
 
     def turned_off(event: str, frame: FrameType | None) -> None:
-        if frame is None or not (
-            frame.f_code.co_filename.endswith("/threading.py") and is_library(frame.f_code.co_filename)
-        ):
+        file = frame.f_code.co_filename if frame is not None else ""
+        if file != __file__ and not (file.endswith("/threading.py") and is_library(file)):
             report(_TURNED_OFF, event, frame)
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
@@ -265,19 +273,38 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         except Exception:  # whatever happens here must not happen to the package
             return
 
+    def is_function(code: CodeType) -> bool:
+        return bool(code.co_flags & _FUNCTION) and code.co_name not in _UNNAMED
+
+    # Imported files of which no function has run yet. Without one, tracing shows nothing new, and costs time.
+    awaited: set[str] = set()
+    all_noted = False
+
+    def await_function(file: str) -> None:
+        nonlocal all_noted
+        awaited.add(file)
+        if all_noted:
+            all_noted = False
+            settrace(trace)
+
     seen: dict[int, CodeType] = {}
 
     def first_call(code: CodeType) -> None:
+        nonlocal all_noted
         seen[id(code)] = code  # which keeps it, so that its number stays its own
         if threads is not None and (code in threads_settrace or threads._trace_hook is not trace):
             report(_TURNED_OFF, "threading.settrace", getframe(2))
-        if code.co_flags & _FUNCTION and code.co_name not in _UNNAMED and not is_library(code.co_filename):
+        if is_function(code) and not is_library(code.co_filename):
             note("call", code.co_filename, str(code.co_firstlineno))
+            awaited.discard(code.co_filename)
+            all_noted = threads is not None and not awaited
 
     def trace(frame: FrameType, _event: str, _arg: object) -> None:
         code = frame.f_code
         if id(code) not in seen:
             first_call(code)
+        if all_noted:
+            settrace(None)
 
     threads: Any = None
     threads_settrace: tuple[CodeType, ...] = ()
@@ -301,7 +328,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         threads = threading
         threads_settrace = (threading.settrace.__code__,)
         threading.settrace(trace)
-        sys.settrace(trace)
+        settrace(trace)
         watched |= _TURNS_OFF
     sys.addaudithook(hook)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from helpers.course import COURSE
 from helpers.judging import evidence_with
 
@@ -86,3 +88,11 @@ def test_without_any_trial_all_modules_count_and_the_nodes_programs():
 def test_a_module_without_a_function_is_no_node():
     stub = [SourceFile(f"{P}/robot_controller.py", 1, "", 1), *FILES[1:]]
     assert measured(files=stub).of_node.keys() == {"sensor_processor"}
+
+
+def test_a_node_of_which_no_file_ran_is_not_there():
+    """Its code came from an archive, and the tidy modules beside it had full marks."""
+    nothing = replace(DRIVES, ran=Ran(unseen=["archive: share/p/table"]))
+    assert measured(nothing, FUSES).of_node.keys() == {"sensor_processor"}
+    off = replace(DRIVES, ran=Ran(unseen=["notes turned off: it noted nothing"], of_functions=False))
+    assert measured(off, FUSES).of_node.keys() == {"robot_controller", "sensor_processor"}
