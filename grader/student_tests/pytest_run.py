@@ -98,7 +98,7 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
         # Saves a look at each imported module; none of them is the package's.
         measure._warn_preimported_source = False
-        write = reach_writer(OUT / f"{number}.reach", measure)
+        write = reach_writer(OUT / f"{number}.reach", measure) if request["reach"] else None
         measure.start()
         keep_out_of_executors()
     with (OUT / f"{number}.report").open("a") as stream:

@@ -17,7 +17,7 @@ from grader.settings import MODULE_TIMEOUT_S
 from grader.student_tests import package_modules
 from grader.student_tests.coverage import combine
 from grader.student_tests.discover import copy_flags, is_run
-from grader.student_tests.module_results import ModuleReach, ModuleRuns, flags
+from grader.student_tests.module_results import ModuleReach, ModuleRuns, failures, flags
 from grader.student_tests.probe import function_lines, raising
 from grader.student_tests.warm_worker import ModuleRequest, WorkerPool, start_workers
 from grader.student_tests.worker_report import ModuleRun, TestResult
@@ -94,11 +94,12 @@ def run_suite(
 
 def _run_steadily(workers: WorkerPool, module: TestModule, seconds: float) -> list[ModuleRun]:
     """Return two runs of the module, which show what is steady; one if it hangs."""
-    request = ModuleRequest(module.path, coverage=True, limit=seconds, total=seconds)
+    request = ModuleRequest(module.path, coverage=True, reach=True, limit=seconds, total=seconds)
     first = _run_to_the_end(workers, request)
-    # The second is the same in all, so that no test can tell it from the first. Nodes that do not discover each other in
-    # time are not the test author's mistake: both runs count in T2.
-    return [first] if first.timed_out else [first, _run_to_the_end(workers, request)]
+    if first.timed_out:
+        return [first]
+    # Nodes that do not discover each other in time are not the test author's mistake: then both runs count in T2.
+    return [first, _run_to_the_end(workers, replace(request, reach=bool(failures(first))))]
 
 
 def _run_to_the_end(workers: WorkerPool, request: ModuleRequest) -> ModuleRun:
