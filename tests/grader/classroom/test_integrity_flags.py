@@ -22,6 +22,8 @@ from grader.classroom.platforms import canvas, github, gradescope, plain
 from grader.classroom.rescore import rescore
 from grader.errors import GraderError
 from grader.evidence import Flag
+from grader.notebook import checking
+from grader.notebook.feedback import Note
 from grader.report import console, data, for_students, html
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
@@ -124,6 +126,15 @@ def test_a_decision_gives_the_points(withheld: Grading):
 def test_a_student_is_not_told_of_a_trial_that_is_held_back(withheld: Grading):
     shown = for_students.for_students(replace(withheld, held_back=("wall_fast",)))
     assert [(flag.where, flag.trial) for flag in shown.evidence.flags] == [("README.md", ""), ("robot/magic.py", "")]
+
+
+def test_a_notebook_says_why_points_are_withheld(withheld: Grading):
+    (q5,) = (s for s in withheld.scorecard.requirements if s.requirement.id == "Q5")
+    answer = checking._judged(q5, withheld, "10_a_package_to_hand_in")
+    assert (answer.passed, answer.points) == (False, "0")
+    assert answer.notes[-1] == Note(
+        "withheld until a person decides", (("seen", "hidden text: 300 words are in a comment"),)
+    )
 
 
 # -- a class ----------------------------------------------------------------------------------------------------------
