@@ -177,6 +177,7 @@ def _gradebook(options: argparse.Namespace) -> int:
         print("--zero-missing gives them 0; overrides.yaml decides for one: adjust: {total: 0, why: ..., by: ...}")
     if held := [row.submission for row in book.teams.values() if row.state is State.WITHHELD]:
         print(f"points withheld until a person decides: {printable(some(held, _SHOWN), 400)}")
+    if held and (folder.path / class_folder.CLASS).exists():
         print("overrides.yaml decides for one: flags_accepted: {why: ..., by: ...}, or points for each requirement")
     print(f"Grades: {out}")
     if feedback:

@@ -18,7 +18,7 @@ from grader.classroom.overrides import Accepted, Adjustment, Change, Decisions, 
 from grader.classroom.roster import Person
 from grader.host.namespaces import Confinement
 from grader.scoring import rubric
-from grader.scoring.rubric import Rubric
+from grader.scoring.rubric import FLAGS, Rubric
 from grader.scoring.scorecard import hundredths
 
 HUNDREDTH, NOTHING = Decimal("0.01"), Decimal("0.00")
@@ -211,6 +211,8 @@ def _worth(whole: Rubric) -> Decimal:
 def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     """Return the gradebook of a single grading, such as one in a student's own repository."""
     name = str(report.get("submission", "submission"))
+    # It may have been graded by another rubric than the course's.
+    whole = replace(whole, withholds=report.get("flags", FLAGS[whole.withholds]) == FLAGS[True])
     if "requirements" not in report:
         refusal = report.get("refused", {"because": "it could not be graded"})
         why = " ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name))

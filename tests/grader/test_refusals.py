@@ -240,14 +240,22 @@ def test_a_folder_of_two_people_is_not_one_submission(tmp_path: Path, out: Path)
     "files",
     [
         {**below("ws/src/ctl/"), **below("ws/src/exercise3/", {**PACKAGE, "package.xml": XML.format("exercise3")})},
-        {**below("ctl/"), **below("backup/x/ctl/", CHANGED)},
-        {**below("arnold/ctl/"), **below("arnold_old/x/ctl/", CHANGED)},
         {**below("log_2023_11_05/"), **{f"log_{year}_1105_x.csv": "" for year in (2023, 2024)}},
     ],
 )
 def test_one_students_copies_are_no_class(tmp_path: Path, out: Path, files: dict[str, str]):
     with pytest.raises(Collected):
         grade(write(tmp_path / "in", files), "--out", out)
+
+
+@pytest.mark.parametrize("folders", [("ctl/", "backup/x/ctl/"), ("arnold/ctl/", "arnold_old/x/ctl/")])
+def test_of_one_students_copies_the_student_chooses(tmp_path: Path, out: Path, folders: tuple[str, str]):
+    one, other = folders
+    folder = write(tmp_path / "in", {**below(one), **below(other, CHANGED)})
+    assert grade(folder, "--out", out) == 1
+    assert read(out)["refused"]["because"].startswith("in holds 2 packages, and nothing tells which is meant: ")
+    with pytest.raises(Collected):
+        grade(folder, "--out", out, "--package-path", one)
 
 
 def test_a_check_that_there_is_not_is_named_before_anything_runs(documents: Path, out: Path, tmp_path: Path, capsys):

@@ -22,6 +22,8 @@ from grader.classroom.platforms import canvas, github, gradescope, plain
 from grader.classroom.rescore import rescore
 from grader.errors import GraderError
 from grader.evidence import Flag
+from grader.notebook import checking
+from grader.notebook.feedback import Note
 from grader.report import console, data, for_students, html
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
@@ -126,6 +128,15 @@ def test_a_student_is_not_told_of_a_trial_that_is_held_back(withheld: Grading):
     assert [(flag.where, flag.trial) for flag in shown.evidence.flags] == [("README.md", ""), ("robot/magic.py", "")]
 
 
+def test_a_notebook_says_why_points_are_withheld(withheld: Grading):
+    (q5,) = (s for s in withheld.scorecard.requirements if s.requirement.id == "Q5")
+    answer = checking._judged(q5, withheld, "10_a_package_to_hand_in")
+    assert (answer.passed, answer.points) == (False, "0")
+    assert answer.notes[-1] == Note(
+        "withheld until a person decides", (("seen", "hidden text: 300 words are in a comment"),)
+    )
+
+
 # -- a class ----------------------------------------------------------------------------------------------------------
 
 
@@ -201,8 +212,8 @@ def test_a_rescore_without_it_gives_the_points_back(held: ClassFolder, tmp_path:
 @pytest.mark.parametrize(("withholds", "do"), [(False, "take no points by"), (True, "withhold points until a person")])
 def test_gradescope_and_github_say_what_flags_do(noted: Grading, withheld: Grading, withholds: bool, do: str):
     made = data.as_data(withheld if withholds else noted)
-    whole = replace(rubric.load(rubric.RUBRIC), withholds=withholds)
-    (row,) = gradebook.of_one(made, whole).rows
+    book = gradebook.of_one(made, rubric.load(rubric.RUBRIC))  # the course's own rubric may say something else
+    (row,), whole = book.rows, book.rubric
     results = gradescope.results(row, whole, made)
     assert f"2 integrity flags (flags: {'withhold' if withholds else 'note'}): they {do}" in results["output"]
     assert results["extra_data"]["flags_do"] == ("withhold" if withholds else "note")
