@@ -163,8 +163,9 @@ class Ran:
     """The package's Python files of which code ran in a node's process, as the process itself noted.
 
     `functions` maps the path of each file, as `SourceFile.path` has it, to the first lines of functions of it that ran,
-    not always of all; the list is empty where the file was only imported. `unseen` says what code ran that lies in no file that can be
-    read: text made into code at run time, byte code, archives, libraries; each as "kind: where, made by".
+    not always of all; the list is empty where the file was only imported. `unseen` says what code ran that lies in no
+    file that can be read: text made into code at run time, byte code, archives, libraries; each as "kind: where, made
+    by".
     `of_functions` is False in a trial that notes the latter alone, or whose node has noted nothing.
     """
 
