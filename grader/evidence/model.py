@@ -14,9 +14,9 @@ from grader.evidence.trial import Trial
 class Flag:
     """Something an instructor should look at, such as an attempt at tampering or a grading without a sandbox.
 
-    `where` is the file, `trial` the trial in which it was seen, if it was one. `concerns` names what may not mean what
-    it says, as the NEEDS of checks have it ("what ran", "student tests", "mutation", "readme"): the requirements of
-    these checks are the ones concerned.
+    `where` is the file and `trial` the trial in which it was seen, or several with commas; either may be "". `concerns`
+    names what may not mean what it says, as the NEEDS of checks have it ("what ran", "student tests", "mutation",
+    "readme"): the requirements of these checks are the ones concerned.
     """
 
     kind: str

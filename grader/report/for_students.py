@@ -165,8 +165,12 @@ def _reason(reason: Reason, veiled: Callable[[str], str]) -> Reason:
 
 
 def _without(flag: Flag, hidden: set[str]) -> Flag | None:
-    """Return a flag without the trials that are held back, None if it was raised in no other place."""
-    where, trial = (
-        ", ".join(name for name in names.split(", ") if name not in hidden) for names in (flag.where, flag.trial)
-    )
-    return replace(flag, where=where, trial=trial) if where or trial or not (flag.where or flag.trial) else None
+    """Return a flag without the trials that are held back, None if it was raised in no other.
+
+    What follows a colon in its words may come from the node, and from any of its trials.
+    """
+    names = flag.trial.split(", ")
+    left = [name for name in names if name not in hidden]
+    if left == names:
+        return flag
+    return replace(flag, what=flag.what.partition(":")[0], trial=", ".join(left)) if left else None

@@ -106,5 +106,5 @@ def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:
             seen.setdefault(("observer", str(trial.ended)), []).append(name)
         if trial.stopped:
             seen.setdefault(("limit", f"the node exceeded its limit of {trial.stopped}"), []).append(name)
-    flags = [Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]
+    flags = [Flag(kind, what, trial=", ".join(names[:5])) for (kind, what), names in seen.items()]
     return flags + what_ran.unseen_flags(ran)

@@ -12,6 +12,7 @@ import re
 import shutil
 import zipfile
 import zlib
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,6 +52,7 @@ from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome
 from grader.trials import catalog, worker
 from grader.trials.request import TrialRequest
+from grader.trials.what_ran import Notes
 
 HALL = KIT / "grader" / "authoring" / "template_course"
 BYTE_CODE = shutil.ignore_patterns("__pycache__")  # it would pass for that of an edit of the same size and second
@@ -264,11 +266,11 @@ def graded(course: Course, folder: Path, secret: Trial) -> Path:
     """Return the folder with the reports on a submission that touched something in the trials of B3 and X1."""
     public = trial("to_the_end", "hall", Touch(7.25, "end", 0.2))
     build = Build(True, False, 1.0, 0, False, "", package="hall_guard")
-    flag = Flag("foreign publisher", "something else published /clock", "to_the_end, past_the_alcove")
+    flag = Flag("foreign publisher", "something else published /clock", trial="to_the_end, past_the_alcove")
     trials = {public.name: public, secret.name: secret}
     found = Evidence(
         Intake("team01.zip", "0" * 64, "hall_guard", "."), build, trials=trials,
-        flags=[flag, replace(flag, where=secret.name)], kept={"trial past_the_alcove": "2026-11-20 10:00"},
+        flags=[flag, replace(flag, trial=secret.name)], kept={"trial past_the_alcove": "2026-11-20 10:00"},
         origin={"course": str(course.folder)},
     )  # fmt: skip
     evidence.save(found, folder / pipeline.EVIDENCE)
@@ -365,7 +367,8 @@ def test_where_a_sandboxes_files_come_from_does_not_name_the_trial(tmp_path: Pat
     request = TrialRequest(
         plan.name, str(tmp_path / "install"), 0, 7, str(tmp_path / f"{plan.name}.json"), ros_name="x"
     )
-    box, _ = worker._sandbox(load(HALL), plan, request)
+    with closing(Notes(tmp_path, functions=False)) as notes:
+        box, _ = worker._sandbox(load(HALL), plan, request, notes)
     assert any(path.name == "a.yaml" for path in box.read_only)
     assert not any("alcove" in str(path) for path in box.read_only)
 
@@ -389,7 +392,7 @@ def test_a_package_that_hits_it_in_the_real_trial_is_told_so_and_no_more(course:
 
 def test_a_flag_that_only_such_a_trial_raised_is_the_instructors(touched: Path):
     (flag,) = json.loads((touched / "for_student" / "report.json").read_text())["integrity"]
-    assert flag["where"] == "to_the_end"
+    assert flag["trial"] == "to_the_end"
 
 
 @pytest.mark.slow  # a report more

@@ -123,9 +123,15 @@ def test_a_decision_gives_the_points(withheld: Grading):
     assert not any(score.withheld for score in card.requirements)
 
 
-def test_a_student_is_not_told_of_a_trial_that_is_held_back(withheld: Grading):
-    shown = for_students.for_students(replace(withheld, held_back=("wall_fast",)))
-    assert [(flag.where, flag.trial) for flag in shown.evidence.flags] == [("README.md", ""), ("robot/magic.py", "")]
+def test_a_student_is_not_told_what_was_seen_in_a_trial_that_is_held_back(withheld: Grading):
+    """A node chooses the names of the code that it makes, and could tell there what it sees."""
+    both = Flag("made at run time", "text: x_3_2", "a.py", "wall_fast, wall_slow", ["mutation"])
+    made = replace(withheld, evidence=replace(withheld.evidence, flags=[*FLAGS, both]), held_back=("wall_fast",))
+    shown = for_students.for_students(made).evidence.flags
+    assert [(flag.what, flag.where, flag.trial) for flag in shown] == [
+        ("300 words are in a comment", "README.md", ""),
+        ("text", "a.py", "wall_slow"),
+    ]
 
 
 def test_a_notebook_says_why_points_are_withheld(withheld: Grading):
