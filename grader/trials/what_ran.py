@@ -134,7 +134,8 @@ def places(trials: Mapping[str, Trial], handed_in: Sequence[PythonFile], install
         for path, functions in trial.ran.functions.items() if trial.ran else ():
             noted[path] = noted.get(path, False) or bool(functions)
         for words in trial.ran.unseen if trial.ran else ():
-            noted.setdefault(_made_by(words), False)
+            if by := _made_by(words):
+                noted.setdefault(by, False)
     texts: dict[bytes, list[str]] = {}
     for source in handed_in:
         texts.setdefault(_text(source.data), []).append(source.path)

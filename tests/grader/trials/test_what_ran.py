@@ -311,6 +311,22 @@ def test_a_flag_names_kind_file_and_trials():
     assert flag.concerns == ["what ran", "student tests", "mutation"]
 
 
+def test_who_made_unseen_code_run_is_named_by_the_file_handed_in(tmp_path: Path):
+    """Without one, as of a thread, the grading ended with an IndexError."""
+    (tmp_path / "lib/p").mkdir(parents=True)
+    (tmp_path / "lib/p/node").write_bytes(b"run()\n")
+    words = [
+        "code made at run time: a string, by lib/p/node:7",
+        "code made at run time: a string",
+        "notes turned off: x",
+    ]
+    shown = Trial("status", "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
+    found = what_ran.places({"status": shown}, [PythonFile("scripts/node", b"run()\n")], tmp_path)
+    placed = what_ran.in_package(shown, found)
+    assert placed.ran == Ran(unseen=["code made at run time: a string, by scripts/node:7", *words[1:]])
+    assert len(what_ran.unseen_flags({"status": placed})) == 3
+
+
 def test_an_archive_is_flagged_once_whoever_imports_from_it():
     words = [f"archive: share/p/table, by share/p/table/{name}.py:1" for name in "ab"] + ["archive: share/p/table"]
     shown = Trial("status", "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
