@@ -40,6 +40,7 @@ def run(tmp_path: Path):
                 (tmp_path / f"ws/install/{name}.py").write_text(textwrap.dedent(text))
             environment = {"PYTHONPATH": f"{tmp_path}/ws/at_start", "PATH": os.environ["PATH"]}
             environment |= {"WS": f"{tmp_path}/ws", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+            environment |= {"LD_LIBRARY_PATH": ros_env.library_path()}
             done = subprocess.run(
                 [sys.executable, f"{tmp_path}/ws/install/node.py"],
                 env=environment, capture_output=True, text=True, check=False, cwd=tmp_path,
@@ -216,6 +217,7 @@ HONEST = {
     "numpy": "import numpy\nnumpy.array([1]).sum()\nrepr(numpy.zeros(3))",
     "yaml": "import yaml\nyaml.safe_load('a: 1')",
     "functools": "import functools\n@functools.singledispatch\ndef f(x): ...\n@f.register\ndef _(x: int): ...\nf(1)",
+    "rclpy": "import rclpy.action, rclpy.executors, rclpy.node, rclpy.parameter, rclpy.qos, sensor_msgs.msg, nav_msgs.msg, em",
     "a copied function": "import types, tidy\ntypes.FunctionType(tidy.tidy.__code__, {})()",
 }
 
