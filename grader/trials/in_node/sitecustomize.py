@@ -49,13 +49,19 @@ _WATCHED = frozenset({
     "os.system",
 })  # fmt: skip
 _TURNS_OFF = frozenset({"sys.settrace", "sys.setprofile", "sys.monitoring.register_callback", "sys.addaudithook"})
+_FINDS_US = frozenset({"gc.get_objects", "gc.get_referrers", "gc.get_referents"})
+_ENCODINGS = (b"utf-8", b"utf8", b"ascii", b"latin-1", b"iso-8859-1", b"iso-8859-15", b"cp1252")
 
 
 def _install() -> None:  # all in closures, so that no module holds what a package could replace
     import importlib.machinery as machinery
+    import opcode
+    import re
     import warnings
 
     settrace = sys.settrace
+    encoding = re.compile(rb"^[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)", re.MULTILINE).search
+    calls = {number for name, number in opcode.opmap.items() if name.startswith("CALL")}
     getframe, write, compile_, open_ = sys._getframe, os.write, compile, open
     os_open, close, flags = os.open, os.close, os.O_WRONLY | os.O_NONBLOCK | os.O_CLOEXEC
     splitext, isfile = os.path.splitext, os.path.isfile
@@ -88,7 +94,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     def is_library(file: str) -> bool:
         found = known_files.get(file)
         if found is None:
-            found = known_files[file] = file.startswith(libraries)
+            found = known_files[file] = file.startswith(libraries) and "/../" not in file
         return found
 
     def is_in_text(code: CodeType) -> bool:
@@ -99,7 +105,11 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             try:
                 with open_(file, "rb") as stream, warnings.catch_warnings():
                     warnings.simplefilter("ignore")
-                    todo = [compile_(stream.read(), file, "exec", dont_inherit=True)]
+                    text = stream.read()
+                    cookie = encoding(b"\n".join(text.split(b"\n", 2)[:2]))
+                    if cookie and cookie[1].lower().replace(b"_", b"-") not in _ENCODINGS:
+                        return False  # the package may have brought the codec, and so what the text means
+                    todo = [compile_(text, file, "exec", dont_inherit=True)]
             except (OSError, SyntaxError, ValueError):
                 return False
             while todo:
@@ -178,7 +188,10 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         if any(part in caller for part in _GENERATORS) or code.co_filename.startswith(_GENERATED):
             return True
         inside = any(type(constant) is type(code) for constant in code.co_consts)
-        return caller.endswith(_EVALUATORS) and len(code.co_code) <= _LONGEST_EXPRESSION and not inside
+        calls_nothing = calls.isdisjoint(code.co_code[::2])
+        return (
+            caller.endswith(_EVALUATORS) and len(code.co_code) <= _LONGEST_EXPRESSION and not inside and calls_nothing
+        )
 
     def made_by_type(code: CodeType, frame: FrameType) -> None:
         caller = frame.f_code.co_filename
@@ -188,7 +201,9 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
 
     def is_brought(path: str) -> bool:
         if "/" in path:
-            return not is_library(path) and not path.startswith(("/usr/", "/lib/", "/lib64/", "/bin/", "/opt/"))
+            return not is_library(path) and not path.startswith(
+                ("/usr/", "/lib/", "/lib64/", "/bin/", "/sbin/", "/opt/")
+            )
         return any(folder.startswith("/ws/") and isfile(f"{folder}/{path}") for folder in library_folders)
 
     def is_of_types(path: str) -> bool:
@@ -244,7 +259,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             if str(args[1]).startswith(_C_API):
                 report(_MADE, str(args[1]), frame)
         elif event == "import":
-            if args[0] in _INTERPRETERS and not is_library(place(frame).rpartition(":")[0]):
+            if args[0].rpartition(".")[2] in _INTERPRETERS and not is_library(place(frame).rpartition(":")[0]):
                 report(_MADE, args[0], frame)
             elif args[1] and is_brought(str(args[1])) and not is_of_types(str(args[1])):
                 report(_LIBRARY, str(args[1]), frame)
@@ -271,6 +286,9 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
                 frame = None
             if event in _TURNS_OFF:
                 turned_off(event, frame)
+            elif event in _FINDS_US:
+                if frame is not None and not is_library(frame.f_code.co_filename):
+                    report(_TURNED_OFF, event, frame)
             else:
                 look(event, args, frame)
         except Exception:  # whatever happens here must not happen to the package
@@ -311,7 +329,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
 
     threads: Any = None
     threads_settrace: tuple[CodeType, ...] = ()
-    watched = _WATCHED
+    watched = _WATCHED | _FINDS_US
     note("start")
     if notes_functions and hasattr(sys, "monitoring"):
         monitoring: Any = sys.monitoring  # type: ignore[attr-defined, unused-ignore]  # from 3.12 on

@@ -136,6 +136,7 @@ UNSEEN = {
     "a mock": "from unittest import mock\nmock.Mock(side_effect=exec)('x = 1')",
     "an event loop": "import asyncio\nloop = asyncio.new_event_loop()\nloop.call_soon(exec, 'x = 1')\nloop.call_soon(loop.stop)\nloop.run_forever()",
     "a type's annotation": "import typing\ndef f(x: 'exec(\"y = 1\")'): ...\ntry:\n    typing.get_type_hints(f)\nexcept TypeError:\n    pass",
+    "an annotation that calls": "import inspect\ndef go(): ...\ndef f(x: 'go()'): ...\ninspect.signature(f, eval_str=True)",
     "Python's C API": "import ctypes\nctypes.pythonapi.PyRun_SimpleString(b'x = 1')",
 }
 OTHER_KINDS = {
@@ -158,6 +159,7 @@ TURNED_OFF = {
     "threading.settrace": "import threading\nthreading.settrace(None)\nthreading.Thread(target=print).start()",
     "a hook of its own": "import sys\nsys.addaudithook(lambda *_: None)",
     "threading's own variable": "import threading\nthreading._trace_hook = None\ndef f(): ...\nf()",
+    "a search for the hook": "import gc\ngc.get_objects()",
     "an isolated Python": "import subprocess, sys\nsubprocess.run([sys.executable, '-I', '-c', ''], check=True)",
     "env": "import subprocess, sys\nsubprocess.run(['env', 'PYTHONPATH=', sys.executable, '-c', ''], check=True)",
     "a shell": "import os, sys\nos.system('unset PYTHONPATH; ' + sys.executable + ' -c \"\"')",
@@ -176,6 +178,16 @@ def test_code_that_lies_in_no_file_is_noted(run, program: str):
         "standard input",
     )  # of a thread, and of another Python, it is not known who began
     assert ", by node.py:" in ran.unseen[0] or ran.unseen[0].endswith(beside)
+
+
+def test_a_module_in_an_encoding_of_the_packages_own_is_noted(run):
+    program = (
+        "import codecs, os\nu = codecs.lookup('utf-8')\n"
+        "own = codecs.CodecInfo(u.encode, u.decode, incrementaldecoder=u.incrementaldecoder, streamreader=u.streamreader)\n"
+        "codecs.register(lambda name: own if name == 'own' else None)\n"
+        "open(os.environ['WS'] + '/install/odd.py', 'wb').write(b'# coding: own\\nx = 1\\n')\nimport odd"
+    )
+    assert kinds(run(program)) == {"code made at run time"}
 
 
 @pytest.mark.parametrize(("kind", "program"), OTHER_KINDS.items(), ids=OTHER_KINDS)
@@ -207,6 +219,8 @@ HONEST = {
         "import io, logging.config\nlogging.config.fileConfig(io.StringIO('[loggers]\\nkeys=root\\n[handlers]\\nkeys=h\\n"
         "[formatters]\\nkeys=\\n[logger_root]\\nhandlers=h\\n[handler_h]\\nclass=StreamHandler\\nargs=(sys.stderr,)\\n'))"
     ),
+    "ctypes.util": "import ctypes.util\nctypes.util.find_library('m')",
+    "an encoding of text": "import old",
     "subprocess": "import subprocess, sys\nsubprocess.run(['true'])\nsubprocess.run([sys.executable, '-m', 'this'], check=True)",
     "multiprocessing": (
         "import multiprocessing\nif __name__ == '__main__':\n"
@@ -224,7 +238,7 @@ HONEST = {
 
 @pytest.mark.parametrize("program", HONEST.values(), ids=HONEST)
 def test_what_honest_code_does_is_not_noted(run, program: str):
-    ran = run(program, tidy=TIDY)
+    ran = run(program, tidy=TIDY, old="# -*- coding: latin-1 -*-\n" + TIDY)
     assert ran is not None
     assert ran.unseen == []
 
