@@ -122,7 +122,9 @@ def test_an_edit_costs_the_requirements_it_names(graded: Grade, settings: pipeli
     wanted = tuple(r.id for r in settings.rubric.requirements if r.id in EDITS[name].costs)
     report = graded(name, wanted)
     assert report["complete"], words(report)
-    assert lost(report) == set(wanted), words(report)
+    # Less than a tenth of a point is shown and not taken.
+    noticed = {r["id"] for r in report["requirements"] if any(check["fraction"] < 1 for check in r["checks"])}
+    assert set(wanted) <= noticed, words(report)
     for said in EDITS[name].says:
         assert said in words(report)
 
