@@ -102,14 +102,18 @@ def _chosen(course: Course) -> Course:
     return course
 
 
-@cache
 def load(folder: Path) -> Course:
     """Return the course in `folder`.
 
     Raises:
         GraderError: a file cannot be read, names something unknown, or lacks something; it says which line.
     """
-    folder = folder.resolve()
+    return loaded(folder.resolve())  # a relative path is another folder's when the working folder has changed
+
+
+@cache
+def loaded(folder: Path) -> Course:
+    """Return the course in a folder, given by its resolved path, read once in a process; see `load`."""
     path, root = _compose(folder / COURSE)
     reader = _Reader(path)
     base = reader.extended(yaml_reader.value(root, "extends"))

@@ -21,7 +21,7 @@ import yaml
 from grader import KIT, building, cli, pipeline
 from grader.authoring import checkpoint_texts, new_course, notebook_run, notebook_source, package_edits
 from grader.checks import checks_run
-from grader.course import find, handout, kits_own, load
+from grader.course import find, handout, kits_own, load, reader
 from grader.course.reader import VARIABLE
 from grader.scoring import rubric
 from grader.trials import catalog
@@ -159,7 +159,7 @@ def test_a_kit_has_the_solved_files_of_the_notebooks_before_the_last_one_and_no_
     table.write_text(
         "notebooks:\n  01_guard: {exercises: [config/guard.yaml]}\n  02_more: {exercises: [hall_guard/guard.py]}\n"
     )
-    load.cache_clear()
+    reader.loaded.cache_clear()
     packed = released(folder, tmp_path / "two.zip")
     assert packed == {"01": {"config/guard.yaml": settings.read_text()}}
     assert guard.read_text() not in str(packed)
