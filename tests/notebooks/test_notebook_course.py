@@ -109,6 +109,7 @@ def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Call
             assert text == solution, path
 
 
+@pytest.mark.slow  # the linter over each notebook
 @pytest.mark.parametrize("name", NAMES)
 def test_the_linter_finds_nothing_in_what_the_notebook_writes(
     name: str, source_page: Callable[[str], Page], tmp_path: Path
@@ -146,6 +147,7 @@ def functions_of(text: str) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow  # the linter over each notebook
 @pytest.mark.parametrize("name", NAMES)
 def test_what_it_gives_and_its_skeletons_keep_ament_flake8s_rules(
     name: str, source_page: Callable[[str], Page], tmp_path: Path

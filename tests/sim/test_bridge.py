@@ -137,6 +137,7 @@ def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
     assert later[-1] == pytest.approx(2.0)
 
 
+@pytest.mark.slow  # one more node
 def test_a_node_that_publishes_best_effort_is_heard_as_well(tmp_path: Path):
     """Its robot stood still: a reliable subscription receives nothing from such a publisher."""
     found = run(tmp_path, "best effort")
@@ -186,6 +187,7 @@ def test_the_robot_follows_the_nodes_commands(tmp_path: Path):
     assert found["x"] != 0.0
 
 
+@pytest.mark.slow  # waits in real time
 def test_a_node_on_wall_time_is_detected_and_run_in_real_time(tmp_path: Path):
     found = run(tmp_path, "wall")
     if found["pace"] == "lockstep" and found["tick_s"] > 0.02:

@@ -163,7 +163,7 @@ def test_equivalent_mutants_are_among_the_mutants_and_pass(mutated: Mutate):
 
 
 def test_a_mutant_names_the_test_that_noticed_it_or_those_that_passed(mutated: Mutate):
-    for mutant in mutated("thorough").mutants + mutated("silent").mutants:
+    for mutant in mutated("thorough", count=6).mutants + mutated("silent", count=6).mutants:
         if mutant.outcome == "noticed":
             assert mutant.by.startswith("test/")
         if mutant.outcome == "unnoticed":
@@ -171,7 +171,7 @@ def test_a_mutant_names_the_test_that_noticed_it_or_those_that_passed(mutated: M
 
 
 def test_tests_that_assert_nothing_notice_next_to_nothing(mutated: Mutate):
-    assert share(mutated("silent")) <= 0.1
+    assert share(mutated("silent", count=6)) <= 0.1
 
 
 @pytest.mark.slow  # all mutants of the toy
@@ -206,7 +206,7 @@ def test_a_budget_that_is_used_up_is_reported(mutated: Mutate):
 
 
 def test_the_package_is_left_as_it_was(made: toy.Toy, mutated: Mutate):
-    mutated("thorough")
+    mutated("thorough", count=6)
     for root in (made.package, next(made.install.rglob("site-packages"))):
         assert (root / "ros2_robot_controller" / "robot_controller.py").read_text() == toy.CONTROLLER
 
@@ -237,7 +237,7 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
     (made.package / "test/test_it.py").write_text(dedent(text.format(mtime=mtime)))
     found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     assert found.tests.modules[0].failures == []
-    mutation = mutate(made.package, made.install, found.reach, COURSE, count=40)
+    mutation = mutate(made.package, made.install, found.reach, COURSE, count=10)
     assert "noticed" not in outcomes(mutation)
     assert "unnoticed" in outcomes(mutation)
 

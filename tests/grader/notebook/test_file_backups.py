@@ -120,6 +120,7 @@ def test_begin_installs_the_backups_in_a_kernel(workspace: Workspace) -> None:
     assert copies(workspace).popitem()[1] == "TWO"
 
 
+@pytest.mark.slow  # a build
 def test_colcon_ignores_the_backups(workspace: Workspace) -> None:
     """`!cd ../.. && colcon build` searches the whole workspace, and fails at two packages of one name."""
     checkpoints.start_at(workspace, "02")
@@ -258,6 +259,7 @@ def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace:
     assert (package / "own.py").read_text() == "def steer():\n    return 2\n"
 
 
+@pytest.mark.slow  # one more kernel
 def test_a_comment_above_a_cell_magic_is_no_line_magic_that_is_not_found(workspace: Workspace, package: Path) -> None:
     said = in_a_kernel(
         "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
@@ -270,6 +272,7 @@ def test_a_comment_above_a_cell_magic_is_no_line_magic_that_is_not_found(workspa
     assert "return 1" in (package / "own.py").read_text()
 
 
+@pytest.mark.slow  # one more kernel
 def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
     workspace: Workspace, package: Path
 ) -> None:
@@ -311,6 +314,7 @@ def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(nam
 # -- before `begin` ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow  # one more kernel
 def test_after_a_restart_a_cell_writes_nothing_beside_the_notebooks(
     workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,6 +6,7 @@ import pytest
 from helpers.ros2_runs import write
 
 
+@pytest.mark.slow  # a launch for each entity
 @pytest.mark.parametrize(
     ("entity", "words"),
     [
@@ -41,6 +42,7 @@ def test_an_impossible_entity_is_one_message(launch, tmp_path, entity, words):
     assert "Traceback" not in run.out + run.err
 
 
+@pytest.mark.slow  # a launch for each kind of file
 @pytest.mark.parametrize("include", [True, False])
 @pytest.mark.parametrize(
     ("name", "kind"),
@@ -62,6 +64,7 @@ def test_an_xml_or_yaml_launch_file_is_refused_in_one_sentence(launch, tmp_path,
     assert "Traceback" not in run.out + run.err
 
 
+@pytest.mark.slow  # a launch for each fault
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -114,6 +117,7 @@ def generate_launch_description():
     assert (run.code, refused, "all is read" in run.out) == ((1, True, False) if wanted == "true" else (0, False, True))
 
 
+@pytest.mark.slow  # a start for each line
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -72,6 +72,7 @@ def test_workers_share_no_network_with_each_other_or_with_us(make):
     assert (end(first), end(second)) == (0, 0)
 
 
+@pytest.mark.slow  # one more process to fork from
 def test_a_worker_that_is_killed_says_so(make):
     worker = forked(make())
     with pytest.raises(subprocess.TimeoutExpired):
@@ -89,6 +90,7 @@ def test_another_worker_can_be_started_after_a_crash(make):
     assert end(forked(workers)) == 0
 
 
+@pytest.mark.slow  # one more process to fork from
 def test_a_worker_exits_as_well_when_many_threads_have_ended(make):
     """It exits with the threads of DDS gone, and crashed then as the nodes did: see docs/ros-from-wheels.md."""
     text = textwrap.dedent(ENDS_WITH_MANY_STACKS)
@@ -96,6 +98,7 @@ def test_a_worker_exits_as_well_when_many_threads_have_ended(make):
     assert end(forked(make(code))) == 0
 
 
+@pytest.mark.slow  # one more process to fork from
 def test_no_worker_outlives_what_it_was_forked_from(make):
     workers = make()
     worker = forked(workers)
@@ -115,6 +118,7 @@ namespaces.enter_private_network = enter_private_network
 """
 
 
+@pytest.mark.slow  # one more process to fork from
 def test_bubblewrap_starts_workers_where_they_may_make_no_namespaces(make):
     workers = make(NO_NAMESPACES)
     first, second = workers.start("first"), workers.start("second")

@@ -75,6 +75,7 @@ def deliver_in_thread(browser: Browser, **content: object) -> None:
     thread.join()
 
 
+@pytest.mark.slow  # at the pace of a browser
 @pytest.mark.parametrize(("hidden", "patience"), [(False, LOST_S), (True, HIDDEN_LOST_S)])
 def test_a_silent_view_counts_as_closed(hidden: bool, patience: float) -> None:
     d = desk(World())
@@ -89,6 +90,7 @@ def test_a_silent_view_counts_as_closed(hidden: bool, patience: float) -> None:
     assert any("scene" in m for m in d.browser.messages[-45:])
 
 
+@pytest.mark.slow  # at the pace of a browser
 def test_a_view_that_a_busy_cell_may_silence_is_given_more_time() -> None:
     d = desk(World())
     d.go(HIDDEN_LOST_S + 5.0)
