@@ -15,7 +15,7 @@ OUT := out/reference
 # More arguments for pytest: make test ARGS="-k lidar"
 ARGS :=
 # Tests run make themselves; with these variables inherited it would print "Entering directory".
-PARALLEL := -n auto --maxprocesses 4 --dist loadfile
+PARALLEL := -n auto --maxprocesses 3 --dist loadfile
 QUICK := not slow and not notebooks
 PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
 # JupyterLab refuses to run as root, which is the user in most containers, unless told to.

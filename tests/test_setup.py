@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-PARALLEL = "-n auto --maxprocesses 4 --dist loadfile"
+PARALLEL = "-n auto --maxprocesses 3 --dist loadfile"
 QUICK = "-m not slow and not notebooks"
 
 

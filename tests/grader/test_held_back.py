@@ -343,7 +343,7 @@ ENDS = replace(DIED, ended=Reason(Kind.HANGS, seconds=10.0, place=f"{IN_WORDS}.p
     ("secret", "shown"),
     [
         (SAYS, "patrol answered … and drove on"),
-        (LOGS, "…"),
+        pytest.param(LOGS, "…", marks=pytest.mark.slow),  # reason: one more grading of the same kind
         (ENDS, "the node did not answer for … s: a callback hangs"),
     ],
     ids=["a service", "the log", "the names of its files"],

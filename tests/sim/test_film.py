@@ -49,6 +49,7 @@ def test_a_drive_of_a_minute_is_played_faster_and_stays_small() -> None:
     assert metadata["alt"].startswith("A film of 60.0 s in 'office': from (0.6, 0.7) to (9.2, 0.7), 17.2 m driven")
 
 
+@pytest.mark.slow  # draws a hundred pictures
 def test_white_stays_white(crash: Recording) -> None:
     assert (frames(crash)[5][4, 4] == 255).all()  # inside the frame, which has a colour of its own
 

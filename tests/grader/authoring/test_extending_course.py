@@ -186,6 +186,7 @@ def test_a_stand_in_that_is_dropped_is_not_asked_for(course: Course, tmp_path: P
     assert answer.id == "F6"
 
 
+@pytest.mark.slow  # a kit is released
 def test_the_students_kit_is_the_kits_own_with_the_changes_in_it(
     course: Course, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

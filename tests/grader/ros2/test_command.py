@@ -152,6 +152,7 @@ def test_a_new_package_builds(ros2, tmp_path, build_type):
     assert (tmp_path / "install/my_pkg/share/my_pkg/package.xml").is_file()
 
 
+@pytest.mark.slow  # a shell for each line
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
@@ -220,6 +221,7 @@ def test_sigint_ends_a_command_in_the_background_of_a_script(demo, tmp_path):
     assert process.returncode in (2, -signal.SIGINT)
 
 
+@pytest.mark.slow  # one more start
 def test_the_folder_works_by_itself_under_any_name(ros2, demo, tmp_path):
     """The grader mounts only this folder into the sandbox, beside the wheels."""
     shutil.copytree(COMMAND, tmp_path / "kit", ignore=shutil.ignore_patterns("__pycache__"))

@@ -74,6 +74,7 @@ def test_no_orphan_of_a_launch_that_is_killed_as_it_starts_a_process(mark):
     until(lambda: not alive(mark))
 
 
+@pytest.mark.slow  # one more launch
 def test_no_orphan_after_an_exception_during_the_launch(launch, tmp_path, mark):
     later = "TimerAction(period=0.3, actions=[demo('show', LaunchConfiguration('not_there'))])"
     run = launch(write(tmp_path, family(mark), later)).end()
@@ -106,6 +107,7 @@ def test_a_stubborn_process_gets_sigint_then_sigterm_then_sigkill(launch, tmp_pa
     assert "failed to terminate '0.3' seconds after receiving 'SIGINT', escalating to 'SIGTERM'" in run.out
 
 
+@pytest.mark.slow  # one more launch
 def test_a_second_sigint_is_ignored(launch, tmp_path):
     started = launch(write(tmp_path, "demo('counting')"))
     started.wait_for("counting-1")
@@ -114,6 +116,7 @@ def test_a_second_sigint_is_ignored(launch, tmp_path):
     assert started.end().ended("counting-1")["sent"] == ["SIGINT"]
 
 
+@pytest.mark.slow  # one more launch
 def test_sigint_reaches_a_process_below_a_shell(launch, tmp_path):
     """It once went to the shell alone, which waits for its child; SIGTERM then killed both."""
     child, ready = tmp_path / "child", tmp_path / "ready"
@@ -150,6 +153,7 @@ def test_ctrl_c_at_a_terminal_reaches_a_process_once(demo, tmp_path):
     assert (ended["exit_code"], ended["sent"]) == (1, ["SIGINT"])
 
 
+@pytest.mark.slow  # one more launch
 def test_no_orphan_when_the_terminal_is_closed(demo, tmp_path, mark):
     """Writing to a closed terminal fails, and that must not stop the launch from ending its processes."""
     file = write(tmp_path, family(mark))
@@ -174,11 +178,13 @@ def test_the_record_holds_how_each_process_ended(launch, tmp_path):
     assert run.events[-1]["event"] == "launch_ended"
 
 
+@pytest.mark.slow  # one more launch
 def test_the_environment_can_ask_for_the_record(ros2, tmp_path):
     ros2("launch", FILES / "plain_list.launch.py", ROS2_LAUNCH_RECORD=str(tmp_path / "there.jsonl"))
     assert [e["event"] for e in events(tmp_path / "there.jsonl")].count("ended") == 3
 
 
+@pytest.mark.slow  # one more launch
 def test_parameter_files_are_removed(launch, tmp_path):
     launch(write(tmp_path, "demo('show', parameters=[{'a': 1}])")).end()
     assert not list(tmp_path.glob("launch_params_*"))

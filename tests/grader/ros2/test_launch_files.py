@@ -58,6 +58,7 @@ def test_given_arguments_replace_defaults(launch):
     ], "the last of two values wins"
 
 
+@pytest.mark.slow  # one more launch
 def test_an_include_leaks_and_a_group_around_it_does_not(launch):
     run = launch("including.launch.py").end()
     assert run.commands == [
@@ -70,6 +71,7 @@ def test_an_include_leaks_and_a_group_around_it_does_not(launch):
     ]
 
 
+@pytest.mark.slow  # one more launch
 def test_groups_scope_configurations_and_environment(launch):
     run = launch("groups.launch.py").end()
     assert run.commands == [
@@ -84,6 +86,7 @@ def test_groups_scope_configurations_and_environment(launch):
     ]
 
 
+@pytest.mark.slow  # one more launch
 def test_namespaces_and_settings_hold_for_a_whole_group(launch):
     run = launch("namespaces.launch.py").end()
     inside = "-p use_sim_time:=True"
@@ -114,6 +117,7 @@ def test_an_opaque_function_sees_the_values(launch):
     assert run.commands == [f"show demo! --ros-args -r __node:=robot{i}" for i in range(3)]
 
 
+@pytest.mark.slow  # one more launch
 def test_timers_and_events_start_one_thing_after_another(launch):
     run = launch("events.launch.py").end()
     assert sorted(run.commands) == [
@@ -129,6 +133,7 @@ def test_timers_and_events_start_one_thing_after_another(launch):
     assert said[-1] == "bye: idle"
 
 
+@pytest.mark.slow  # one more launch
 def test_plain_processes_are_run(launch):
     run = launch("processes.launch.py").end()
     assert run.commands == [
@@ -156,6 +161,7 @@ def test_a_process_respawns_and_a_required_one_ends_the_launch(launch):
     assert run.code == 0
 
 
+@pytest.mark.slow  # one more launch
 def test_a_launch_file_can_run_itself(launch, demo, tmp_path, ros2):
     assert launch("main_guard.launch.py", "y:=5").end().commands == ["show 5 --ros-args"]
 

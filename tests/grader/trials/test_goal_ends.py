@@ -41,6 +41,7 @@ ActionServer(node, NavigateToPosition, "navigate_to_position", drive, cancel_cal
 """
 
 
+@pytest.mark.slow  # one more trial
 def test_a_result_that_the_node_is_long_in_sending_counts_for_the_tick_of_its_timer(run: Run):
     """The node sleeps between the round of its executor that ends the goal and the message that tells us."""
     found = run("cancel_early", ODOMETRY + ROLLS_ON)

@@ -14,6 +14,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 DISTANCE = 'node.create_publisher(Float32, "obstacle_distance", 10)'
 
 
+@pytest.mark.slow  # a node for it alone
 def test_a_service_that_is_discovered_late_is_called(run: Run):
     late = 'late(lambda: node.create_service(SetSpeed, "set_speed", answer))'
     found = run("slow_robot", COMMANDS + ODOMETRY + late)
