@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib
 import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,11 +116,34 @@ def _name_course_passed_over(options: argparse.Namespace) -> None:
             print("grader: " + note, file=sys.stderr)
 
 
-def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """Return the parser with all verbs, or only those of this file if `words` begin with one.
+_OTHERS = {
+    "grader.classroom.command": {
+        "gradebook": "write grades in the form that a learning platform imports",
+        "rescore": "judge a class again from its evidence",
+        "compare": "show what changed between two gradings or two classes",
+        "similar": "list the packages of a class that are most alike",
+        "regrade": "look at a requirement again on a student's request, and decide",
+        "batch": "grade a class",
+    },
+    "grader.authoring.export": {"export": "write what a platform that grades by itself takes"},
+    "grader.authoring.course_command": {
+        "check-course": "find what is wrong with a course before anything is graded by it",
+        "new-course": "lay out a course of your own",
+        "new": "add a requirement to a course, to start from",
+    },
+    "grader.selftest.attacks.command": {
+        "self-test": "attack the grader on this machine, and report what stopped each attack"
+    },
+    "grader.selftest.flakiness": {"flakiness": "grade a submission many times and report what is flaky"},
+}
+"""Modules of other rooms, whose `add` is called for a verb of theirs, and each verb's line in the list of all.
 
-    The other rooms take a second to import, which each grading and each check would wait for.
-    """
+They take a second to import, which nobody is to wait for who reads the list or grades.
+"""
+
+
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return the parser of all verbs; of those of other rooms, it only knows the options of one that `words` name."""
     parser = argparse.ArgumentParser(
         prog="grader",
         description="Grade ROS 2 packages: build each in a sandbox, drive it through trials, score what was seen.",
@@ -133,23 +157,27 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     _add_handout(verbs)
     _add_doctor(verbs)
     _add_cache(verbs)
-    if next((word for word in words if not word.startswith("-")), "") in verbs.choices:
-        return parser
-    if (KIT / "grader" / "classroom").exists():  # not in the students' kit, as authoring
-        from grader.authoring import checkpoint_texts, course_command, export
-        from grader.classroom import command as classroom
-
-        classroom.add(verbs, checkpoint_texts.course_texts)
+    if _exists("grader.authoring.release"):
         _add_release(verbs)
-        export.add(verbs)
-        course_command.add(verbs)
-    if (KIT / "grader" / "selftest").exists():
-        from grader.selftest import flakiness
-        from grader.selftest.attacks import command as attacks
-
-        attacks.add(verbs)
-        flakiness.add(verbs)
+    named = next((word for word in words if not word.startswith("-")), "")
+    for module, lines in _OTHERS.items():
+        if named in lines and _exists(module):
+            importlib.import_module(module).add(verbs, *[_course_texts] * ("gradebook" in lines))
+        elif _exists(module):
+            for verb, line in lines.items():
+                verbs.add_parser(verb, help=line)
     return parser
+
+
+def _exists(module: str) -> bool:
+    """Return whether this kit has a module: the students' has no rooms for classes, authors and attacks."""
+    return KIT.joinpath(*module.split(".")).with_suffix(".py").exists()
+
+
+def _course_texts() -> Mapping[str, str]:
+    from grader.authoring import checkpoint_texts
+
+    return checkpoint_texts.course_texts()
 
 
 def _add_grade(verbs: Any) -> None:

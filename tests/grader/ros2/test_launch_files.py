@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 PARAMS = "--params-file SHARE/config/demo.yaml"
 
 
