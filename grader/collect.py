@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -41,21 +40,18 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     kept = kept_evidence(settings)
     wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves(settings) & settings.checked]
     of_text = [source for source in wanted if source.phase is Phase.TEXT]
-    to_run = prepared = [source for source in wanted if source.phase is Phase.RUN]
+    to_run = [source for source in wanted if source.phase is Phase.RUN]
     found: dict[str, Collected] = {}
-    with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
+    with ThreadPoolExecutor(1) as pool:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
         texts = pool.submit(_ask, of_text, Subject(submission, settings, folder, kept))
         built = None
         if needs_build(settings):
             contract = _contract(submission, settings)
-            if not building.is_built(_folders(submission), settings.cache, settings.course):
-                beside = [source.prepare(settings, contract, folder / f"{source.name} prepared") for source in to_run]
-                prepared = [stack.enter_context(context) for context in beside]
             built, own = _build(submission, contract, settings)
         if built is not None and built.facts.ok:
             subject = Subject(submission, settings, folder, kept, built, own)
-            found |= _ask(prepared if own is contract else to_run, subject)
+            found |= _ask(to_run, subject)
         found |= texts.result()
         if "trials" in found and (left := found["trials"].handover):
             again = folder / "left by the build"

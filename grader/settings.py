@@ -15,8 +15,6 @@ MODULE_TIMEOUT_S = 90.0
 # Fifty mutants take the course's tests 9 s, and 70 s if no assert of theirs can fail: then each mutant takes them all.
 # With 60 s such a package was tried on 30 or 40 of 50, as the machine was busy or not, and its points differed by it.
 MUTATION_BUDGET_S = 180.0
-# Fewer trials would save less than importing rclpy once more costs.
-FORK_FROM = 4
 
 
 @dataclass(frozen=True)
@@ -33,7 +31,6 @@ class Settings:
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
         best_effort: whether the simulated sensors publish best effort, as many drivers do. In a grading they are
             reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
-        fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
         keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
         only_kept: collect nothing, and raise NotKept where something is not kept.
         fresh: collect everything anew, whatever is kept.
@@ -51,7 +48,6 @@ class Settings:
     requirements: tuple[str, ...] = ()
     package_path: str = ""
     best_effort: bool = False
-    fork_from: int = FORK_FROM
     keep: bool = False
     only_kept: bool = False
     fresh: bool = False

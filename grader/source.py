@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -97,13 +96,6 @@ class Source(Protocol):
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the ids of the requirements that its evidence is for."""
         return served(settings, self.name)
-
-    def prepare(self, _settings: Settings, _contract: Built, _folder: Path) -> AbstractContextManager[Source]:
-        """Start, beside the build, what needs nothing of a submission; yield the source that uses it.
-
-        `contract` is the build of the contract's interfaces, `folder` one that does not exist yet.
-        """
-        return nullcontext(self)
 
     def collect(self, subject: Subject) -> Collected:
         """Return what there is to see of the subject.

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
-import fcntl
 import os
-import socket
-import struct
 import subprocess
 from collections.abc import Sequence
 from enum import Enum
@@ -34,15 +30,7 @@ _PROBE_SECONDS = 60
 NODE_SANDBOX = ["bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/run"]
 NODE_SANDBOX += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--"]
 SANDBOX = [*NODE_SANDBOX[:-1], "--unshare-net", "--"]
-# <linux/sched.h>, <linux/sockios.h>, <linux/if.h>, <linux/capability.h>
-_NEW_USER, _NEW_NETWORK = 0x10000000, 0x40000000
-_SET_INTERFACE_FLAGS = 0x8914
-_UP_AND_RUNNING = 0x41
-_CAPABILITIES_3 = 0x20080522
-
 _ADMIN = 1 << 21  # CAP_SYS_ADMIN
-
-_libc = ctypes.CDLL(None, use_errno=True)
 
 
 class Confinement(Enum):
@@ -110,31 +98,6 @@ def private_network(command: Sequence[str]) -> list[str]:
     return [*outer, "--die-with-parent", "--", *command]
 
 
-def enter_private_network() -> None:
-    """Move this process, which has one thread, into a network namespace of its own, with loopback only.
-
-    Raises:
-        OSError: the kernel does not allow it, for instance because only bubblewrap may make user namespaces.
-    """
-    if not _private():
-        return
-    made_user_namespace = False
-    user, group = os.geteuid(), os.getegid()
-    try:
-        _call("unshare", _NEW_NETWORK)
-    except PermissionError:
-        _call("unshare", _NEW_USER | _NEW_NETWORK)
-        made_user_namespace = True
-        own = Path("/proc/self")
-        own.joinpath("setgroups").write_text("deny")
-        own.joinpath("uid_map").write_text(f"{user} {user} 1")
-        own.joinpath("gid_map").write_text(f"{group} {group} 1")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        fcntl.ioctl(any_socket, _SET_INTERFACE_FLAGS, struct.pack("16sH14x", b"lo", _UP_AND_RUNNING))
-    if made_user_namespace:  # in which it has every capability
-        _call("capset", struct.pack("=Ii", _CAPABILITIES_3, 0), bytes(24))
-
-
 def _private() -> bool:
     return confinement() is Confinement.NAMESPACES
 
@@ -148,8 +111,3 @@ def _is_admin() -> bool:
 def sandbox_disabled() -> bool:
     """Return whether --unsafe-no-sandbox was given: no isolation of processes and networks."""
     return os.environ.get(UNSAFE_VARIABLE) == "1"
-
-
-def _call(name: str, *arguments: int | bytes) -> None:
-    if getattr(_libc, name)(*arguments) != 0:
-        raise OSError(ctypes.get_errno(), f"{name}: {os.strerror(ctypes.get_errno())}")

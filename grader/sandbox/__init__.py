@@ -6,8 +6,7 @@ either no network or that of the caller's namespace, and limits on time, memory,
 
 from grader.sandbox.bwrap import AT_START, HOME, MIB, Limits, Sandbox
 from grader.sandbox.process import Process, RunResult, require, run
-from grader.sandbox.warm_start import LAUNCH, WarmPython
 
 __all__ = [
-    "AT_START", "HOME", "LAUNCH", "MIB", "Limits", "Process", "RunResult", "Sandbox", "WarmPython", "require", "run",
+    "AT_START", "HOME", "MIB", "Limits", "Process", "RunResult", "Sandbox", "require", "run",
 ]  # fmt: skip

@@ -169,12 +169,6 @@ def enter_cgroup(group: cgroup.Group) -> list[str]:
     return ["sh", "-c", script, "enter", str(len(group.procs_files)), *group.procs_files]
 
 
-# A grader in the background of a script ignores SIGINT, and its children would inherit that.
-DEFAULT_SIGNALS = ("env", "--default-signal=HUP,INT,QUIT,TERM")
-# The first command of a sandbox into which a program will be forked: says that the sandbox is set up, and lives until
-# the other end of its standard input is closed.
-HOLD = ("sh", "-c", "echo up; exec cat")
-
 # Waits for a line on standard input before it runs the command; gives up if the pipe is closed. bubblewrap asks the
 # kernel to kill it with its parent; were the grader killed before that, the sandbox would stay. The line comes after.
 WAIT_FOR_GO = ("sh", "-c", 'read -r go || exit 96; exec "$@" </dev/null', "wait")
@@ -187,15 +181,11 @@ def _exposed_sources() -> list[Path]:
     return [path for path in folders if path.is_dir() and any(path.is_relative_to(mount) for mount in mounts)]
 
 
-def resource_limits(limits: Limits) -> dict[str, int]:
-    """Return the resource limits that the kernel applies to each process, by their names in the module `resource`."""
-    return {
-        "RLIMIT_AS": limits.memory_bytes, "RLIMIT_NPROC": limits.processes, "RLIMIT_FSIZE": limits.file_bytes,
-        "RLIMIT_NOFILE": 1024, "RLIMIT_CORE": 0, "RLIMIT_CPU": int(limits.wall_seconds) * 2 + 10,
-    }  # fmt: skip
-
-
 def with_limits(command: Sequence[str], limits: Limits) -> list[str]:
-    """Return the command line that runs `command` with resource limits."""
-    options = [f"--{name.removeprefix('RLIMIT_').lower()}={value}" for name, value in resource_limits(limits).items()]
-    return [*DEFAULT_SIGNALS, "prlimit", *options, "--", *command]
+    """Return the command line that runs `command` with resource limits, which the kernel applies to each process."""
+    return [
+        # A grader in the background of a script ignores SIGINT, and its children would inherit that.
+        "env", "--default-signal=HUP,INT,QUIT,TERM",
+        "prlimit", f"--as={limits.memory_bytes}", f"--nproc={limits.processes}", f"--fsize={limits.file_bytes}",
+        "--nofile=1024", "--core=0", f"--cpu={int(limits.wall_seconds) * 2 + 10}", "--", *command,
+    ]  # fmt: skip

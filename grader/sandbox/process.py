@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import json
 import os
 import select
@@ -19,13 +20,11 @@ from grader.errors import GraderError
 from grader.host import cgroup, namespaces, procfs, shortage, submission_user
 from grader.host.machine import Machine
 from grader.sandbox import users
-from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
+from grader.sandbox.bwrap import WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
 from grader.sandbox.process_guard import ProcessGuard
 from grader.sandbox.syscall_filter import open_filter
-from grader.sandbox.warm_python import leave_keyring
-from grader.sandbox.warm_start import CannotFork, Program, WarmPython
 from grader.words import mark, say
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
@@ -36,6 +35,7 @@ _HELD = mark(
     "network disk that does not answer. `ps -eo pid,stat,wchan:20,args` shows it. End what it waits for, then grade "
     "again."
 )
+_KEYCTL, _JOIN_SESSION_KEYRING = 250, 1  # <asm/unistd_64.h>, <linux/keyctl.h>
 _MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
 
 
@@ -61,16 +61,9 @@ class RunResult:
 class Process:
     """A running command in a sandbox. A context manager: leaving it kills the whole process tree."""
 
-    def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits, warm: WarmPython | None = None) -> None:
-        """Start `command` in a sandbox of its own: by forking `warm` where that makes no difference to the command."""
+    def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits) -> None:
+        """Start `command` in a sandbox of its own."""
         self.started = time.monotonic()
-        try:
-            self._start(command, box, limits, warm)
-        except CannotFork:
-            self.kill()
-            self._start(command, box, limits, None)
-
-    def _start(self, command: Sequence[str], box: Sandbox, limits: Limits, warm: WarmPython | None) -> None:
         self._stopped = ""
         self._written = list(box.writable)
         self._user = None if box.trusted else submission_user.choose()
@@ -78,16 +71,13 @@ class Process:
             _require_readable(box)
             submission_user.give(self._written, self._user)
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
-        self._program: Program | None = None
         self._init_end: int | None = None
         self._guard: DiskGuard | None = None
         self._counter: ProcessGuard | None = None
-        if warm is not None and not warm.suits(command, box):
-            warm = None
-        inside = HOLD if warm else (*WAIT_FOR_GO, *with_limits(command, limits))
+        inside = (*WAIT_FOR_GO, *with_limits(command, limits))
         self._view = users.lay_out(box, self._user) if namespaces.refusal() else None
         with contextlib.ExitStack() as stack:
-            info, hold, output, up = (_Pipe(stack) for _ in range(4))
+            info, go, output = (_Pipe(stack) for _ in range(3))
             filter_fd = open_filter()
             stack.callback(os.close, filter_fd)
             if self._view is None:
@@ -97,11 +87,11 @@ class Process:
                     inside, box, self._view, user=self._user, info_fd=info.write_end,
                     locked=not namespaces.sandbox_disabled(),
                 )  # fmt: skip
-            leave_keyring()
+            _leave_keyring()
             try:
                 self._popen = subprocess.Popen(
                     [*enter_cgroup(self._group), *command_line], start_new_session=True,
-                    stdin=hold.read_end, stdout=up.write_end if warm else output.write_end, stderr=output.write_end,
+                    stdin=go.read_end, stdout=output.write_end, stderr=output.write_end,
                     pass_fds=(info.write_end, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
                 )  # fmt: skip
             except OSError as error:
@@ -110,21 +100,14 @@ class Process:
                     self._view.close()
                 words = mark("Cannot start {program} ({why}). Run `grader doctor`; it prints the fix.")
                 raise GraderError(say(words, program="bwrap", why=error)) from error
-            for pipe in (info, up):
-                pipe.close_write_end()
+            info.close_write_end()
             self._output = _Output(os.dup(output.read_end), limits.output_bytes)
             self._init_pid = _child_pid(info.read_end)
             if self._init_pid:
                 with contextlib.suppress(ProcessLookupError):  # the sandbox could not be set up
                     self._init_end = os.pidfd_open(self._init_pid)
-            if warm is None:
-                with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
-                    os.write(hold.write_end, b"go\n")
-            elif os.read(up.read_end, 3):
-                self._program = warm.start(
-                    command, box, limits, init=self._init_pid, output=output.write_end, hold=hold.write_end,
-                    user=self._user, group=self._group,
-                )  # fmt: skip
+            with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
+                os.write(go.write_end, b"go\n")
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
             self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
         if self._init_pid and not self._group.folders:
@@ -158,8 +141,6 @@ class Process:
     def exit_code(self) -> int | None:
         """Return the exit status, negative for a signal, or None while the process runs."""
         code = self._popen.poll()
-        if code is not None and self._program is not None:
-            code = self._program.exit_code()
         # bwrap reports a child that died of signal N as 128 + N.
         return None if code is None else (128 - code if code > 128 else code)
 
@@ -223,8 +204,6 @@ class Process:
             os.close(self._init_end)
             self._init_end = None
         self._output.close()
-        if self._program is not None:
-            self._program.exit_code()
         if self._view is not None:
             self._view.close()
             self._view = None
@@ -244,17 +223,14 @@ class Process:
             _signal(pid, number)
 
     def _command(self) -> list[int]:
-        return procfs.children(self._init_pid) if self._program is None else [self._program.pid]
+        return procfs.children(self._init_pid)
 
     def _tree(self) -> list[int]:
-        """Return the pids of all processes below the sandbox's first one, and of a program that was forked into it.
+        """Return the pids of all processes below the sandbox's first one.
 
         With those of proot, for which a command waits at each kernel call.
         """
-        pids = procfs.descendants_at_a_glance(self._init_pid if self._view is None else self._popen.pid)
-        if self._program is not None:
-            pids += [self._program.pid, *procfs.descendants_at_a_glance(self._program.pid)]
-        return pids
+        return procfs.descendants_at_a_glance(self._init_pid if self._view is None else self._popen.pid)
 
     def _kill_tree(self) -> None:
         """Kill the whole process tree; its output can still be read."""
@@ -389,6 +365,11 @@ class _Pipe:
 
     def close_write_end(self) -> None:
         self._closing.close()
+
+
+def _leave_keyring() -> None:
+    """Give this thread, and so what it starts, an empty session keyring of its own; a kernel without any refuses."""
+    ctypes.CDLL(None).syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
 
 
 def _child_pid(read_end: int) -> int:

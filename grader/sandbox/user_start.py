@@ -20,8 +20,7 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-import warm_python  # type: ignore[import-not-found]  # beside this file, found because it is run by path
-from user_command import INFO, STATUS  # type: ignore[import-not-found]
+from user_command import INFO, STATUS  # type: ignore[import-not-found]  # beside this file, which is run by path
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # <asm/unistd_64.h>
 # <linux/landlock.h>: all rights on files by version of the interface, those on a file that is no folder, reading.
@@ -29,7 +28,12 @@ _RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 
 _OF_FILES = 0b1 | 0b10 | 0b100 | 1 << 14 | 1 << 15
 _READ = 0b1 | 0b100 | 0b1000
 _TCP, _ABSTRACT_SOCKETS_AND_SIGNALS = 3, 3
-_SUBREAPER = 36
+# <linux/prctl.h>, <linux/capability.h>
+_DIE_WITH_PARENT, _SUBREAPER = 1, 36
+_DROP_FROM_BOUNDING_SET, _SET_NO_NEW_PRIVILEGES, _AMBIENT, _CLEAR_AMBIENT = 24, 38, 47, 4
+_CAPABILITIES_3, _CAPABILITIES = 0x20080522, 64
+
+_libc = ctypes.CDLL(None, use_errno=True)
 
 
 def main() -> None:
@@ -45,8 +49,8 @@ def main() -> None:
     os.set_blocking(woken, False)
     signal.set_wakeup_fd(woken)
     signal.signal(signal.SIGTERM, lambda *_: None)
-    warm_python._call("prctl", _SUBREAPER, 1, 0, 0, 0)
-    warm_python._call("prctl", warm_python._DIE_WITH_PARENT, signal.SIGTERM, 0, 0, 0)
+    _call("prctl", _SUBREAPER, 1, 0, 0, 0)
+    _call("prctl", _DIE_WITH_PARENT, signal.SIGTERM, 0, 0, 0)
     parent = os.getpid()
     if (child := os.fork()) == 0:
         become(asked, parent, report, tell)
@@ -66,13 +70,13 @@ def main() -> None:
 def become(asked: dict[str, Any], parent: int, report: int, tell: int) -> None:
     """Become the command."""
     os.setsid()
-    warm_python.die_with(parent)
+    die_with(parent)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     with contextlib.suppress(OSError):  # when memory runs out, the submission has to go first
         Path("/proc/self/oom_score_adj").write_text("1000")
     if asked["landlock"] is not None:
         restrict(**asked["landlock"])
-    warm_python.give_up_rights(asked)
+    give_up_rights(asked["user"])
     os.dup2(tell, INFO)
     os.dup2(report, STATUS)
     os.closerange(3, INFO)
@@ -81,29 +85,41 @@ def become(asked: dict[str, Any], parent: int, report: int, tell: int) -> None:
     os.execvpe(asked["command"][0], asked["command"], asked["environment"])
 
 
+def give_up_rights(user: int | None) -> None:
+    """Become `user`, if there is one, and give up every capability for good."""
+    for number in range(_CAPABILITIES):
+        _libc.prctl(_DROP_FROM_BOUNDING_SET, number, 0, 0, 0)  # fails above the last one that this kernel has
+    if user is not None:
+        os.setgroups([])
+        os.setresgid(user, user, user)
+        os.setresuid(user, user, user)
+    _call("prctl", _AMBIENT, _CLEAR_AMBIENT, 0, 0, 0)
+    _call("capset", struct.pack("=Ii", _CAPABILITIES_3, 0), bytes(24))
+    _call("prctl", _SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+
+
 def restrict(read: list[str], write: list[str]) -> None:
     """Let this process and all it starts reach these paths alone, no TCP, and no signal or abstract socket of others.
 
     As far as this kernel has that: versions 1 to 3 of the interface know files, 4 TCP, 6 the rest. None is no error.
     """
-    libc = ctypes.CDLL(None, use_errno=True)
-    version = libc.syscall(_CREATE_RULESET, None, 0, 1)
+    version = _libc.syscall(_CREATE_RULESET, None, 0, 1)
     if version < 1:
         return
     rights = _RIGHTS[max(known for known in _RIGHTS if known <= version)]
     fields = struct.pack("=QQQ", rights, _TCP, _ABSTRACT_SOCKETS_AND_SIGNALS)
     fields = fields[: 8 if version < 4 else 16 if version < 6 else 24]
-    ruleset = libc.syscall(_CREATE_RULESET, fields, len(fields), 0)
+    ruleset = _libc.syscall(_CREATE_RULESET, fields, len(fields), 0)
     for paths, allowed in ((read, _READ), (write, rights)):
         for path in paths:
             with contextlib.suppress(FileNotFoundError):
                 descriptor = os.open(path, os.O_PATH)
                 wanted = allowed if Path(path).is_dir() else allowed & _OF_FILES & rights
-                if libc.syscall(_ADD_RULE, ruleset, 1, struct.pack("=Qi", wanted, descriptor), 0):
+                if _libc.syscall(_ADD_RULE, ruleset, 1, struct.pack("=Qi", wanted, descriptor), 0):
                     raise OSError(ctypes.get_errno(), f"Landlock does not take {path}")
                 os.close(descriptor)
-    warm_python._call("prctl", warm_python._SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
-    if libc.syscall(_RESTRICT_SELF, ruleset, 0):
+    _call("prctl", _SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+    if _libc.syscall(_RESTRICT_SELF, ruleset, 0):
         raise OSError(ctypes.get_errno(), "Landlock refuses")
     os.close(ruleset)
 
@@ -150,6 +166,18 @@ def clean_up(user: int | None, proot: int) -> None:
                 rmtree(entry.path, ignore_errors=True)
             elif mine:
                 Path(entry.path).unlink()
+
+
+def die_with(parent: int) -> None:
+    """Let the kernel kill this process as soon as its parent ends."""
+    _call("prctl", _DIE_WITH_PARENT, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:  # it has ended before
+        os._exit(1)
+
+
+def _call(name: str, *arguments: Any) -> None:
+    if getattr(_libc, name)(*arguments) != 0:
+        raise OSError(ctypes.get_errno(), f"{name}: {os.strerror(ctypes.get_errno())}")
 
 
 def own_children() -> list[int]:

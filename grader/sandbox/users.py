@@ -104,7 +104,7 @@ def command_line(
     devices = [Path("/dev", name) for name in _DEVICES]
     read += [*submission_user.prefixes(), *view.binds.values()]
     asked = {
-        "user": user, "killer": submission_user.new_id(), "command": run, "info": info_fd, "limits": {}, "filter": "",
+        "user": user, "killer": submission_user.new_id(), "command": run, "info": info_fd,
         "environment": _FOR_PROOT | dict(box.environment),
         "landlock": _texts(read=read, write=[*write, *devices]) if locked else None,
     }  # fmt: skip

@@ -21,7 +21,6 @@ from grader import building, sandbox
 from grader.errors import GraderError
 from grader.host import dds_domain, ros_env, tempdir
 from grader.sandbox import untrusted
-from grader.sandbox.warm_start import IMPORTS
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.tree_under_test import Tree
 from grader.student_tests.worker_report import ModuleRun, read_run
@@ -221,7 +220,6 @@ def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id
     box = sandbox.Sandbox(
         read_only={
             install: str(building.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
-            IMPORTS: "/ws/warm_imports.py",
             **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py")},
         },
         writable={folder / "package": str(PACKAGE), folder / "out": "/ws/out"}

@@ -35,6 +35,26 @@ from typing import Any
 PACKAGE = Path("/ws/package")
 REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
+# What tests of nodes import. No module that draws numbers at random when it is imported, as numpy.random does: all
+# forks would draw the same.
+MODULES = (
+    "numpy", "yaml",
+    "rclpy", "rclpy.action", "rclpy.callback_groups", "rclpy.duration", "rclpy.executors", "rclpy.logging",
+    "rclpy.node", "rclpy.parameter", "rclpy.qos", "rclpy.time",
+    "action_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "rcl_interfaces.msg", "rcl_interfaces.srv",
+    "rosgraph_msgs.msg", "sensor_msgs.msg", "std_msgs.msg", "std_srvs.srv", "unittest.mock",
+)  # fmt: skip
+# Types whose libraries it loads with them.
+TYPES = {
+    "geometry_msgs.msg": ("Pose", "Twist"), "nav_msgs.msg": ("Odometry",), "rcl_interfaces.msg": ("Log",),
+    "rcl_interfaces.srv": ("GetParameters",), "rosgraph_msgs.msg": ("Clock",), "std_msgs.msg": ("Float32",),
+    "sensor_msgs.msg": ("BatteryState", "Imu", "LaserScan"), "std_srvs.srv": ("Trigger",),
+}  # fmt: skip
+# Packages of the types that a node sends or receives, those of its parameters, its clock and its action included.
+SERIALIZED = (
+    "action_msgs", "builtin_interfaces", "geometry_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs",
+    "service_msgs", "std_msgs", "std_srvs", "type_description_interfaces", "unique_identifier_msgs",
+)  # fmt: skip
 POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
 _SET_DUMPABLE, _SET_CHILD_SUBREAPER = 4, 36  # <linux/prctl.h>
@@ -54,8 +74,7 @@ def main() -> None:
     run_module: RunModule = pytest_run["prepare"]()
     compilers = pytest_run["compile_module"], pytest_run["compile_tests"]
     if settings["warm"]:
-        runpy.run_path(str(Path(__file__).with_name("warm_imports.py")))["import_modules"]()
-        importlib.import_module("unittest.mock")  # which tests import; it takes 50 ms
+        import_ros()
     # For a log line, a traceback or coverage's start it looks at every module that it does not know yet.
     inspect.getmodule(inspect.currentframe(), os.devnull)
     gc.collect()
@@ -66,6 +85,23 @@ def main() -> None:
     while True:
         serve(number, await_request(number, modules, *compilers), modules, run_module)
         number += 1
+
+
+def import_ros() -> None:
+    """Import the modules and load the C code of the usual messages, as far as they are there."""
+    for name in MODULES:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    with contextlib.suppress(ImportError, AttributeError):
+        check = importlib.import_module("rclpy.type_support").check_for_type_support
+        for package, names in TYPES.items():
+            for name in names:
+                check(getattr(importlib.import_module(package), name))
+    with contextlib.suppress(ImportError, AttributeError):
+        importlib.import_module("rclpy.utilities").get_rmw_implementation_identifier()  # loads DDS
+    for package in SERIALIZED:
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
 
 
 def set_dumpable(wanted: bool) -> None:

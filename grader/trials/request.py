@@ -12,9 +12,6 @@ from grader.trials.plan import TrialPlan
 READY = "ready"
 """A worker's first line, once it has loaded everything."""
 
-SERVE, ALONE = "serve", "alone"
-"""A worker's first argument: whether it forks workers on request, or is one by itself."""
-
 CANNOT = "cannot: "
 """How a worker's answer begins when this machine, not the submission, kept it from running the trial; why follows."""
 

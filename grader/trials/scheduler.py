@@ -8,29 +8,29 @@ import os
 import queue
 import signal
 import subprocess
+import sys
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 
-from grader import evidence, sandbox
+from grader import evidence
 from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import dds_domain, namespaces, ros_env, shortage, turns
-from grader.settings import FORK_FROM
 from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     ALL_BEHIND_S,
     CANNOT,
     LATE_VARIABLE,
     PATIENCE_S,
+    READY,
     TrialRequest,
-    node_environment,
     not_started,
 )
-from grader.trials.worker_start import Worker, Workers
 from grader.words import say
 
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the worker in it
@@ -43,6 +43,7 @@ _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # without time spent waiting for a CPU; start and end of a trial together take 0.7 to 1.0 s
 _TRIAL_CAP_S = 900.0  # wall time; the limits inside a trial do not count time spent waiting for a CPU
 _WAITERS = 2  # workers for trials that mostly wait
+_LOG_CHARACTERS = 2000
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
 Queue = queue.SimpleQueue[TrialPlan]
@@ -60,8 +61,6 @@ def run(
     package: Path | None = None,
     ros_name: str = "",
     best_effort: bool = False,
-    fork_from: int = FORK_FROM,
-    observers: Workers | None = None,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> dict[str, evidence.Trial]:
     """Run the trials and return their facts by name.
@@ -78,8 +77,6 @@ def run(
         package: the package's source folder.
         ros_name: the name under which the package was installed, by default the course's.
         best_effort: whether the simulated sensors publish best effort.
-        fork_from: with this many trials or more, nodes are forked from a process that has imported rclpy.
-        observers: the result of `start_observers`, if it has already been called.
         progress: called with the name of each trial when it ends.
 
     Raises:
@@ -91,39 +88,48 @@ def run(
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     count = workers or _worth_starting(len(plans))
     waiters = min(_WAITERS, waiting.qsize())
-    with contextlib.ExitStack() as stack:
-        if observers is None:
-            observers = stack.enter_context(start_observers(course, contract, folder, len(plans), fork_from))
-        trials = _Trials(
-            observers.start, install, folder, seed, package, progress, ros_name or course.package, best_effort
-        )
-        threads = [_Worker((computing, waiting), trials, turns.free_slot) for _ in range(count)]
-        threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+    start = partial(start_worker, course, _environment(contract, folder), folder)
+    trials = _Trials(start, install, folder, seed, package, progress, ros_name or course.package, best_effort)
+    threads = [_Worker((computing, waiting), trials, turns.free_slot) for _ in range(count)]
+    threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
     problem = next((thread.problem for thread in threads if thread.problem), None)
     if problem:
         raise problem
     return trials.found
 
 
-@contextlib.contextmanager
-def start_observers(
-    course: Course, contract: Path, folder: Path, trials: int, fork_from: int = FORK_FROM
-) -> Iterator[Workers]:
-    """Start the process that observers are forked from and, for `fork_from` or more trials, the one for nodes.
+def start_worker(course: Course, environment: Mapping[str, str], folder: Path, name: str) -> subprocess.Popen[str]:
+    """Start a worker in a network namespace of its own, with its log in `folder`, and return it when it is ready.
 
-    They take half a second of CPU time or more and need nothing of the submission, so they can start during its build.
-    `contract` and `folder` are as in `run`.
+    Raises:
+        GraderError: it does not start.
     """
-    with contextlib.ExitStack() as stack:
-        channels = []
-        if trials >= fork_from:
-            channels.append(stack.enter_context(sandbox.WarmPython(node_environment())).channel)
-        workers = Workers(course.folder, _environment(contract, folder), folder, channels)
-        yield stack.enter_context(contextlib.closing(workers))
+    log = folder / f"worker-{name}.log"
+    with log.open("w") as stderr:
+        worker = subprocess.Popen(
+            namespaces.private_network([sys.executable, "-m", "grader.trials.worker", str(course.folder)]),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            env=dict(environment),
+            cwd=folder,
+            text=True,
+        )
+    assert worker.stdout is not None
+    if worker.stdout.readline().strip() == READY:
+        return worker
+    worker.kill()
+    worker.communicate()
+    said = log.read_text().strip()[-_LOG_CHARACTERS:]
+    raise GraderError(
+        shortage.explain_output(said)
+        or shortage.explain_disk(folder)
+        or say("The trial worker did not start:\n{said}\nRun `grader doctor`.", said=said)
+    )
 
 
 def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:
@@ -159,7 +165,7 @@ def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
 class _Trials:
     """What all trials of a run have in common. `start` starts a worker; `found` collects the facts of each trial."""
 
-    start: Callable[[str], Worker]
+    start: Callable[[str], subprocess.Popen[str]]
     install: Path
     folder: Path
     seed: int
@@ -199,7 +205,7 @@ class _Worker(threading.Thread):
         super().__init__(daemon=True)
         self.problem: Exception | None = None
         self._todo, self._trials, self._slot = todo, trials, slot
-        self._process: Worker | None = None
+        self._process: subprocess.Popen[str] | None = None
         self._domain = 0
 
     def run(self) -> None:
@@ -280,7 +286,7 @@ class _Worker(threading.Thread):
         return True
 
 
-def _ask(process: Worker, request: TrialRequest) -> tuple[str, bool]:
+def _ask(process: subprocess.Popen[str], request: TrialRequest) -> tuple[str, bool]:
     """Return a worker's answer to a request, "" if it died, and whether it was killed because its time was up."""
     assert process.stdin is not None
     assert process.stdout is not None

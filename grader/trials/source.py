@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
-from grader.building import Built
 from grader.evidence import Flag, Kind, Trial
 from grader.quality import source_files
 from grader.settings import Settings
@@ -16,29 +13,17 @@ from grader.source import Collected, Source, Subject, served
 from grader.trials import catalog, scheduler, what_ran
 from grader.trials.plan import TrialPlan
 from grader.trials.request import LATE_VARIABLE
-from grader.trials.worker_start import Workers
 
 
 class Trials(Source):
-    """Runs every trial that serves a wanted requirement. `observers` are those started beside the build, if any."""
+    """Runs every trial that serves a wanted requirement."""
 
     name = "trials"
-
-    def __init__(self, observers: Workers | None = None) -> None:
-        self._observers = observers
 
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the requirements that any trial serves."""
         plans = catalog.trials(settings.course).values()
         return frozenset().union(*(serves(plan, settings) for plan in plans))
-
-    @contextmanager
-    def prepare(self, settings: Settings, contract: Built, folder: Path) -> Iterator[Source]:
-        """Start the processes that observe nodes, and yield the source that uses them."""
-        folder.mkdir()
-        course, trials = settings.course, len(wanted(settings))
-        with scheduler.start_observers(course, contract.install, folder, trials, settings.fork_from) as observers:
-            yield Trials(observers)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the trials' facts, by name; hand over the files of the build's own of which functions ran."""
@@ -53,7 +38,7 @@ class Trials(Source):
             [plan for name, plan in plans.items() if name not in found], settings.course,
             install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
-            best_effort=settings.best_effort, fork_from=settings.fork_from, observers=self._observers,
+            best_effort=settings.best_effort,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         for name, trial in ran.items():

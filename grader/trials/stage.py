@@ -18,7 +18,7 @@ from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import qos_profile_action_status_default
 
-from grader import evidence, sandbox, tracebacks
+from grader import evidence, tracebacks
 from grader.course import Course
 from grader.evidence import Kind, Reason
 from grader.host import procfs
@@ -45,6 +45,8 @@ _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unj
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
 LOG_TOPIC = "rosout"
+LAUNCH = ("python3", "/ws/ros2", "launch")
+"""How the command begins that runs a launch file."""
 
 ChangeRanges = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
 
@@ -415,7 +417,7 @@ class Stage:
 
         The output is that of `trial.others["arguments"]`.
         """
-        process = self._others["arguments"] = self._start([*sandbox.LAUNCH, self._launch_file, "--show-args"])
+        process = self._others["arguments"] = self._start([*LAUNCH, self._launch_file, "--show-args"])
         self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
     def run_script(self, script: str) -> Program:

@@ -7,7 +7,6 @@ it can see nothing of this process.
 
 from __future__ import annotations
 
-import gc
 import json
 import math
 import os
@@ -22,22 +21,18 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TextIO
 
-from rclpy.type_support import check_for_type_support
-
 from grader import building, evidence, sandbox
 from grader.course import Course, load
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
-from grader.host import namespaces, shortage
-from grader.sandbox import warm_imports, warm_python
+from grader.host import shortage
 from grader.trials import catalog, parameter_files, wire_layout
 from grader.trials.interfaces import interface, own_package
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, READY, SERVE, TrialRequest, node_environment, not_started
-from grader.trials.stage import Stage, source_folder
+from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, node_environment, not_started
+from grader.trials.stage import LAUNCH, Stage, source_folder
 from grader.trials.what_ran import Notes
-from grader.trials.worker_start import serve_forks
 from sim import Simulator, World, load_world
 
 # The `ros2` command, which is mounted alone, so that nothing else of the kit is visible.
@@ -48,38 +43,16 @@ _LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
 
 
 def main() -> int:
-    """Run the trials that stdin asks for, or fork workers that do.
-
-    The arguments are the course's folder, SERVE or ALONE, and maybe the channel of a WarmPython.
-    """
+    """Run the trials that stdin asks for, of the course whose folder is the argument; return the exit status."""
     course = load(Path(sys.argv[1]))
     catalog.trials(course)
-    if sys.argv[2] == SERVE:
-        prepare(course)
-        serve_forks()
-        namespaces.enter_private_network()
-        warm_python.restart_lttng()  # not before: only a process with one thread may enter namespaces
-    return work(course, sandbox.WarmPython(node_environment(), int(sys.argv[3])) if sys.argv[3:] else None)
-
-
-def prepare(course: Course) -> None:
-    """Import and load what each trial needs."""
-    warm_imports.import_modules()
-    for type_ in course.interfaces:
-        check_for_type_support(interface(type_))
-    gc.collect()
-    gc.freeze()  # a fork that never touches these pages never copies them
-
-
-def work(course: Course, warm: sandbox.WarmPython | None) -> int:
-    """Run the trials that stdin asks for, with nodes forked from `warm`; return the exit status."""
     answers = _answers()
     print(READY, file=answers, flush=True)
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
         plan = catalog.trials(course)[request.trial]
         try:
-            run_trial(course, plan, request, warm)
+            run_trial(course, plan, request)
         except Exception as error:  # an error of ours must not take the other trials along
             if Path(request.out).is_file():
                 # The trial was over. A process that cannot leave the graph starts no other.
@@ -116,11 +89,8 @@ def _save(request: TrialRequest, facts: evidence.Trial) -> None:
     part.replace(request.out)
 
 
-def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython | None = None) -> None:
-    """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph.
-
-    Nodes are forked from `warm` where that makes no difference to them.
-    """
+def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
+    """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph."""
     install = Path(request.install)
     missing = _missing(plan, install, request.ros_name)
     if missing:
@@ -133,12 +103,12 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
     with (
         closing(notes),
         ExitStack() as others,
-        sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
+        sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS) as process,
     ):
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
 
         def start(command: Sequence[str]) -> sandbox.Process:
-            return others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
+            return others.enter_context(sandbox.Process(command, box, _LIMITS))
 
         node = NodeUnderTest(
             course, plan, simulator, process, request.domain_id, one_thread=_has_one_thread(request.package),
@@ -238,10 +208,10 @@ def _transformed_world(course: Course, plan: TrialPlan, seed: int) -> World:
 def _command(plan: TrialPlan, install: Path, package: str) -> list[str]:
     if plan.launch:
         if plan.namespace:
-            return [*sandbox.LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
+            return [*LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
         file = _in_sandbox(install, package, f"launch/{plan.launch}")
         given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]
-        return [*sandbox.LAUNCH, file, *given]
+        return [*LAUNCH, file, *given]
     command = _node_command(package, plan.node, plan.remappings)
     if plan.params_file:
         command += ["--params-file", _in_sandbox(install, package, f"config/{plan.params_file}")]

@@ -27,7 +27,6 @@ RUNS = [
     ),
     pytest.param("check", ["Q1"], marks=SLOW, id="check"),
     pytest.param("grading", ["I2"], marks=SLOW, id="grading"),
-    pytest.param("node_start", ["Python anew", "forked"], marks=SLOW, id="node_start"),
     pytest.param(
         "package_tests",
         ["results and coverage (T1, T2)", "mutants (T3)", "40 of 40 mutants were tried"],

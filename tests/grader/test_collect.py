@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from helpers.course import PACKAGE
@@ -176,56 +173,3 @@ def test_an_error_of_this_host_in_a_source_ends_the_grading(monkeypatch, submiss
     monkeypatch.setattr(collect, "SOURCES", (Breaks("drive", Phase.RUN, "F4", Collected(), []),))
     with pytest.raises(OSError, match="disk full"):
         collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
-
-
-class Observed(Answers):
-    """A source that prepares itself beside the build; it notes when, and when what it started is ended."""
-
-    @contextmanager
-    def prepare(self, *_: Any) -> Iterator[Source]:
-        self._asked.append("start")
-        yield Answers("trials", Phase.RUN, "F4", Collected(), self._asked)
-        self._asked.append("end")
-
-
-@pytest.fixture
-def observed(monkeypatch) -> Observed:
-    """Replace all sources by this one, of a package that is not in the cache."""
-    source = Observed("trials", Phase.RUN, "F4", Collected(), [])
-    monkeypatch.setattr(collect, "SOURCES", (source,))
-    monkeypatch.setattr(collect.building, "is_built", lambda *_: False)
-    return source
-
-
-def test_observers_start_beside_the_build_and_end_after_the_trials(observed, submission, settings, built, tmp_path):
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
-    assert observed._asked == ["start", "trials", "end"]
-    assert observed.subject is None, "the prepared source collects"
-
-
-def test_observers_do_not_start_before_what_is_there_at_once(
-    monkeypatch, observed, submission, settings, built, tmp_path
-):
-    """Evidence may be kept of what has been built before, and then nothing has to be observed."""
-    monkeypatch.setattr(collect.building, "is_built", lambda *_: True)
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
-    assert observed._asked == ["trials"]
-
-
-def test_observers_that_know_the_types_under_another_name_are_not_used(
-    monkeypatch, observed, submission, settings, built, tmp_path
-):
-    facts = replace(Build.not_tried(PACKAGE), ok=True)
-    renamed = collect.Built(facts, tmp_path)
-    monkeypatch.setattr(collect, "_build", lambda *_: (collect.Built(facts, tmp_path), renamed))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
-    assert observed.subject is not None, "the source that is not prepared collects"
-    assert observed.subject.contract is renamed
-
-
-def test_observers_end_when_the_package_does_not_build(monkeypatch, observed, submission, settings, built, tmp_path):
-    monkeypatch.setattr(
-        collect, "_build", lambda _, contract, __: (collect.Built(Build.not_tried(PACKAGE), tmp_path), contract)
-    )
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
-    assert observed._asked == ["start", "end"]

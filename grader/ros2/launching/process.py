@@ -15,7 +15,7 @@ from functools import partial
 from signal import Signals as _Signals
 from typing import Any
 
-from . import events, forked, typed
+from . import events, typed
 from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, Substitution, perform, substitutions, truth
 from .errors import LaunchError
@@ -68,7 +68,7 @@ class ExecuteProcess(Action):
         self.process_details: dict[str, Any] = {}
         self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
         self._context: LaunchContext
-        self._process: subprocess.Popen[bytes] | forked.Forked
+        self._process: subprocess.Popen[bytes]
         self._life: asyncio.Task[None] | None = None
         self._stop = asyncio.Event()
         self._readers: list[LineReader] = []
@@ -150,7 +150,17 @@ class ExecuteProcess(Action):
         if self.log_cmd:
             runner.output.info(name, f"process details: cmd='{' '.join(cmd)}', cwd='{self.process_details['cwd']}'")
         try:
-            self._process = self._started(cmd, theirs)
+            self._process = subprocess.Popen(
+                " ".join(cmd) if self.shell else cmd,
+                shell=self.shell,
+                cwd=self.process_details["cwd"],
+                env=self.process_details["env"],
+                stdin=subprocess.PIPE,
+                stdout=theirs[0],
+                stderr=theirs[1],
+                start_new_session=True,
+                preexec_fn=runner.guard.joining(),
+            )
         except OSError as error:
             for fd in (*ours, *theirs):
                 os.close(fd)
@@ -169,24 +179,6 @@ class ExecuteProcess(Action):
         runner.record.add("started", process=name, pid=self._process.pid, cmd=cmd, **self.facts)
         self._event(events.ProcessStarted)
         return True
-
-    def _started(self, cmd: list[str], streams: tuple[int, int]) -> subprocess.Popen[bytes] | forked.Forked:
-        environment, cwd = self.process_details["env"], self.process_details["cwd"]
-        guard = self._context.runner.guard
-        if not (self.shell or self._tty) and (process := forked.start(cmd, environment, cwd, *streams)):
-            guard.group(process.pid)
-            return process
-        return subprocess.Popen(
-            " ".join(cmd) if self.shell else cmd,
-            shell=self.shell,
-            cwd=cwd,
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=streams[0],
-            stderr=streams[1],
-            start_new_session=True,
-            preexec_fn=guard.joining(),
-        )
 
     def _written(self, channel: str, text: bytes, lines: list[str]) -> None:
         """Pass on what the process has written."""

@@ -61,12 +61,10 @@ def run(
 ) -> list[AttackResult]:
     """Run the attacks one after the other and return their results; call `begin` and `done` with each.
 
-    Nodes are forked in the smallest trials, too, because that is a door of its own.
-
     Raises:
         GraderError: the package without any attack cannot be graded.
     """
-    attacks, settings = list(attacks), replace(settings, fork_from=0)
+    attacks = list(attacks)
     baseline = _Baseline(reference, settings, attacks)
     results = []
     for each in attacks:

@@ -16,7 +16,7 @@ from grader.host import cgroup, doctor, submission_user
 from grader.host.cgroup import Hierarchy
 from grader.host.doctor import Diagnosis, Installed, State, examine, exit_status, mismatches, render
 from grader.host.machine import CommandResult, Machine, install_line
-from grader.sandbox.bwrap import Limits, resource_limits
+from grader.sandbox.bwrap import Limits, with_limits
 
 HEALTHY_TOOLS = {
     *("apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"),
@@ -214,8 +214,8 @@ def test_limits_that_a_sandbox_cannot_raise_are_bad(
 
 
 def test_the_doctor_knows_the_limits_of_a_sandbox():
-    for name, value in resource_limits(Limits()).items():
-        assert doctor.LIMITS.get(name.removeprefix("RLIMIT_"), value) == value
+    options = dict(word.removeprefix("--").split("=") for word in with_limits([], Limits())[2:] if "=" in word)
+    assert {name: options[name.lower()] for name in doctor.LIMITS} == {n: str(v) for n, v in doctor.LIMITS.items()}
 
 
 def test_root_is_not_advised_to_become_root():

@@ -50,7 +50,7 @@ def test_processes_of_a_submission_get_the_installed_ros_and_the_kits_own_the_wh
     assert theirs["LD_LIBRARY_PATH"] == f"/ws/install/lib:{tmp_path}/jazzy/lib"
     assert str(tmp_path / "jazzy") not in " ".join(ours.values())
     assert ros_env.environment(home=tmp_path, wheels=True) == before
-    # Nodes were forked from a process with the wheels, where a module had been imported before the choice was made.
+    # Nodes ran with the wheels where a module had been imported before the choice was made.
     assert node_environment()["AMENT_PREFIX_PATH"].endswith(f":{tmp_path}/jazzy")
 
 
@@ -87,7 +87,7 @@ def test_a_ros_that_was_sourced_is_found_below_workspaces(tmp_path: Path, monkey
 @pytest.mark.sandbox
 @pytest.mark.slow  # a build without any cache, and trials
 def test_a_package_is_built_and_run_with_the_installed_ros(tmp_path: Path):
-    """Nodes, forked or not, launched ones and tests load no library of the wheels."""
+    """Nodes, launched ones and tests load no library of the wheels."""
     prefix = lay_out(tmp_path / "jazzy")
     package = package_edits.copy(REFERENCE, tmp_path)
     with (package / "ros2_robot_controller" / "driver.py").open("a") as module:

@@ -18,7 +18,7 @@ def test_all_settings_reach_the_process():
     """Three of them did not: the seed, and the limits for the build and for tests."""
     asked = Settings(
         load(RUBRIC), Path("/c"), seed=7, build_seconds=1.0, test_seconds=2.0, mutation_budget_s=3.0,
-        requirements=("F1",), package_path="p", best_effort=True, fork_from=9, keep=True,
+        requirements=("F1",), package_path="p", best_effort=True, keep=True,
         only_kept=True, fresh=True, overwrite=False,
     )  # fmt: skip
     usual = Settings(asked.rubric, Path("/d"))

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
+import signal
 import time
 import uuid
-from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from grader import sandbox
 from grader.errors import GraderError
-from grader.host import namespaces, ros_env, submission_user
-from grader.sandbox import MIB, Limits, Process, Sandbox, WarmPython, process
+from grader.host import namespaces, procfs, ros_env, submission_user
+from grader.sandbox import MIB, Limits, Process, Sandbox, process
 from grader.sandbox.cpu_clock import CpuClock
-from grader.trials.request import node_environment
 
 pytestmark = pytest.mark.sandbox
 
@@ -131,6 +131,42 @@ def test_where_root_cannot_give_submissions_another_user_they_run_as_before(monk
     assert submission_user.choose() is None
     assert "runs as root too" in submission_user.notice()
     assert python("print('graded')").output == "graded\n"
+
+
+# add_key, request_key, keyctl, userfaultfd, io_uring's three; ptrace, process_vm_readv and _writev, pidfd_getfd.
+REFUSED = dict.fromkeys((248, 249, 250, 323, 425, 426, 427), "ENOSYS") | dict.fromkeys((101, 310, 311, 438), "EPERM")
+# AF_UNIX, AF_INET, AF_INET6 and AF_NETLINK; AF_PACKET, AF_BLUETOOTH, AF_ALG and AF_VSOCK.
+SOCKETS = {1: "OK", 2: "OK", 10: "OK", 16: "OK"} | dict.fromkeys((17, 31, 38, 40), "EAFNOSUPPORT")
+CALLS = f"""
+import ctypes, errno, socket
+libc, answers, families = ctypes.CDLL(None, use_errno=True), {{}}, {{}}
+for number in {list(REFUSED)}:
+    answer = libc.syscall(number, 0, 0, 0, 0, 0, 0)
+    answers[number] = errno.errorcode[ctypes.get_errno()] if answer < 0 else "OK"
+for family in {list(SOCKETS)}:
+    try:
+        socket.socket(family, socket.SOCK_DGRAM).close()
+        families[family] = "OK"
+    except OSError as error:
+        families[family] = errno.errorcode[error.errno]
+print(answers, families)
+"""
+
+
+def test_a_command_cannot_make_calls_that_lead_out_of_its_sandbox():
+    assert python(CALLS).output == f"{REFUSED} {SOCKETS}\n"
+
+
+def test_a_command_possesses_no_key_of_the_grader():
+    """The session keyring is in no namespace: a login's keys were open to each sandbox, and one could leave keys."""
+    libc = ctypes.CDLL(None)
+    libc.syscall(250, 1, None)  # keyctl, KEYCTL_JOIN_SESSION_KEYRING: not the keyring of whoever runs the tests
+    key = libc.syscall(248, b"user", b"kit:secret", b"abc", 3, -3)  # add_key, to the session keyring
+    if key < 0:
+        pytest.skip("this kernel has no keyrings, or they are forbidden here")
+    libc.syscall(250, 5, key, 0x3F000000)  # KEYCTL_SETPERM: who does not possess it cannot see it either
+    assert "kit:secret" in Path("/proc/keys").read_text()
+    assert python("print('kit:secret' in open('/proc/keys').read())").output == "False\n"
 
 
 def test_nothing_of_our_environment_leaks_in(monkeypatch: pytest.MonkeyPatch):
@@ -258,6 +294,41 @@ def test_thread_times_cover_the_whole_process_tree():
         assert wait_until(lambda: sum(ran > 0 for ran, _ in busy.thread_times().values()) >= 4)
 
 
+def test_what_a_command_leaves_running_is_gone_once_it_has_ended():
+    """bubblewrap ends before the kernel has killed the rest, which went on for some milliseconds: it could write."""
+    mark = uuid.uuid4().hex
+    code = (
+        "import os, time\n"
+        "for _ in range(40):\n"
+        "    if os.fork() == 0:\n"
+        "        os.setsid()\n"
+        "        used = bytearray(2_000_000)\n"
+        "        time.sleep(600)\n"
+        f"print('up', flush=True)  # {mark}\n"
+        "try:\n    time.sleep(600)\n"
+        "except KeyboardInterrupt:\n    pass"
+    )
+    with Process(["python3", "-c", code], PYTHON, Limits()) as started:
+        assert wait_until(lambda: "up\n" in started.output)
+        assert len(left := running(mark)) >= 41
+        started.interrupt()
+        assert started.wait(30.0) == 0
+        assert [pid for pid in left if procfs.runs(int(pid))] == []
+
+
+def test_an_end_is_seen_before_bubblewrap_has_told_the_exit_status():
+    """On a machine of load 20 that took two seconds, and a node was charged with them."""
+    with Process(["sh", "-c", "echo up; exec sleep 600"], PYTHON, Limits()) as started:
+        assert wait_until(lambda: "up\n" in started.output)
+        assert not started.has_ended()
+        os.kill(started._popen.pid, signal.SIGSTOP)
+        started.interrupt()
+        assert wait_until(started.has_ended)
+        assert started.exit_code() is None
+        os.kill(started._popen.pid, signal.SIGCONT)
+        assert started.wait(60.0) == -signal.SIGINT
+
+
 def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
     box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
     mark = uuid.uuid4().hex
@@ -267,24 +338,13 @@ def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
     assert running(mark) == []
 
 
-@pytest.mark.parametrize("forked", [False, True])
-def test_the_output_is_whole_once_the_exit_status_is_known(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, forked: bool
-):
+def test_the_output_is_whole_once_the_exit_status_is_known(monkeypatch: pytest.MonkeyPatch):
     """A node that ended at its start lost its traceback if the reading thread had not had its turn yet."""
     read = process._Output._read
     monkeypatch.setattr(process._Output, "_read", lambda output: time.sleep(0.5) or read(output))
-    script = tmp_path / "says.py"
-    script.write_text("#!/usr/bin/env python3\nprint('the last words')\n")
-    script.chmod(0o755)
-    tmp_path.chmod(0o755)
-    box = Sandbox(read_only={tmp_path: "/ws/in"}, environment=node_environment(), network=True)
-    with ExitStack() as stack:
-        warm = stack.enter_context(WarmPython(node_environment())) if forked else None
-        said = stack.enter_context(Process(["/ws/in/says.py"], box, Limits(), warm))
+    with Process(["echo", "the last words"], PYTHON, Limits()) as said:
         assert wait_until(lambda: said.exit_code() is not None)
         assert said.output == "the last words\n"
-        assert (said._program is not None) is forked
 
 
 def test_endless_output_is_cut_in_the_middle():

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +22,8 @@ from helpers.course import COURSE
 from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
-from grader.trials import catalog, scheduler, worker_start
+from grader.host import procfs
+from grader.trials import catalog, scheduler
 from grader.trials.node_under_test import NodeUnderTest, TrialOver
 from grader.trials.plan import TrialPlan
 from grader.trials.request import BEHIND_S, PATIENCE_S, not_started
@@ -38,9 +41,9 @@ def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
         shell = ["sh", "-c", f"read line; {command}"]
         pipe = subprocess.PIPE
         monkeypatch.setattr(
-            worker_start.Workers,
-            "start",
-            lambda _workers, _name: subprocess.Popen(shell, stdin=pipe, stdout=pipe, text=True, cwd=tmp_path),
+            scheduler,
+            "start_worker",
+            lambda *_: subprocess.Popen(shell, stdin=pipe, stdout=pipe, text=True, cwd=tmp_path),
         )
         return scheduler.run([plan], COURSE, install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
 
@@ -108,7 +111,7 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
     absent = not_started(PLAN, 0, ended=Reason(Kind.NOT_UP, "x", seconds=20.0))
     refusing = not_started(PLAN, 0, ended=Reason(Kind.DIED_EARLY, exit_code=1))
-    start: Any = worker_start.Workers.start
+    start: Any = None
     trials = scheduler._Trials(start, tmp_path, tmp_path, 0, None, lambda _name: None, COURSE.package, False)
     waited = []
     for found in (refusing, refusing, absent, absent):
@@ -136,14 +139,12 @@ turns = os.nice(0), os.sched_getscheduler(0)
 found = {"cores": cores, "turns": turns, "limits": limits, "environment": dict(os.environ)}
 print(json.dumps(found), flush=True)
 """
-STARTED = pytest.param(1000, marks=pytest.mark.slow)  # two nodes more
 
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.parametrize("fork_from", [0, STARTED], ids=["forked", "started"])
 def test_a_node_sees_its_host_as_with_ros2_run_but_for_what_is_listed(
-    fork_from: int, reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path
+    reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path
 ):
     """It saw one core: a MultiThreadedExecutor made one thread there, and a callback that waits hung for good."""
     built = building.build([reference], settings.cache, COURSE)
@@ -155,7 +156,7 @@ def test_a_node_sees_its_host_as_with_ros2_run_but_for_what_is_listed(
     run = subprocess.run(command, env=sourced, capture_output=True, text=True, check=True)
     plain = about_its_host(run.stdout)
     plans = [catalog.trials(COURSE)[name] for name in ("creeping", "launch_robot_controller")]
-    for trial in run_all(plans, replace(built, install=install), contract, tmp_path / "out", fork_from):
+    for trial in run_all(plans, replace(built, install=install), contract, tmp_path / "out"):
         assert trial.process is not None
         seen = about_its_host(trial.process.output_tail)
         assert (seen["cores"], seen["turns"]) == (plain["cores"], plain["turns"])
@@ -201,21 +202,25 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
     assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]
 
 
-@pytest.mark.slow  # two nodes more
 @pytest.mark.ros
 @pytest.mark.sandbox
-def test_a_forked_node_is_observed_as_one_that_was_started(
-    reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path
-):
-    plans = [catalog.trials(COURSE)[name] for name in ("creeping", "nothing_to_fuse")]
-    built = building.build([reference], settings.cache, COURSE)
-    started, forked = [run_all(plans, built, contract, tmp_path / str(fork_from), fork_from) for fork_from in (1000, 0)]
-    assert started[0].commands
-    for before, after in zip(started, forked, strict=True):
-        assert after.commands == before.commands
-        assert after.scans == before.scans
-        assert after.graph == before.graph
-        assert after.messages == before.messages
+def test_workers_share_no_network_with_each_other_or_with_us(contract: building.Built, tmp_path: Path):
+    environment = scheduler._environment(contract.install, tmp_path)
+    start = partial(scheduler.start_worker, COURSE, environment, tmp_path)
+    with start("first") as first, start("second") as second:
+        inside = [procfs.descendants(worker.pid)[-1] for worker in (first, second)]
+        assert len({Path(f"/proc/{pid}/ns/net").readlink() for pid in (*inside, "self")}) == 3
+        devices = Path(f"/proc/{inside[0]}/net/dev").read_text().splitlines()[2:]
+        assert [line.split(":")[0].strip() for line in devices] == ["lo"]
+        for worker in (first, second):
+            assert worker.communicate() == ("", None)  # closes its standard input: there are no more requests
+    assert (first.returncode, second.returncode) == (0, 0)
+
+
+def test_what_keeps_a_worker_from_starting_is_told(tmp_path: Path):
+    (tmp_path / "sitecustomize.py").write_text("raise SystemExit('no such luck')")
+    with pytest.raises(GraderError, match=r"(?s)The trial worker did not start:.*no such luck.*Run `grader doctor`\."):
+        scheduler.start_worker(COURSE, {**os.environ, "PYTHONPATH": str(tmp_path)}, tmp_path, "any")
 
 
 def patch_workers(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -231,7 +236,7 @@ def patch_workers(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def run_all(
-    plans: list[TrialPlan], built: building.Built, contract: building.Built, folder: Path, fork_from: int,
+    plans: list[TrialPlan], built: building.Built, contract: building.Built, folder: Path,
     package: Path | None = None,
 ) -> list[evidence.Trial]:  # fmt: skip
     """Run trials one after the other and return their facts."""
@@ -244,7 +249,6 @@ def run_all(
         folder=folder,
         seed=1,
         workers=1,
-        fork_from=fork_from,
         package=package,
     )
     return [found[plan.name] for plan in plans]
