@@ -1,7 +1,7 @@
 """Grade one submission in a process of its own, so that nothing that happens to it reaches another.
 
-The parent writes the order to the child's standard input and keeps the pipe open: when the parent dies, however it
-dies, the child reads the pipe's end, ends itself and its sandboxes, and has its temporary files removed.
+The parent writes the order to the child's standard input. When the parent dies, however it dies, the child ends itself
+and its sandboxes, and removes its temporary files (host/supervised.py).
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import contextlib
 import io
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -19,7 +18,6 @@ import time
 import zipfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -30,18 +28,9 @@ import cattrs
 from grader import KIT
 from grader.classroom.class_folder import Status
 from grader.errors import GraderError, SubmissionError
-from grader.host import cgroup, procfs, shortage, tempdir
+from grader.host import shortage, supervised, tempdir
 
 _RESULT = "result: "
-# Removes a folder a moment after the process that starts it has killed itself and its group.
-_REMOVE_LATER = """
-for round in 1 2 3 4 5 6 7 8 9 10; do
-    sleep 0.3
-    chmod -R u+rwX "$1"
-    rm -rf "$1"
-    [ -e "$1" ] || exit 0
-done
-"""
 
 
 @dataclass(frozen=True)
@@ -90,31 +79,30 @@ class Runner:
     def grade(self, order: Order, scratch: Path | None = None) -> Ending:
         """Grade one submission into the folder `order.out` and return how it ended. It raises nothing.
 
-        All temporary files are in `scratch`, or in a new folder. It is removed if this process is killed.
+        The folder `scratch` is removed if this process is killed.
         """
         started = time.monotonic()
         try:
-            with tempdir.folder("batch") if scratch is None else nullcontext(scratch) as temporary:
-                ending = self._run(order, temporary)
+            ending = self._run(order, scratch)
         except OSError as error:
             ending = Ending(Status.ERROR, shortage.explain(error) or f"The grading cannot be started ({error}).")
         return Ending(ending.status, ending.why, time.monotonic() - started)
 
-    def _run(self, order: Order, temporary: Path) -> Ending:
+    def _run(self, order: Order, scratch: Path | None) -> Ending:
         with self._lock:
             if self._stopped:
                 return Ending(Status.ERROR, "interrupted")
             child = subprocess.Popen(
-                [sys.executable, "-m", "grader.classroom.one_grading"],
+                [sys.executable, "-m", "grader.classroom.one_grading", str(os.getpid()), str(scratch or "")],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
-                start_new_session=True, cwd=KIT, env=os.environ | {"TMPDIR": str(temporary)},
+                start_new_session=True, cwd=KIT,
             )  # fmt: skip
             self._running.add(child)
         out_of_time = threading.Event()
 
         def stop() -> None:
             out_of_time.set()
-            _end(child)
+            supervised.end(child)
 
         limit = threading.Timer(order.limit_s, stop)
         limit.daemon = True
@@ -123,7 +111,7 @@ class Runner:
             ending = self._follow(child, order)
         finally:
             limit.cancel()
-            _end(child)
+            supervised.end(child)
             with self._lock:
                 self._running.discard(child)
         if out_of_time.is_set() and ending.status is Status.ERROR:
@@ -137,22 +125,24 @@ class Runner:
             self._stopped = True
             running = list(self._running)
         with ThreadPoolExecutor(len(running) or 1) as threads:  # each waits until its processes are gone
-            list(threads.map(_end, running))
+            list(threads.map(supervised.end, running))
 
     def _follow(self, child: subprocess.Popen[str], order: Order) -> Ending:
         assert child.stdin is not None
         assert child.stdout is not None
-        with contextlib.suppress(BrokenPipeError):
-            child.stdin.write(json.dumps(asdict(order)) + "\n")
-            child.stdin.flush()
-        last = ""
+        with contextlib.suppress(BrokenPipeError), child.stdin:
+            child.stdin.write(json.dumps(asdict(order)))
+        last, ending = "", None
         for line in child.stdout:
             if line.startswith(_RESULT):
                 status, why = json.loads(line.removeprefix(_RESULT))
-                return Ending(Status(status), why)
-            last = line.strip() or last
-            self._progress(order.id, line.strip())
+                ending = Ending(Status(status), why)
+            else:
+                last = line.strip() or last
+                self._progress(order.id, line.strip())
         code = child.wait()
+        if ending is not None:
+            return ending
         how = f"killed by signal {-code}" if code < 0 else f"ended with status {code}"
         return Ending(Status.ERROR, f"The process that graded it was {how}; its last words: {last[:300] or 'none'}")
 
@@ -203,36 +193,6 @@ def _unzip(packed: bytes, into: Path) -> None:
             (into / entry.filename).chmod(entry.external_attr >> 16 & 0o777)
 
 
-def _end(child: subprocess.Popen[str]) -> None:
-    """Kill a child with all processes below it, and wait until they are gone."""
-    with contextlib.suppress(ProcessLookupError):
-        if child.poll() is None:
-            below = procfs.descendants(child.pid)
-            os.killpg(child.pid, signal.SIGKILL)
-            child.wait()
-            procfs.kill(below)
-            cgroup.sweep()
-    child.wait()
-    for stream in (child.stdin, child.stdout):
-        if stream is not None:
-            with contextlib.suppress(OSError):
-                stream.close()
-
-
-def _die_with_parent() -> None:
-    """End this process group, and remove its temporary folder, as soon as standard input is closed."""
-
-    def watch() -> None:
-        while sys.stdin.buffer.read(1):
-            pass
-        quiet = [(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_RDWR, 0) for stream in (0, 1, 2)]
-        remove = ["sh", "-c", _REMOVE_LATER, "sh", os.environ["TMPDIR"]]
-        os.posix_spawn("/bin/sh", remove, {"PATH": os.defpath}, file_actions=quiet, setsid=True)
-        os.killpg(0, signal.SIGKILL)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
 def _grade(order: Order) -> Ending:
     # Imported here: a parent that only starts children needs none of it.
     from grader import building, pipeline, report
@@ -264,16 +224,33 @@ def _grade(order: Order) -> Ending:
     return Ending(Status.GRADED)
 
 
-def main() -> None:
-    """Read an order from standard input, carry it out, and print how it ended."""
-    order = Order(**json.loads(sys.stdin.buffer.readline()))
-    _die_with_parent()
+def _carry_out(order: Order) -> int:
+    """Grade, and print how it ended."""
     try:
         ending = _grade(order)
     except Exception as error:
         ending = Ending(Status.ERROR, f"internal error: {type(error).__name__}: {error}")
     print(_RESULT + json.dumps([ending.status.value, ending.why]), flush=True)
+    return 0
+
+
+def main() -> int:
+    """Carry out the order on standard input.
+
+    The arguments are the pid of the process that gives it, and a folder to remove if that ends, or "".
+    """
+    parent, scratch = int(sys.argv[1]), sys.argv[2]
+    order = Order(**json.loads(supervised.read_task()))
+    try:
+        return supervised.run(lambda: _carry_out(order), parent)
+    except KeyboardInterrupt:
+        if scratch:
+            tempdir.remove(Path(scratch))
+        return 130
+    except GraderError as error:
+        print(_RESULT + json.dumps([Status.ERROR.value, str(error)]), flush=True)
+        return 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

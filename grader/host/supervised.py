@@ -9,6 +9,7 @@ import contextlib
 import ctypes
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -26,10 +27,11 @@ _GRACE_S = 1.0  # for the moment in which results are moved to their place (atom
 _LIMIT_S = 10.0  # killed processes are gone at once, unless the kernel holds them
 
 
-def run(work: Callable[[], int]) -> int:
+def run(work: Callable[[], int], parent: int = 0) -> int:
     """Return the exit status of `work`, which is carried out in a child process with temporary files of its own.
 
-    For the main program, while it has no other threads.
+    For the main program, while it has no other threads. With `parent`, the pid of the process that has started it, the
+    end of the thread by which it was started counts as SIGTERM.
 
     Raises:
         KeyboardInterrupt: Ctrl-C or SIGTERM. No process and no temporary file of the work is left; further signals of
@@ -38,16 +40,20 @@ def run(work: Callable[[], int]) -> int:
     """
     # Orphans of the child become this process's children, so that all of them can be found and waited for.
     ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+    if parent:
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+        if os.getppid() != parent:  # it has ended before
+            raise KeyboardInterrupt
     # A shell lets programs that it starts in the background ignore Ctrl-C.
     ending = {number for number in (signal.SIGINT, signal.SIGTERM) if signal.getsignal(number) != signal.SIG_IGN}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*ending, signal.SIGCHLD})
     with tempdir.folder("grader") as temporary:
         sys.stdout.flush()
         sys.stderr.flush()
-        parent, child = os.getpid(), os.fork()
+        supervisor, child = os.getpid(), os.fork()
         if child == 0:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            _be_child(work, parent, temporary)
+            _be_child(work, supervisor, temporary)
         status, interrupted = _wait(child, ending)
         if status >= 0:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -58,12 +64,33 @@ def run(work: Callable[[], int]) -> int:
     raise GraderError(say(shortage.KILLED))
 
 
-def _be_child(work: Callable[[], int], parent: int, temporary: Path) -> NoReturn:
+def end(program: subprocess.Popen[str]) -> None:
+    """End a program that is in `run`, and all that it has started, and wait until they are gone."""
+    while program.poll() is None:
+        with contextlib.suppress(KeyboardInterrupt):  # pressed again: there is nothing quicker
+            program.terminate()
+            program.wait()
+    for stream in (program.stdin, program.stdout):
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.close()
+
+
+def read_task() -> str:
+    """Return what is on standard input, and leave nothing of it to the programs that this process starts."""
+    task = sys.stdin.read()
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, sys.stdin.fileno())
+    os.close(null)
+    return task
+
+
+def _be_child(work: Callable[[], int], supervisor: int, temporary: Path) -> NoReturn:
     status = 1
     try:
         os.setsid()  # Ctrl-C reaches the parent alone
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it died between the fork and here
+        if os.getppid() != supervisor:  # it died between the fork and here
             os._exit(1)
         os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
         status = work()

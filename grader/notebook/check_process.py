@@ -56,7 +56,7 @@ def _observe(wanted: str, settings: Settings) -> None:
                 settings.progress(said[-1].removeprefix(_STEP))
         process.wait()
     finally:
-        _end(process)
+        supervised.end(process)
     for line in said:
         if line.startswith(_REFUSED):
             raise SubmissionError(*json.loads(line.removeprefix(_REFUSED)))
@@ -77,29 +77,10 @@ def _start() -> subprocess.Popen[str]:
     # Without empty parts, each of which would mean the current folder.
     path = [str(KIT), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", __spec__.name],
+        [sys.executable, "-P", "-m", __spec__.name, str(os.getpid())],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
     )  # fmt: skip
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    """End a process that still runs, and all that it has started, and wait until they are gone."""
-    while process.poll() is None:
-        with suppress(KeyboardInterrupt):  # pressed again: there is nothing quicker
-            process.terminate()
-            process.wait()
-    if process.stdout is not None:
-        process.stdout.close()
-
-
-def await_task() -> str:
-    """Return what is on standard input, and leave nothing of it to the programs that this process starts."""
-    task = sys.stdin.read()
-    null = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(null, sys.stdin.fileno())
-    os.close(null)
-    return task
 
 
 def main(wanted: dict[str, Any]) -> int:
@@ -114,9 +95,9 @@ def main(wanted: dict[str, Any]) -> int:
 
 
 if __name__ == "__main__":
-    if not (task := await_task()):  # the kernel that would have asked has ended
+    if not (task := supervised.read_task()):  # the kernel that would have asked has ended
         sys.exit()
     try:
-        sys.exit(supervised.run(lambda: main(json.loads(task))))
+        sys.exit(supervised.run(lambda: main(json.loads(task)), parent=int(sys.argv[1])))
     except KeyboardInterrupt:
         sys.exit(130)
