@@ -47,7 +47,7 @@ _WAITERS = 2  # workers for trials that mostly wait
 _LOG_CHARACTERS = 2000
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 _SHOWN = (KIT / "grader" / "ros2", Path(__file__).parent / "in_node")
-"""What sandboxes of trials show of the kit. Without byte code, a launch would compile three thousand lines each time."""
+"""What sandboxes of trials show of the kit; without byte code each launch would compile three thousand lines."""
 
 Queue = queue.SimpleQueue[TrialPlan]
 

@@ -70,6 +70,22 @@ def test_a_child_that_is_killed_is_an_error_of_the_host(tmp_path: Path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path):
+    """A class that was killed left gradings, and their temporary files, until they were done."""
+    inner = PROGRAM.replace("{work}", BUSY).replace("run(work)", "run(work, os.getppid())")
+    starter = f"import subprocess, sys, time; subprocess.Popen([sys.executable, '-c', {inner!r}]); time.sleep(1000)"
+    program = subprocess.Popen(
+        [sys.executable, "-c", starter], stdout=subprocess.PIPE, text=True, cwd=KIT,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
+    )  # fmt: skip
+    assert program.stdout is not None
+    assert Path(program.stdout.readline().strip()).is_relative_to(tmp_path)
+    program.kill()
+    # The pipe's end comes when the last process that has it is gone, `sleep` among them.
+    assert program.communicate(timeout=60)[0] == "interrupted\n"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_child_dies_with_its_parent(tmp_path: Path):
     program = start("    print('up', flush=True); threading.Event().wait()", tmp_path)
     assert program.stdout is not None
