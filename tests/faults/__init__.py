@@ -215,15 +215,15 @@ FAULTS = (
     ),
     Fault(
         "a_best_effort_publisher_beside_a_reliable_one_is_not_heard",
-        "grader/ros2/commands/qos.py",
+        "grader/ros2/commands/graph.py",
         "best_effort = any(",
         "best_effort = bool(offered) and all(",
     ),
     Fault(
         "a_bag_played_at_double_rate_takes_twice_as_long",
         "grader/ros2/commands/bag.py",
-        "(stamp_ns - first) / 1e9 / args.rate",
-        "(stamp_ns - first) / 1e9 * args.rate",
+        "(stamp_ns - first) / 1e9 / rate",
+        "(stamp_ns - first) / 1e9 * rate",
     ),
     Fault(
         "a_node_respawns_once_too_often",
