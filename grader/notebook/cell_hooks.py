@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import alt_text, before_begin, checkpoints, interface_types, pieces
+from grader.notebook import before_begin, checkpoints, interface_types, pieces
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -24,8 +24,14 @@ class CellHooks:
         self._backups = FileBackups(workspace)
 
     def draw(self) -> None:
-        """Give figures that are about to be shown their words."""
-        alt_text.describe_figures(sys.modules["IPython"].get_ipython())
+        """Frame the figures that are about to be shown, and give them an alternative text for who does not see them."""
+        if "matplotlib.figure" in sys.modules:
+            from matplotlib.figure import Figure
+
+            formatter = sys.modules["IPython"].get_ipython().display_formatter.formatters["image/png"]
+            drawn = formatter.type_printers.get(Figure)
+            if drawn is not None and getattr(drawn, "__name__", "") != "described":
+                formatter.for_type(Figure, _described(drawn))
 
     def before(self, info: Any) -> None:
         """Update the environment and the imported modules, and back up a file that the cell overwrites."""
@@ -94,6 +100,28 @@ def install(workspace: Workspace) -> None:
     for name in before_begin.WRITES:
         original = before_begin.original(shell)
         shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
+
+
+def _described(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a function from a figure to its picture with a frame, and the picture's metadata."""
+    from sim.views import framed
+
+    def described(figure: Any) -> Any:
+        drawn = draw(framed(figure))
+        return drawn if isinstance(drawn, tuple) else (drawn, {"alt": words_of(figure)})
+
+    return described
+
+
+def words_of(figure: Any) -> str:
+    """Return what a figure says of itself: titles, what is drawn over what, names in legends, the note below."""
+    parts = [figure.get_suptitle()]
+    for axes in figure.axes:
+        over = say(" over ").join(filter(None, (axes.get_ylabel(), axes.get_xlabel())))
+        names = ", ".join(axes.get_legend_handles_labels()[1])
+        parts.append(": ".join(filter(None, (axes.get_title(), over, names))))
+    parts.append(figure.get_supxlabel().replace("\n", " "))
+    return f"Plot. {'; '.join(filter(None, parts))}".removesuffix(". ")
 
 
 def without_comments_above_a_magic(lines: list[str]) -> list[str]:

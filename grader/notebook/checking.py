@@ -14,7 +14,7 @@ from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
 from grader.evidence import Mutant, short_name
-from grader.notebook import check_process, prerequisites, so_far
+from grader.notebook import check_process, prerequisites
 from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
@@ -49,7 +49,9 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     everything = "" if requirements else at_hand_in(whole.requirements)
     notebook = os.environ.get(NOTEBOOK, "")
     ids = [requirement.id for requirement in whole.requirements]
-    stand_ins = {r.id: found for r in wanted if (found := so_far.stand_in(r.id, notebook)) and found.requirement in ids}
+    stand_ins = {
+        r.id: found for r in wanted if (found := prerequisites.stand_in(r.id, notebook)) and found.requirement in ids
+    }
     asked = {r.id: whole.requirement(stand_ins[r.id].requirement) if r.id in stand_ins else r for r in wanted}
     gaps = {r.id: prerequisites.first_gap(workspace.package, asked[r.id].id, notebook) for r in wanted}
     answers = {r.id: _lacking(r, gap) for r in wanted if (gap := gaps[r.id])}
@@ -151,7 +153,7 @@ def _unjudged(requirement: Requirement, reason: str) -> Answer:
 def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
     """Return the answer for a requirement; a check that waits for a later notebook does not keep it from passing."""
     lost = losses(score)
-    waiting = {loss.check.id: found for loss in lost if (found := so_far.later(loss.check.id, notebook))}
+    waiting = {loss.check.id: found for loss in lost if (found := prerequisites.later(loss.check.id, notebook))}
     notes = [_note(loss, grading) for loss in lost if loss.check.id not in waiting]
     notes = _each_reason_once(notes)
     so_far_passed = bool(waiting) and not notes
@@ -186,7 +188,9 @@ def _each_reason_once(notes: list[Note]) -> list[Note]:
     return list(found.values())
 
 
-def _stood_in(requirement: Requirement, instead: so_far.StandIn, score: RequirementScore, grading: Grading) -> Answer:
+def _stood_in(
+    requirement: Requirement, instead: prerequisites.StandIn, score: RequirementScore, grading: Grading
+) -> Answer:
     """Return the answer for a requirement by another one's check, which gives no points."""
     notes = [_note(loss, grading) for loss in losses(score) if loss.check.id == instead.check]
     passed = not notes and score.outcome is not Outcome.ERROR
@@ -273,4 +277,4 @@ def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:
     """Return pictures of the first trials in which points were lost."""
     album = Album(grading.evidence.trials, most=_PICTURES)
     lost = [result for score in grading.scorecard.requirements for result in score.lost]
-    return tuple(album.of(tuple(result for result in lost if not so_far.later(result.id, notebook))))
+    return tuple(album.of(tuple(result for result in lost if not prerequisites.later(result.id, notebook))))

@@ -1,8 +1,9 @@
-"""Keep every text that a `%%writefile` or `%%into` cell overwrites, and tell which notebook wrote a file last.
+"""Keep the text that was changed outside of its cell, and tell which notebook wrote a file last.
 
-Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, the file is copied into `kept/` in the
-workspace. A file that a later notebook has written, or that `%%into` has put functions into, is not replaced unless
-the cell says `-f`. `%%into` waits for the cell that begins its notebook's version of the file.
+Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, a file that no cell has left as it is gets
+copied into `kept/` in the workspace. A file that a later notebook has written, or that `%%into` has put functions
+into, is not replaced unless the cell says `-f`. `%%into` waits for the cell that begins its notebook's version of the
+file.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import json
 import re
 import shlex
 from collections.abc import Container, Mapping
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -40,25 +40,25 @@ def target(cell: str) -> Path | None:
 
 
 class FileBackups:
-    """The backups of a workspace, made before and noted after each `%%writefile` cell."""
+    """The backups of a workspace, one of each file, made before and noted after each `%%writefile` cell."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._folder = workspace.root / "kept"
 
-    def before(self, cell: str, now: datetime | None = None) -> str:
-        """Keep the text that the cell is about to overwrite; return a line about it if no cell has written it."""
+    def before(self, cell: str) -> str:
+        """Keep the text that the cell is about to overwrite if no cell has written it, and return a line about it."""
         path = target(cell)
         content = _content(path) if path is not None else None
         if path is None or not content or content == cell.partition("\n")[2].encode():
             return ""
-        copy = self._copy_of(path, now or datetime.now())
-        if all(other.read_bytes() != content for other in copy.parent.glob(f"{path.stem} *{path.suffix}")):
-            ignored_by_colcon(self._folder)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            copy.write_bytes(content)
         if _sum(content) == self._written(path)[0]:
             return ""
+        name = self._name(path)
+        copy = self._folder / (f"elsewhere/{path.name}" if Path(name).is_absolute() else name)
+        ignored_by_colcon(self._folder)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes(content)
         return say(
             "{path.name} was changed outside this notebook. That version is kept: {shown}",
             path=path,
@@ -146,17 +146,6 @@ class FileBackups:
         """Return the file's path in the package, or its absolute path if it is elsewhere."""
         package = self._workspace.package
         return str(path.relative_to(package) if path.is_relative_to(package) else path)
-
-    def _copy_of(self, path: Path, now: datetime) -> Path:
-        """Return an unused path for a copy: "driver 2026-05-01 14.03.59.py"."""
-        name = Path(self._name(path))
-        folder = self._folder / (name.parent if not name.is_absolute() else "elsewhere")
-        stem = f"{name.stem} {now:%Y-%m-%d %H.%M.%S}"
-        copy, number = folder / f"{stem}{name.suffix}", 1
-        while copy.exists():
-            number += 1
-            copy = folder / f"{stem} ({number}){name.suffix}"
-        return copy
 
     def _all_written(self) -> dict[str, list[Any]]:
         try:

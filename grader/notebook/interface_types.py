@@ -7,11 +7,10 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 from grader import building
 from grader.errors import GraderError
@@ -49,49 +48,22 @@ def load(workspace: Workspace) -> None:
 def check_fields() -> None:
     """Let each message of this process refuse values that are not of their fields' types, when they are set.
 
-    ROS reads 1 in a float field as 0.0, without a word. `ROS_PYTHON_CHECK_FIELDS=1` would do the same, but the nodes
-    and commands that cells start would inherit it.
+    ROS reads 1 in a float field as 0.0, without a word. Messages read `ROS_PYTHON_CHECK_FIELDS` by os.getenv when they
+    are imported; in the environment itself the nodes and commands that cells start would inherit it.
     """
-    if not any(isinstance(finder, _CheckedMessages) for finder in sys.meta_path):
-        sys.meta_path.insert(0, _CheckedMessages())
+    os.getenv = _getenv
     for name, module in list(sys.modules.items()):
-        if is_message(name):
+        if MESSAGE.fullmatch(name):
             setattr(module, _CHECK, "1")
 
 
-def is_message(module: str) -> bool:
-    """Return whether a module is a message's generated one, such as `std_msgs.msg._float32`."""
-    return _MESSAGE.fullmatch(module) is not None
-
-
-_MESSAGE = re.compile(r"\w+\.(msg|srv|action)\._\w+")
+_getenv_of_python = os.getenv
+MESSAGE = re.compile(r"\w+\.(msg|srv|action)\._\w+")  # a message's generated module
 _CHECK = "ros_python_check_fields"
-"""The name of the variable in a message's generated module."""
 
 
-class _CheckedMessages:
-    """An entry of sys.meta_path that loads the modules of messages as usual, and switches their checks on."""
-
-    def find_spec(
-        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        """Return how a message's module is loaded, None for any other."""
-        if not is_message(name):
-            return None
-        for finder in sys.meta_path:
-            if finder is not self and (found := finder.find_spec(name, path, target)) is not None:
-                if found.loader is not None:
-                    found.loader.exec_module = _checked(found.loader.exec_module)  # type: ignore[method-assign, assignment]
-                return found
-        return None
-
-
-def _checked(load: Callable[[ModuleType], None]) -> Callable[[ModuleType], None]:
-    def load_checked(module: ModuleType) -> None:
-        load(module)
-        setattr(module, _CHECK, "1")
-
-    return load_checked
+def _getenv(key: str, default: Any = None) -> Any:
+    return "1" if key == _CHECK.upper() else _getenv_of_python(key, default)
 
 
 def text(type_: str) -> str:

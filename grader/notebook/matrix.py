@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import inspect
 import itertools
-import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,12 +14,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from types import FrameType, ModuleType
+from types import ModuleType
 from typing import Any
 
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import Change, SourceText, parse
 from grader.notebook.bench import Missing
+from grader.notebook.tables import HangError, limited
 from grader.notebook.workspace import course
 from grader.words import say
 
@@ -133,9 +133,9 @@ def _dotted(module: Path) -> str:
 
 def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> Iterator[bool]:
     try:
-        with _time_limit():
+        with limited(LONGEST_S):
             failures = _failures(name, broken, checks)
-    except Exception:  # a mutant that cannot even be imported, or that never ends, is noticed by whoever tries
+    except (Exception, HangError):  # what cannot even be imported, or never ends, is noticed by whoever tries
         failures = dict.fromkeys(names, "all")
     yield from (bool(failures[test]) for test in names)
 
@@ -192,26 +192,10 @@ def _failure(name: str, calls: Sequence[partial[object]]) -> str:
     for call in calls:
         try:
             call()
-        except TimeoutError:
-            raise
         except (Exception, pytest.fail.Exception) as error:  # pytest.fail is no Exception
             given = ", ".join(f"{key}={value!r}" for key, value in call.keywords.items())
             return f"{name}({given}): {type(error).__name__}{f': {error}' if str(error) else ''}"
     return ""
-
-
-@contextmanager
-def _time_limit() -> Iterator[None]:
-    def end(_number: int, _frame: FrameType | None) -> None:
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
 
 
 def _draw(found: Matrix) -> None:

@@ -1,4 +1,4 @@
-"""Which files a requirement needs before it can be checked, and advice for a package that lacks them. Runs nothing."""
+"""What a requirement needs before it can be checked, and advice for a package that lacks it. Runs nothing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from grader import python_ast
 from grader.checks import build_log
 from grader.evidence import Build, Kind, Reason
-from grader.notebook import checkpoints, so_far
+from grader.notebook import checkpoints
 from grader.notebook.workspace import course
 from grader.words import mark, say
 
@@ -43,6 +43,36 @@ class Gap:
     try_: str
 
 
+@dataclass(frozen=True)
+class Later:
+    """What a check waits for: the notebook ("08") that brings it, and in words."""
+
+    notebook: str
+    words: str
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """A check of another requirement, asked before `notebook` in place of the own ones, and what it shows."""
+
+    notebook: str
+    requirement: str
+    check: str
+    words: str
+
+
+def later(check: str, notebook: str) -> Later | None:
+    """Return what a check waits for in a notebook ("05"), None if it can be judged there, or outside a notebook."""
+    row = course().notebook_table["later"].get(check)
+    return Later(**row) if row and "" < notebook < row["notebook"] else None
+
+
+def stand_in(requirement: str, notebook: str) -> StandIn | None:
+    """Return what is asked in a notebook ("05") in place of a requirement that needs a later node, None if nothing."""
+    row = course().notebook_table["stand_ins"].get(requirement)
+    return StandIn(**row) if row and "" < notebook < row["notebook"] else None
+
+
 def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None:
     """Return the first thing that the package lacks for a requirement, None if it can be checked.
 
@@ -50,7 +80,8 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
     """
     own = bool(notebook) and requirement == course().requirement_of("check_structure")
     needs: Mapping[str, Sequence[str]] = course().notebook_table["needs"]
-    wanted = so_far.layout(notebook) if own else needs.get(requirement, course().builds)
+    so_far = [path for path in course().layout if checkpoints.written_in(path) <= notebook]
+    wanted = so_far if own else needs.get(requirement, course().builds)
     return first_missing(package, wanted, notebook, finished=own and notebook < "10")
 
 

@@ -82,8 +82,8 @@ def _said(error: Exception, names: Mapping[str, object]) -> str:
 
 
 @contextmanager
-def limited() -> Iterator[None]:
-    """Raise a HangError in what has not ended after `LIMIT_S`, with its line. Outside the main thread, wait."""
+def limited(seconds: float | None = None) -> Iterator[None]:
+    """Raise a HangError, with its line, in what has not ended after `seconds`. Outside the main thread, wait."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -91,7 +91,7 @@ def limited() -> Iterator[None]:
     def stop(_signal: int, frame: FrameType | None) -> None:
         raise HangError(say("hangs at {place}; `await` the future, or end the loop", place=_place(frame)))
 
-    before, timer = signal.signal(signal.SIGALRM, stop), threading.Timer(LIMIT_S, _interrupt)
+    before, timer = signal.signal(signal.SIGALRM, stop), threading.Timer(seconds or LIMIT_S, _interrupt)
     timer.start()
     try:
         yield

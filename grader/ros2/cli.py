@@ -17,7 +17,6 @@ from .commands.refusals import Refusal, near
 COMMANDS = {
     "action": "Various action related sub-commands",
     "bag": "Various rosbag related sub-commands",
-    "doctor": "Check this machine for what ROS 2 and the course kit need",
     "interface": "Show information about ROS interfaces",
     "launch": "Run a launch file",
     "node": "Various node related sub-commands",
@@ -27,15 +26,25 @@ COMMANDS = {
     "service": "Various service related sub-commands",
     "topic": "Various topic related sub-commands",
 }
-ALIASES = {"wtf": "doctor"}
-# Commands of the real one that this one lacks, and why.
+# Commands and verbs of the real one that this one lacks, and what to use instead.
 ABSENT = {
     "component": "composable nodes are not supported by this kit",
     "control": "ros2_control cannot be installed with pip",
     "daemon": "there is no daemon: each command waits for discovery itself",
+    "doctor": "type `make doctor` in the folder of the course kit",
     "lifecycle": "lifecycle nodes are not supported by this kit",
-    "multicast": "use `ros2 doctor`",
+    "multicast": "type `make doctor` in the folder of the course kit",
     "security": "SROS 2 is not supported by this kit",
+    "wtf": "type `make doctor` in the folder of the course kit",
+    "action type": "use `ros2 action list -t`",
+    "interface list": "use `ros2 interface package PACKAGE`",
+    "interface packages": "use `ros2 pkg list`, then `ros2 interface package PACKAGE`",
+    "param delete": "set another value with `ros2 param set`, or start the node again",
+    "service echo": "use `ros2 service call`",
+    "service info": "use `ros2 service type`, and `ros2 node info` for who offers it",
+    "topic bw": "use `ros2 topic hz`",
+    "topic find": "use `ros2 topic list -t`",
+    "topic type": "use `ros2 topic info`",
 }
 MORE = "Call `ros2 <command> -h` for more detailed usage."
 
@@ -61,8 +70,10 @@ def main(argv: list[str] | None = None) -> int:
 
         # Offer flags only after a dash, so that Tab completes a name that alone fits, without listing flags beside it.
         argcomplete.autocomplete(parser, always_complete_options=False, exclude=["-h", "--help"])
-    if name in ABSENT:
-        parser.exit(2, f"ros2 {name}: not available; {ABSENT[name]}\n")
+    spoken = " ".join(word for word in words if not word.startswith("-")) + " "
+    for absent, instead in ABSENT.items():
+        if spoken.startswith(f"{absent} "):
+            parser.exit(2, f"ros2 {absent}: not available; {instead}\n")
     args, unknown = parser.parse_known_args(words)
     if unknown:
         tip = '\nValues go in quotes, as one word: "{speed: 0.2}"' if hasattr(args, "values_word") else ""
@@ -116,8 +127,7 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
 
 
 def _command(words: list[str]) -> str | None:
-    name = next((word for word in words if not word.startswith("-")), None)
-    return ALIASES.get(name, name) if name else None
+    return next((word for word in words if not word.startswith("-")), None)
 
 
 def _typed() -> list[str]:
@@ -133,7 +143,7 @@ def _parser(name: str | None) -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(title="Commands", metavar=MORE)
     for command, text in COMMANDS.items():
-        below = commands.add_parser(command, help=text, aliases=[a for a, c in ALIASES.items() if c == command])
+        below = commands.add_parser(command, help=text)
         if command == name:
             module = ".launching.command" if command == "launch" else f".commands.{command}"
             importlib.import_module(module, __package__).add_arguments(below)

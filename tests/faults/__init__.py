@@ -179,8 +179,8 @@ FAULTS = (
     Fault(
         "a_cell_overwrites_work_without_a_copy",
         "grader/notebook/file_backups.py",
-        "if all(other.read_bytes() != content",
-        "if any(other.read_bytes() != content",
+        "if _sum(content) == self._written(path)[0]:",
+        "if _sum(content) != self._written(path)[0]:",
     ),
     Fault(
         "an_answer_of_almost_zero_is_wrong_where_zero_is_wanted",
@@ -190,9 +190,9 @@ FAULTS = (
     ),
     Fault(
         "a_check_is_put_off_in_the_notebook_that_brings_it",
-        "grader/notebook/so_far.py",
-        'found = waiting().get(check)\n    return found if found is not None and "" < notebook < found.notebook',
-        'found = waiting().get(check)\n    return found if found is not None and "" < notebook <= found.notebook',
+        "grader/notebook/prerequisites.py",
+        'return Later(**row) if row and "" < notebook < row["notebook"]',
+        'return Later(**row) if row and "" < notebook <= row["notebook"]',
     ),
     Fault(
         "the_list_of_laid_out_files_is_not_handed_in",
@@ -215,15 +215,15 @@ FAULTS = (
     ),
     Fault(
         "a_best_effort_publisher_beside_a_reliable_one_is_not_heard",
-        "grader/ros2/commands/qos.py",
+        "grader/ros2/commands/graph.py",
         "best_effort = any(",
         "best_effort = bool(offered) and all(",
     ),
     Fault(
         "a_bag_played_at_double_rate_takes_twice_as_long",
         "grader/ros2/commands/bag.py",
-        "(stamp_ns - first) / 1e9 / args.rate",
-        "(stamp_ns - first) / 1e9 * args.rate",
+        "(stamp_ns - first) / 1e9 / rate",
+        "(stamp_ns - first) / 1e9 * rate",
     ),
     Fault(
         "a_node_respawns_once_too_often",

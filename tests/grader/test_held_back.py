@@ -492,8 +492,8 @@ def test_a_check_in_a_notebook_says_so_whoever_runs_it(
     monkeypatch.setattr(checking, "course", lambda: course)
     monkeypatch.setattr(checking.prerequisites, "first_gap", lambda *_: None)
     monkeypatch.setattr(checking, "_grade", lambda _p, _w, wanted, *_, **__: stub(course, tuple(r.id for r in wanted)))
-    monkeypatch.setattr(checking.so_far, "stand_in", lambda *_: None)
-    monkeypatch.setattr(checking.so_far, "later", lambda *_: None)
+    monkeypatch.setattr(checking.prerequisites, "stand_in", lambda *_: None)
+    monkeypatch.setattr(checking.prerequisites, "later", lambda *_: None)
     room = Workspace(tmp_path)
     assert repr(checking.check(room, ["X1"])) == "X1 is judged at hand-in, not here (10 points)"
     assert "is judged at hand-in" in checking.check(room, ["X1"])._repr_html_()

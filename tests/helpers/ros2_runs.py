@@ -110,7 +110,7 @@ def until(holds: Callable[[], Any], limit_s: float = 30.0) -> None:
 
 HEAD = """
 from launch import LaunchDescription
-from launch.actions import *; from launch.conditions import *; from launch.descriptions import *
+from launch.actions import *; from launch.conditions import *
 from launch.event_handlers import *; from launch.events.process import *; from launch.substitutions import *
 from launch_ros.actions import *; from launch_ros.descriptions import *; from launch_ros.substitutions import *
 

@@ -16,7 +16,6 @@ from grader.authoring import book, checkpoint_texts, notebook_source
 from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
 
-STYLE = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"  # the rules of Q1
 NAMES = notebook_source.names()
 
 
@@ -145,28 +144,6 @@ def functions_of(text: str) -> dict[str, str]:
         found.name: "\n".join(line for line in lines[found.start : found.end] if not line.startswith("#"))
         for found in pieces.definitions(text)
     }
-
-
-@pytest.mark.slow  # the linter over each notebook
-@pytest.mark.parametrize("name", NAMES)
-def test_what_it_gives_and_its_skeletons_keep_ament_flake8s_rules(
-    name: str, source_page: Callable[[str], Page], tmp_path: Path
-):
-    """A learner who changes nothing but the TODOs must not lose points of Q1 for a line of ours."""
-    files = {path: cell for cell in source_page(name).code() if (path := notebook_source.written_file(cell))}
-    written = []
-    for path, cell in files.items():
-        text = notebook_source.body(cell)
-        if path.endswith(".py") or text.startswith("#!/usr/bin/env python3"):
-            (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / path).write_text(text)
-            written.append(path)
-    if not written:
-        return
-    # The TODOs use what a skeleton imports for them.
-    command = [sys.executable, "-m", "flake8", f"--config={STYLE}", "--extend-ignore=F401", "--jobs=1", *written]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.stdout + done.stderr == ""
 
 
 @pytest.mark.parametrize("name", ["06_services", "07_going_there"])

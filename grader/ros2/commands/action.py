@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import arguments, listing, messages
+from . import arguments, messages
 from .graph import Graph, NamesAndTypes, full_name, graph, split_name, wait
 from .refusals import Refusal
 from .spinning import interrupt_later, spin
@@ -19,11 +19,10 @@ ANSWER_S = 5.0  # how long to wait for an answer after Ctrl-C
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "action")
-    list_ = add_verb("list", "Output a list of action names", listing.show_list)
-    listing.list_arguments(list_, "action")
+    list_ = add_verb("list", "Output a list of action names", arguments.show_list)
+    arguments.list_arguments(list_, "action")
     info = add_verb("info", "Print information about an action", show_info)
     arguments.name_argument(info, "action")
-    listing.type_arguments(add_verb("type", "Print a action's type", listing.show_type), "action")
     send = add_verb("send_goal", "Send an action goal", run_send_goal)
     arguments.name_argument(send, "action")
     text = "Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"

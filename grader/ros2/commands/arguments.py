@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from . import messages, packages
-from .graph import Graph, graph
+from .graph import Graph, NamesAndTypes, graph
 
 Completer = Callable[..., list[str]]
 AddVerb = Callable[..., argparse.ArgumentParser]
@@ -113,3 +113,24 @@ def values_arguments(parser: argparse.ArgumentParser, kind: str, of: str, text: 
 def given_values(args: argparse.Namespace) -> Any:
     """Return the values that a command line gives."""
     return messages.from_yaml(getattr(args, args.values_word))
+
+
+# -- the verb `list` --------------------------------------------------------------------------------------------------
+def list_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
+    """Declare the flags of a verb that lists names of a kind, such as topic."""
+    parser.add_argument("-t", "--show-types", action="store_true", help=f"Additionally show the {kind} type")
+    parser.set_defaults(kind=kind)
+
+
+def settled(args: argparse.Namespace) -> NamesAndTypes:
+    """Wait until the graph has come to rest, and return the names of a kind."""
+    with graph(getattr(args, "spin_time", None)) as seen:
+        seen.settle()
+        return seen.names(args.kind)
+
+
+def show_list(args: argparse.Namespace) -> int:
+    """Print the names of a kind, with their types if the flag asks for that."""
+    for name, types in settled(args):
+        print(f"{name} [{', '.join(types)}]" if args.show_types else name)
+    return 0

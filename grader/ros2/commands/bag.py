@@ -14,9 +14,8 @@ from typing import Any
 import yaml
 
 from . import arguments, messages, packages
-from .graph import Graph, full_name, graph
+from .graph import Graph, full_name, graph, matching
 from .interface import nested
-from .qos import matching
 from .refusals import Refusal
 from .spinning import interrupt_later, spin, steady_clock
 
@@ -28,21 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_verb = arguments.verbs(parser, "bag")
     record = add_verb("record", "Record ROS data to a bag", run_record)
     text = "Topics to be recorded"
-    arguments.add(
-        record, "topics_positional", arguments.names_completer("topic"), metavar="topic", nargs="*", help=text
-    )
-    record.add_argument("--topics", nargs="+", default=[], metavar="Topic", help="Space-delimited list of topics")
+    arguments.add(record, "topics", arguments.names_completer("topic"), metavar="topic", nargs="*", help=text)
     record.add_argument("-a", "--all", "--all-topics", action="store_true", help="Record all topics")
     record.add_argument("-o", "--output", help="Destination of the bag folder; a name with the time by default")
-    record.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="Storage identifier")
-    record.add_argument("--use-sim-time", action="store_true", help="Take message times from /clock")
     play = add_verb("play", "Play back ROS data from a bag", run_play)
     play.add_argument("bag_path", type=Path, help="Bag to open")
     play.add_argument("-r", "--rate", type=float, default=1.0, help="Rate at which to play back messages")
-    play.add_argument("-l", "--loop", action="store_true", help="Play the bag again and again")
     play.add_argument("--topics", nargs="+", default=[], help="Topics to replay, separated by space")
     play.add_argument("-m", "--remap", nargs="+", default=[], help="Topics to remap, as old:=new")
-    play.add_argument("--clock", nargs="?", type=float, const=40.0, metavar="HZ", help="Publish /clock at this rate")
     info = add_verb("info", "Print information about a bag to the screen", run_info)
     info.add_argument("bag_path", type=Path, help="Bag to open")
 
@@ -138,20 +130,19 @@ def run_record(args: argparse.Namespace) -> int:
     """Record until Ctrl-C."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
-    names = {full_name(name) for name in [*args.topics_positional, *args.topics]}
+    names = set(map(full_name, args.topics))
     if not names and not args.all:
         raise Refusal("Need to specify at least one option out of all, all-topics or topics")
     folder = Path(args.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
     if folder.exists():
         raise Refusal(f"[ERROR] [ros2bag]: Output folder '{folder}' already exists.")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a recording that is terminated must still be closed
-    plugin = StoragePlugin.MCAP if args.storage == "mcap" else StoragePlugin.SQLITE3
     # Whenever Ctrl-C comes, the messages recorded so far become a bag.
     with (
         contextlib.suppress(KeyboardInterrupt),
-        Writer(folder, version=9, storage_plugin=plugin) as writer,
+        Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer,
         contextlib.suppress(KeyboardInterrupt),
-        graph(sim_time=args.use_sim_time) as seen,
+        graph() as seen,
     ):
         recorder = Recorder(seen, writer, None if args.all else names)
         say("rosbag2_recorder", "Listening for topics...")
@@ -239,44 +230,19 @@ def run_play(args: argparse.Namespace) -> int:
             name = new_names.get(connection.topic, connection.topic)
             profile = matching(connection.ext.offered_qos_profiles)
             publishers[connection.id] = seen.node.create_publisher(kind, name, profile)
-        clock = _clock_publisher(seen) if args.clock else None
         # Subscribers have to find the publishers before the first message is gone.
         seen.wait_for(lambda: all(p.get_subscription_count() for p in publishers.values()), 1.0)
         say("rosbag2_player", "Set rate to " + f"{args.rate:g}")
-        while True:
-            _play(bag, [c for c in chosen if c.id in publishers], publishers, args, clock)
-            if not args.loop:
-                break
+        _play(bag, [c for c in chosen if c.id in publishers], publishers, args.rate)
         time.sleep(0.1)
     return 0
 
 
-def _play(bag: Any, chosen: list[Any], publishers: dict[int, Any], args: argparse.Namespace, clock: Any) -> None:
+def _play(bag: Any, chosen: list[Any], publishers: dict[int, Any], rate: float) -> None:
     if not chosen or bag.message_count == 0:
         return
-    first = bag.start_time
-    begin, ticked = time.monotonic(), 0.0
+    first, begin = bag.start_time, time.monotonic()
     for connection, stamp_ns, raw in bag.messages(connections=chosen):
-        due = begin + (stamp_ns - first) / 1e9 / args.rate
-        while True:
-            now = time.monotonic()
-            if clock is not None and now - ticked >= 1 / args.clock:
-                ticked = now
-                clock(first + int((min(now, due) - begin) * 1e9 * args.rate))
-            if now >= due:
-                break
-            time.sleep(min(due - now, 1 / args.clock if clock is not None else due - now))
+        due = begin + (stamp_ns - first) / 1e9 / rate
+        time.sleep(max(0.0, due - time.monotonic()))
         publishers[connection.id].publish(bytes(raw))
-
-
-def _clock_publisher(seen: Graph) -> Any:
-    from rosgraph_msgs.msg import Clock
-
-    publisher = seen.node.create_publisher(Clock, "/clock", 10)
-
-    def tick(stamp_ns: int) -> None:
-        message = Clock()
-        message.clock.sec, message.clock.nanosec = divmod(stamp_ns, 10**9)
-        publisher.publish(message)
-
-    return tick

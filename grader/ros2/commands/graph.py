@@ -10,7 +10,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -173,6 +173,19 @@ def of_silence(setup: Path) -> str:
     if "ROS_DOMAIN_ID" in os.environ or not (setup.parent.parent.parent / "ws" / "src").is_dir():
         return ""
     return f"No node is heard. Those of the notebooks are in a domain of their own; to join it: source {setup}"
+
+
+def matching(offered: Sequence[Any], depth: int = 10) -> Any:
+    """Return a profile that is compatible with every offered one, of rclpy or rosbags; reliable if there is none."""
+    from rclpy import qos
+
+    best_effort = any(one.reliability.name == "BEST_EFFORT" for one in offered)
+    local = bool(offered) and all(one.durability.name == "TRANSIENT_LOCAL" for one in offered)
+    return qos.QoSProfile(
+        depth=depth,
+        reliability=qos.ReliabilityPolicy.BEST_EFFORT if best_effort else qos.ReliabilityPolicy.RELIABLE,
+        durability=qos.DurabilityPolicy.TRANSIENT_LOCAL if local else qos.DurabilityPolicy.VOLATILE,
+    )
 
 
 def wait(ready: Callable[[], bool], name: str, wanted: str, there: Callable[[], NamesAndTypes]) -> None:

@@ -21,10 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_verb = arguments.verbs(parser, "interface")
     show = add_verb("show", "Output the interface definition", run_show)
     _add_type(show, "Show an interface definition (e.g. 'example_interfaces/msg/String')")
-    add_verb("list", "List all interface types available", run_list)
     package = add_verb("package", "Output a list of available interface types within one package", run_package)
     package.add_argument("package_name", help="Name of the package (e.g. 'example_interfaces')")
-    add_verb("packages", "Output a list of packages that provide interfaces", run_packages)
     proto = add_verb("proto", "Output an interface prototype", run_proto)
     _add_type(proto, "Show an interface prototype (e.g. 'example_interfaces/msg/String')")
 
@@ -33,25 +31,10 @@ def _add_type(parser: argparse.ArgumentParser, text: str) -> None:
     arguments.add(parser, "type", arguments.offer(packages.interfaces), help=text)
 
 
-def run_list(_args: argparse.Namespace) -> int:
-    """Print all interfaces."""
-    for kind in KINDS:
-        print(f"{KINDS[kind]}:")
-        for name in packages.interfaces(kind):
-            print(f"    {name}")
-    return 0
-
-
 def run_package(args: argparse.Namespace) -> int:
     """Print the interfaces of a package."""
     for name in packages.interfaces_of(args.package_name):
         print(f"{args.package_name}/{name}")
-    return 0
-
-
-def run_packages(_args: argparse.Namespace) -> int:
-    """Print the packages that have interfaces."""
-    print("\n".join(packages.names("rosidl_interfaces")))
     return 0
 
 

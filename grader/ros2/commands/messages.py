@@ -1,11 +1,11 @@
-"""Messages as dictionaries, as YAML and as CSV, and back."""
+"""Messages as dictionaries and as YAML, and back."""
 
 from __future__ import annotations
 
 import array
 import importlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
@@ -99,22 +99,6 @@ def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False) -> str
     return text[: -len("...\n")] if text.endswith("\n...\n") else text  # the end mark of a document, not of a long text
 
 
-def to_csv(value: Any, limits: Limits | None = None) -> str:
-    """Return a message as one line of comma-separated values."""
-    return ",".join(_leaves(to_plain(value, limits)))
-
-
-def _leaves(value: Any) -> Iterator[str]:
-    if isinstance(value, Mapping):
-        for one in value.values():
-            yield from _leaves(one)
-    elif isinstance(value, list):
-        for one in value:
-            yield from _leaves(one)
-    else:
-        yield str(value)
-
-
 def from_yaml(text: str) -> Any:
     """Return the values in a command-line argument, {} for an empty one."""
     try:
@@ -128,7 +112,7 @@ def from_yaml(text: str) -> Any:
     return found
 
 
-def fill(message: Any, values: Mapping[str, Any], now: Any = None) -> None:
+def fill(message: Any, values: Mapping[str, Any], now: Any) -> None:
     """Put values into a message; `auto` for a header and `now` for a time mean the present."""
     for name, value in values.items():
         try:
@@ -143,9 +127,9 @@ def fill(message: Any, values: Mapping[str, Any], now: Any = None) -> None:
 def _converted(message: Any, name: str, current: Any, value: Any, now: Any) -> Any:
     kind = message.get_fields_and_field_types()[name]
     if hasattr(current, "get_fields_and_field_types"):
-        if value == "now" and kind == "builtin_interfaces/Time" and now is not None:
+        if value == "now" and kind == "builtin_interfaces/Time":
             return now
-        if value == "auto" and kind == "std_msgs/Header" and now is not None:
+        if value == "auto" and kind == "std_msgs/Header":
             current.stamp = now
             return current
         if not isinstance(value, Mapping):

@@ -13,18 +13,16 @@ from .refusals import Refusal, near
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "node")
-    list_ = add_verb("list", "Output a list of available nodes", show_list, graph=True)
-    list_.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
+    add_verb("list", "Output a list of available nodes", show_list, graph=True)
     info = add_verb("info", "Output information about a node", show_info, graph=True)
     arguments.node_argument(info)
-    info.add_argument("--include-hidden", action="store_true", help="Display hidden topics, services, and actions")
 
 
 def show_list(args: argparse.Namespace) -> int:
     """Print the nodes."""
     with graph(args.spin_time) as seen:
         seen.settle()
-        names = seen.nodes(hidden=args.all)
+        names = seen.nodes()
     for name in names:
         print(name)
     if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -56,7 +54,7 @@ def show_info(args: argparse.Namespace) -> int:
     print(full_name(args.node_name))
     for title, found in lists:
         print(f"  {title}:")
-        shown = [one for one in sorted(found) if args.include_hidden or not is_hidden(one[0])]
+        shown = [one for one in sorted(found) if not is_hidden(one[0])]
         # Like the real command, an empty line where there is nothing.
         print("\n".join(f"    {name}: {', '.join(types)}" for name, types in shown))
     return 0

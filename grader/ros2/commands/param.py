@@ -43,7 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     set_ = of_node("set", "Set parameter", run_set)
     parameter(set_)
     set_.add_argument("value", nargs="+", help="Value of the parameter")
-    parameter(of_node("delete", "Delete parameter", run_delete))
     describe = of_node("describe", "Show descriptive information about declared parameters", show_describe)
     parameter(describe, "parameter_names", nargs="+")
     of_node("dump", "Show all of the parameters of a node in a YAML file format", show_dump)
@@ -159,18 +158,6 @@ def run_set(args: argparse.Namespace) -> int:
 
 def _reason(result: Any) -> str:
     return f": {result.reason}" if result.reason else ""
-
-
-def run_delete(args: argparse.Namespace) -> int:
-    """Delete a value; like the real command, report a refusal but return 0."""
-    with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
-        (result,) = parameters.answer(parameters.client.delete_parameters([args.parameter_name])).results
-    if result.successful:
-        print("Deleted parameter successfully")
-    else:
-        print("Deleting parameter failed" + _reason(result), file=sys.stderr)
-    return 0
 
 
 def show_describe(args: argparse.Namespace) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     prefix.add_argument("--share", action="store_true", help="Show the share directory for the package")
     executables = add_verb("executables", "Output a list of package specific executables", show_executables)
     _package(executables, nargs="?")
-    executables.add_argument("--full-path", action="store_true", help="Show the full path of each executable")
-    xml = add_verb("xml", "Output the XML of the package manifest or a specific tag", show_xml)
-    _package(xml)
-    xml.add_argument("-t", "--tag", help="The XML tag to output, e.g. version")
+    _package(add_verb("xml", "Output the XML of the package manifest", show_xml))
 
 
 def _package(parser: argparse.ArgumentParser, **rest: Any) -> None:
@@ -57,19 +53,11 @@ def show_executables(args: argparse.Namespace) -> int:
         if found is None:
             raise Refusal(f"Package '{package}' not found{packages.advice(package)}")
         for path in found:
-            print(path if args.full_path else f"{package} {path.name}")
+            print(f"{package} {path.name}")
     return 0
 
 
 def show_xml(args: argparse.Namespace) -> int:
-    """Print a package's manifest, or the values of one tag."""
-    found = _prefix(args.package_name)
-    text = (found / "share" / args.package_name / "package.xml").read_text()
-    if args.tag is None:
-        print(text)
-        return 0
-    values = [element.text or "" for element in ET.fromstring(text).findall(args.tag)]
-    if not values:
-        raise Refusal(f"No value found for tag '{args.tag}'")
-    print("\n".join(values))
+    """Print a package's manifest."""
+    print((_prefix(args.package_name) / "share" / args.package_name / "package.xml").read_text())
     return 0

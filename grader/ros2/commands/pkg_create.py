@@ -12,18 +12,15 @@ from xml.sax.saxutils import escape
 from .refusals import Refusal
 
 LICENSES = ("Apache-2.0", "BSL-1.0", "BSD-2.0", "BSD-2-Clause", "BSD-3-Clause", "GPL-3.0-only", "LGPL-3.0-only", "MIT")
+DESCRIPTION = "TODO: Package description"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
     parser.add_argument("package_name", help="The package name")
-    parser.add_argument("--description", default="TODO: Package description", help="The description of the package")
     parser.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
-    parser.add_argument("--destination-directory", default=".", type=Path, help="Directory for the package directory")
     parser.add_argument("--build-type", default="ament_cmake", choices=("ament_cmake", "ament_python"))
     parser.add_argument("--dependencies", nargs="+", default=[], help="list of dependencies")
-    parser.add_argument("--maintainer-email", help="email address of the maintainer of this package")
-    parser.add_argument("--maintainer-name", default=_user(), help="name of the maintainer of this package")
     parser.add_argument("--node-name", help="name of the empty executable")
 
 
@@ -46,30 +43,29 @@ def run(args: argparse.Namespace) -> int:
         raise Refusal("--node-name writes a node in Python: add --build-type ament_python")
     if node == "test":
         raise Refusal("'test' cannot be the name of a node: the folder of that name holds the tests")
-    folder = args.destination_directory / name
-    if folder.exists():
+    if Path(name).exists():
         raise Refusal(
-            f"\nAborted!\nThe directory already exists: {folder.resolve()}\nEither remove the directory or "
-            "choose a different destination directory or package name"
+            f"\nAborted!\nThe directory already exists: {Path(name).resolve()}\nEither remove the directory or "
+            "choose a different package name"
         )
-    args.maintainer_email = args.maintainer_email or f"{args.maintainer_name}@todo.todo"
+    user = _user()
     print("going to create a new package")
     for title, value in (
         ("package name", name),
-        ("destination directory", args.destination_directory.resolve()),
+        ("destination directory", Path.cwd()),
         ("package format", "3"),
         ("version", "0.0.0"),
-        ("description", args.description),
-        ("maintainer", [f"{args.maintainer_name} <{args.maintainer_email}>"]),
+        ("description", DESCRIPTION),
+        ("maintainer", [f"{user} <{user}@todo.todo>"]),
         ("licenses", [args.license]),
         ("build type", args.build_type),
         ("dependencies", args.dependencies),
         *([("node_name", node)] if node else []),
     ):
         print(f"{title}: {value}")
-    files = _python(args) if args.build_type == "ament_python" else _cmake(args)
+    files = _python(args, user) if args.build_type == "ament_python" else _cmake(args, user)
     for path, text in files.items():
-        _write(args.destination_directory, Path(name) / path, text)
+        _write(Path(name) / path, text)
     if args.license not in LICENSES:
         print(
             f"\n[WARNING]: Unknown license '{args.license}'. This has been set in the package.xml, but no LICENSE "
@@ -79,17 +75,17 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _write(root: Path, path: Path, text: str) -> None:
+def _write(path: Path, text: str) -> None:
     for parent in reversed(path.parents[:-1]):
-        if not (root / parent).exists():
+        if not parent.exists():
             print(f"creating folder .{os.sep}{parent}")
-            (root / parent).mkdir(parents=True)
+            parent.mkdir(parents=True)
     print(f"creating .{os.sep}{path}")
-    (root / path).write_text(text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
 
 
 # -- the files of a new package: path -> text ------------------------------------------------------------------------
-def _manifest(args: argparse.Namespace, tool: str, *tests: str) -> str:
+def _manifest(args: argparse.Namespace, user: str, tool: str, *tests: str) -> str:
     lines = [
         '<?xml version="1.0"?>',
         '<?xml-model href="http://download.ros.org/schema/package_format3.xsd" '
@@ -97,8 +93,8 @@ def _manifest(args: argparse.Namespace, tool: str, *tests: str) -> str:
         '<package format="3">',
         f"  <name>{args.package_name}</name>",
         "  <version>0.0.0</version>",
-        f"  <description>{escape(args.description)}</description>",
-        f'  <maintainer email="{escape(args.maintainer_email)}">{escape(args.maintainer_name)}</maintainer>',
+        f"  <description>{DESCRIPTION}</description>",
+        f'  <maintainer email="{user}@todo.todo">{user}</maintainer>',
         f"  <license>{escape(args.license)}</license>",
         "",
         *([f"  <buildtool_depend>{tool}</buildtool_depend>", ""] if tool else []),
@@ -114,16 +110,15 @@ def _manifest(args: argparse.Namespace, tool: str, *tests: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _python(args: argparse.Namespace) -> dict[str, str]:
+def _python(args: argparse.Namespace, user: str) -> dict[str, str]:
     name = args.package_name
     found = {
-        "package.xml": _manifest(args, "", "ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest"),
+        "package.xml": _manifest(args, user, "", "ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest"),
         "setup.py": SETUP.format(
             name=name,
-            maintainer=_quoted(args.maintainer_name),
-            email=_quoted(args.maintainer_email),
-            description=_quoted(args.description),
-            license=_quoted(args.license),
+            user=user,
+            description=DESCRIPTION,
+            license=args.license,
             scripts=f"\n            '{args.node_name} = {name}.{args.node_name}:main',\n        "
             if args.node_name
             else "\n        ",
@@ -140,14 +135,10 @@ def _python(args: argparse.Namespace) -> dict[str, str]:
     return found
 
 
-def _quoted(text: str) -> str:
-    return repr(text) if "'" not in text else "'" + text.replace("\\", "\\\\").replace("'", "\\'") + "'"
-
-
-def _cmake(args: argparse.Namespace) -> dict[str, str]:
+def _cmake(args: argparse.Namespace, user: str) -> dict[str, str]:
     find = "".join(f"find_package({name} REQUIRED)\n" for name in args.dependencies)
     return {
-        "package.xml": _manifest(args, "ament_cmake", "ament_lint_auto", "ament_lint_common"),
+        "package.xml": _manifest(args, user, "ament_cmake", "ament_lint_auto", "ament_lint_common"),
         "CMakeLists.txt": CMAKE.format(name=args.package_name, find=find),
     }
 
@@ -167,10 +158,10 @@ setup(
     ],
     install_requires=['setuptools'],
     zip_safe=True,
-    maintainer={maintainer},
-    maintainer_email={email},
-    description={description},
-    license={license},
+    maintainer='{user}',
+    maintainer_email='{user}@todo.todo',
+    description='{description}',
+    license={license!r},
     tests_require=['pytest'],
     entry_points={{
         'console_scripts': [{scripts}],

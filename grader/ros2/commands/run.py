@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import signal
 import subprocess
 from typing import Any
@@ -15,7 +14,6 @@ from .refusals import Refusal
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
-    parser.add_argument("--prefix", help="Prefix command, which should go before the executable, such as 'gdb --args'")
     with_programs = arguments.offer(lambda: filter(packages.executables, packages.names()))
     arguments.add(parser, "package_name", with_programs, help="Name of the ROS package")
     arguments.add(parser, "executable_name", complete_executable, help="Name of the executable")
@@ -40,12 +38,11 @@ def run(args: argparse.Namespace) -> int:
         raise Refusal("No executable found" + (f". {args.package_name} has {there}" if there else ""))
     if len(paths) > 1:
         raise Refusal("\n".join(["Multiple executables found:", *(f"- {path}" for path in paths)]))
-    command = [*shlex.split(args.prefix or ""), str(paths[0]), *args.argv]
     # A terminal's Ctrl-C goes to both processes; this one waits for the other, and passes on nothing but SIGTERM.
     # Set before the start: Ctrl-C between the start and the wait would end this process and leave the other running.
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda *_: None)
-    process = subprocess.Popen(command, preexec_fn=die_with_parent())
+    process = subprocess.Popen([str(paths[0]), *args.argv], preexec_fn=die_with_parent())
     signal.signal(signal.SIGTERM, lambda *_: process.terminate())
     code = process.wait()
     if code != 0:

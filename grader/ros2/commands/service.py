@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import argparse
 
-from . import arguments, listing, messages
+from . import arguments, messages
 from .graph import Graph, NamesAndTypes, graph, wait
-from .refusals import Refusal, near
+from .refusals import Refusal
 from .spinning import spin
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "service")
-    list_ = add_verb("list", "Output a list of available services", listing.show_list, graph=True)
-    listing.list_arguments(list_, "service")
-    listing.type_arguments(add_verb("type", "Output a service's type", listing.show_type, graph=True), "service")
-    info = add_verb("info", "Print information about a service", show_info, graph=True)
-    arguments.name_argument(info, "service")
-    find = add_verb("find", "Output a list of available services of a given type", listing.show_found, graph=True)
-    listing.find_arguments(find, "service", "e.g. 'std_srvs/srv/Trigger'")
+    list_ = add_verb("list", "Output a list of available services", arguments.show_list, graph=True)
+    arguments.list_arguments(list_, "service")
+    arguments.name_argument(add_verb("type", "Output a service's type", show_type, graph=True), "service")
+    find = add_verb("find", "Output a list of available services of a given type", show_found, graph=True)
+    find.add_argument("service_type", help="Name of the ROS service type to filter for (e.g. 'std_srvs/srv/Trigger')")
+    find.set_defaults(kind="service")
     call = add_verb("call", "Call a service", run_call)
     arguments.name_argument(call, "service")
     arguments.type_argument(call, "service_type", "service", "Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
@@ -27,17 +26,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.values_arguments(call, "service", "service_type", text)
 
 
-def show_info(args: argparse.Namespace) -> int:
-    """Print the type of a service, and how many clients and servers it has."""
-    name = args.service_name
+def show_type(args: argparse.Namespace) -> int:
+    """Print the types of a service; return 1 if there is no such service."""
     with graph(args.spin_time) as seen:
-        types = seen.types("service", name)
-        if not types or not name.startswith("/"):  # the real command wants the name as it is in the graph
-            raise Refusal(f"Unknown service '{name}'{near(name, dict(seen.names('service')))}")
-        seen.settle()
-        print("Type:", types[0] if len(types) == 1 else types)
-        print(f"Clients count: {seen.node.count_clients(name)}")
-        print(f"Services count: {seen.node.count_services(name)}")
+        types = seen.types("service", args.service_name)
+    for one in types:
+        print(one)
+    return 0 if types else 1
+
+
+def show_found(args: argparse.Namespace) -> int:
+    """Print the services that have a type."""
+    for name, types in arguments.settled(args):
+        if args.service_type in types:
+            print(name)
     return 0
 
 

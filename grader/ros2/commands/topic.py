@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import arguments, listing, topic_meters, topic_pubsub
+from . import arguments, topic_meters, topic_pubsub
 from .graph import full_name, graph
 from .refusals import Refusal, near
 
@@ -13,35 +13,13 @@ from .refusals import Refusal, near
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "topic")
-    list_ = add_verb("list", "Output a list of available topics", show_list, graph=True)
-    listing.list_arguments(list_, "topic")
-    list_.add_argument("-v", "--verbose", action="store_true", help="List full details about each topic")
+    list_ = add_verb("list", "Output a list of available topics", arguments.show_list, graph=True)
+    arguments.list_arguments(list_, "topic")
     info = add_verb("info", "Print information about a topic", show_info, graph=True)
     arguments.name_argument(info, "topic")
     info.add_argument("-v", "--verbose", action="store_true", help="Prints detailed information like QoS profiles")
-    listing.type_arguments(add_verb("type", "Print a topic's type", listing.show_type, graph=True), "topic")
-    find = add_verb("find", "Output a list of available topics of a given type", listing.show_found, graph=True)
-    listing.find_arguments(find, "topic", "e.g. 'std_msgs/msg/String'")
     topic_pubsub.add_verbs(add_verb)
     topic_meters.add_verbs(add_verb)
-
-
-def show_list(args: argparse.Namespace) -> int:
-    """Print the topics."""
-    if not args.verbose:
-        return listing.show_list(args)
-    with graph(args.spin_time) as seen:
-        topics = listing.settled(args, seen)
-        for title, count, what in (
-            ("Published topics:", seen.node.count_publishers, "publisher"),
-            ("Subscribed topics:", seen.node.count_subscribers, "subscriber"),
-        ):
-            print(title)
-            for name, types in topics:
-                if number := count(name):
-                    print(f" * {name} [{', '.join(types)}] {number} {what}{'s' if number > 1 else ''}")
-            print()
-    return 0
 
 
 def show_info(args: argparse.Namespace) -> int:

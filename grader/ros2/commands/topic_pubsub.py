@@ -5,16 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
 from typing import Any
 
 from . import arguments, messages
-from .graph import Graph, NamesAndTypes, full_name, graph, other_type, wait
-from .qos import from_flags, qos_arguments
+from .graph import Graph, NamesAndTypes, full_name, graph, matching, other_type, wait
 from .refusals import Refusal, near
 from .spinning import spin
 
-SIM_TIME_S = 1.0  # how long to wait for a message of /clock
 KEEP_ALIVE_S = 0.1  # after the last message, for it to arrive
 
 
@@ -24,11 +21,8 @@ def add_verbs(add_verb: arguments.AddVerb) -> None:
     arguments.name_argument(echo, "topic")
     text = "Type of the ROS message (e.g. 'std_msgs/msg/String')"
     arguments.type_argument(echo, "message_type", "topic", text, nargs="?")
-    qos_arguments(echo)
-    echo.add_argument("--csv", action="store_true", help="Output all recursive fields separated by commas")
     echo.add_argument("--field", metavar="FIELD", help="Echo a selected field of a message")
     echo.add_argument("--full-length", "-f", action="store_true", help="Output all elements of arrays, bytes, strings")
-    echo.add_argument("--truncate-length", "-l", type=int, default=messages.FULL, help="The length to truncate to")
     echo.add_argument("--no-arr", action="store_true", help="Don't print array fields of messages")
     echo.add_argument("--once", action="store_true", help="Print the first message received and then exit")
     echo.add_argument("--timeout", metavar="N", type=float, help="Seconds after which to give up waiting")
@@ -42,9 +36,6 @@ def add_verbs(add_verb: arguments.AddVerb) -> None:
     group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
     group.add_argument("-t", "--times", type=int, default=0, help="Publish this number of times and then exit")
     pub.add_argument("-w", "--wait-matching-subscriptions", type=int, help="Wait until finding this many subscriptions")
-    pub.add_argument("--spin-time", type=float, help=argparse.SUPPRESS)
-    pub.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
-    qos_arguments(pub)
 
 
 def positive(text: str) -> float:
@@ -81,7 +72,7 @@ def subscription(
 
 def run_echo(args: argparse.Namespace) -> int:
     """Print messages as they arrive."""
-    limits = messages.Limits(None if args.full_length else args.truncate_length, not args.no_arr)
+    limits = messages.Limits(None if args.full_length else messages.FULL, not args.no_arr)
     count = 0
 
     def show(message: Any) -> None:
@@ -90,25 +81,25 @@ def run_echo(args: argparse.Namespace) -> int:
             return
         count += 1
         part = message if args.field is None else messages.field(message, args.field)
-        print(_shown(part, args.csv, limits), flush=True)
+        print(shown(part, limits), flush=True)
 
     with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
         name, kind, publishers = subscription(seen, args, args.message_type)
-        profile = from_flags(args, [end.qos_profile for end in publishers])
+        profile = matching([end.qos_profile for end in publishers])
         listening = seen.node.create_subscription(kind, name, show, profile)
         spin(seen.node, lambda: args.once and count > 0, args.timeout)
         seen.node.destroy_subscription(listening)
     return 0
 
 
-def _shown(part: Any, csv: bool, limits: messages.Limits) -> str:
+def shown(part: Any, limits: messages.Limits) -> str:
     """Return a message, or the field of one that was asked for, as `echo` prints it.
 
     Like the real command, it prints a field that is no message itself as Python does, in full.
     """
     if not hasattr(part, "__slots__"):
         return f"{part}\n---"
-    return messages.to_csv(part, limits) if csv else f"{messages.to_yaml(part, limits)}---"
+    return f"{messages.to_yaml(part, limits)}---"
 
 
 def run_pub(args: argparse.Namespace) -> int:
@@ -119,17 +110,15 @@ def run_pub(args: argparse.Namespace) -> int:
     wanted = args.wait_matching_subscriptions
     if wanted is None:
         wanted = 1 if times else 0
-    with graph(sim_time=args.use_sim_time) as seen:
+    with graph() as seen:
         message = kind()
-        messages.fill(message, values, _now(seen, args))
-        stamped = any(value in ("now", "auto") for value in _values(values))
-        publisher = seen.node.create_publisher(kind, args.topic_name, from_flags(args))
+        messages.fill(message, values, seen.node.get_clock().now().to_msg())
+        publisher = seen.node.create_publisher(kind, args.topic_name, matching([]))
         _wait_for_subscribers(seen, publisher, args, wanted)
         print("publisher: beginning loop", flush=True)
         count, begin = 0, time.monotonic()
         while True:
-            if stamped:
-                messages.fill(message, values, _now(seen, args))
+            messages.fill(message, values, seen.node.get_clock().now().to_msg())
             count += 1
             print(f"publishing #{count}: {message!r}\n", flush=True)
             publisher.publish(message)
@@ -139,24 +128,6 @@ def run_pub(args: argparse.Namespace) -> int:
             time.sleep(max(0.0, begin + count / args.rate - time.monotonic()))
         time.sleep(KEEP_ALIVE_S)
     return 0
-
-
-def _values(values: Any) -> Iterator[str]:
-    """Yield all texts in nested values."""
-    for one in values.values() if isinstance(values, dict) else values:
-        if isinstance(one, dict | list):
-            yield from _values(one)
-        elif isinstance(one, str):
-            yield one
-
-
-def _now(seen: Graph, args: argparse.Namespace) -> Any:
-    """Return the present as a message; simulated time advances only when the node takes a message of /clock."""
-    clock = seen.node.get_clock()
-    if args.use_sim_time:
-        before = clock.now()
-        spin(seen.node, lambda: clock.now() != before, SIM_TIME_S)
-    return clock.now().to_msg()
 
 
 def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace, wanted: int) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
-from . import typed
 from .context import LaunchContext
 from .entities import (
     Action,
@@ -112,26 +111,25 @@ class SetEnvironmentVariable(SetLaunchConfiguration):
         context.environment[perform(context, self.name)] = perform(context, self.value)
 
 
-class AppendEnvironmentVariable(Action):
+class AppendEnvironmentVariable(SetLaunchConfiguration):
     """Adds to the end, or the start, of an environment variable that is a list."""
 
     def __init__(
         self,
         name: SomeSubstitutionsType,
         value: SomeSubstitutionsType,
-        prepend: Any = False,
+        prepend: bool = False,
         separator: SomeSubstitutionsType = ":",
         **rest: Any,
     ) -> None:
-        super().__init__(**rest)
-        self.name, self.value, self.separator = substitutions(name), substitutions(value), substitutions(separator)
-        self.prepend = typed.given(prepend, bool)
+        super().__init__(name, value, **rest)
+        self.prepend, self.separator = prepend, substitutions(separator)
 
     def execute(self, context: LaunchContext) -> None:
         name, value = perform(context, self.name), perform(context, self.value)
-        parts = [value, context.environment[name]] if name in context.environment else [value]
-        ordered = parts if typed.performed(context, self.prepend, bool) else reversed(parts)
-        context.environment[name] = perform(context, self.separator).join(ordered)
+        there = [context.environment[name]] if name in context.environment else []
+        parts = [value, *there] if self.prepend else [*there, value]
+        context.environment[name] = perform(context, self.separator).join(parts)
 
 
 class GroupAction(Action):

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from ..commands import arguments, packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import modules
-from .entities import LaunchDescription, describe, tree
+from .entities import LaunchDescription, describe
 from .errors import LaunchError, explain
 from .include import OTHER_FORMATS, AnyLaunchDescriptionSource, IncludeLaunchDescription, read
 from .output import RECORD_VARIABLE
-from .ros_substitutions import find_prefix
 from .service import LaunchService
+from .substitutions import find_prefix
 
 ENDINGS = (".py", *OTHER_FORMATS)
 
@@ -22,12 +22,7 @@ ENDINGS = (".py", *OTHER_FORMATS)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
     parser.add_argument("-d", "--debug", action="store_true", help="Put the launch system in debug mode, more output")
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument("-p", "--print", "--print-description", action="store_true", help="Print the launch description")
-    group.add_argument("-s", "--show-args", "--show-arguments", action="store_true", help="Show the file's arguments")
-    parser.add_argument(
-        "-a", "--show-all-subprocesses-output", action="store_true", help="Show all launched processes' output"
-    )
+    parser.add_argument("-s", "--show-args", "--show-arguments", action="store_true", help="Show the file's arguments")
     parser.add_argument(
         "--record",
         metavar="FILE",
@@ -47,15 +42,12 @@ def main(args: argparse.Namespace) -> int:
     try:
         path, words = find(args.package_name, args.launch_file_name, args.launch_arguments)
         given = parse(words)
-        if args.show_args or args.print:
-            description = read(path)
-            print(arguments_shown(description) if args.show_args else tree(description))
+        if args.show_args:
+            print(arguments_shown(read(path)))
             return 0
     except Exception as error:
         print(explain(error), file=sys.stderr)
         return 1
-    if args.show_all_subprocesses_output:
-        os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
     record = args.record or os.environ.pop(RECORD_VARIABLE, None)  # the nodes must not inherit it
     service = LaunchService(debug=args.debug, record=Path(record) if record else None)
     service.output.begin()

@@ -200,8 +200,8 @@ class LaunchDescriptionEntity:
         """Return the entities that are certain to be visited next."""
         return []
 
-    def describe_conditional_sub_entities(self) -> list[tuple[str, Entities]]:
-        """Return the entities that may be visited next, and when."""
+    def describe_conditional_sub_entities(self) -> Entities:
+        """Return the entities that may be visited later."""
         return []
 
     def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[DeclaredArgument, bool]]:
@@ -209,9 +209,8 @@ class LaunchDescriptionEntity:
         conditional = conditional or self.condition is not None
         for entity in self.describe_sub_entities():
             yield from entity.declared_arguments(conditional)
-        for _, entities in self.describe_conditional_sub_entities():
-            for entity in entities:
-                yield from entity.declared_arguments(True)
+        for entity in self.describe_conditional_sub_entities():
+            yield from entity.declared_arguments(True)
 
 
 class LaunchDescription(LaunchDescriptionEntity):
@@ -237,20 +236,6 @@ class LaunchDescription(LaunchDescriptionEntity):
     def add_action(self, action: Action) -> None:
         """Add an action at the end."""
         self.add_entity(action)
-
-
-def tree(description: LaunchDescription) -> str:
-    """Return a description as a tree of the names of its actions."""
-
-    def lines(entities: Entities, depth: int) -> Iterator[str]:
-        for entity in entities:
-            yield "    " * depth + f"- {type(entity).__name__} ({entity.place})"
-            yield from lines(entity.describe_sub_entities(), depth + 1)
-            for when, inner in entity.describe_conditional_sub_entities():
-                yield "    " * (depth + 1) + when + ":"
-                yield from lines(inner, depth + 2)
-
-    return "\n".join(["<launch.LaunchDescription>", *lines(description.entities, 1)])
 
 
 class Action(LaunchDescriptionEntity):

@@ -143,8 +143,8 @@ class TimerAction(Action):
         self._done: asyncio.Future[None] | None = None
         self._handle: asyncio.TimerHandle | None = None
 
-    def describe_conditional_sub_entities(self) -> list[tuple[str, Entities]]:
-        return [("after some time", self.actions)]
+    def describe_conditional_sub_entities(self) -> Entities:
+        return self.actions
 
     def get_asyncio_future(self) -> asyncio.Future[None] | None:
         return self._done
@@ -186,8 +186,8 @@ class RegisterEventHandler(Action):
         super().__init__(**rest)
         self.event_handler = event_handler
 
-    def describe_conditional_sub_entities(self) -> list[tuple[str, Entities]]:
-        return [("on an event", self.event_handler.described())]
+    def describe_conditional_sub_entities(self) -> Entities:
+        return self.event_handler.described()
 
     def execute(self, context: LaunchContext) -> None:
         context.register_event_handler(self.event_handler)

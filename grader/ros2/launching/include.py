@@ -122,8 +122,7 @@ class IncludeLaunchDescription(Action):
         """Read the file, and check that its required arguments are given before any of it runs."""
         description = self.launch_description_source.get_launch_description(context)
         location = self.launch_description_source.location
-        # As in the real one, these stay what they are after the file, too.
-        context.locals.current_launch_file_path = str(location)
+        # As in the real one, this stays what it is after the file, too.
         context.locals.current_launch_file_directory = str(location.parent)
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
         self._require(context, description)

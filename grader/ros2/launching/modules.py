@@ -1,7 +1,7 @@
 """Make `launch` and `launch_ros` importable in this process, unless the real ones are installed.
 
-The table below is the list of what is supported. Every other public name of the real modules can be imported as well,
-and is refused, with the line of the launch file, when it is used.
+The table below lists what is supported. Any other name can be imported as well, and is refused, with the line of the
+launch file, when it is used.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ import importlib
 import importlib.machinery
 import importlib.util
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
+from ..commands.refusals import near  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import (
     actions,
     context,
@@ -25,104 +26,92 @@ from . import (
     parameters,
     process,
     ros_actions,
-    ros_substitutions,
     service,
     substitutions,
-    typed,
 )
-from .api import api
 from .errors import InvalidConditionExpressionError, LaunchError, SubstitutionFailure, UnsupportedError, caller
 
-
-def _classes(kind: type, *modules: ModuleType) -> dict[str, Any]:
-    """Return the public classes of a kind that the modules define."""
-    return {
-        name: value
-        for module in modules
-        for name, value in vars(module).items()
-        if isinstance(value, type)
-        and issubclass(value, kind)
-        and value.__module__ == module.__name__
-        and not name.startswith("_")
-    }
-
-
-def _pick(module: ModuleType, *names: str) -> dict[str, Any]:
-    return {name: getattr(module, name) for name in names}
-
-
-def table() -> dict[str, dict[str, Any]]:
-    """Return the supported names by the package that has them, the events apart: two of them are called as actions."""
-    failures = ("InvalidLaunchFileError", "InvalidPythonLaunchFileError", "InvalidFrontendLaunchFileError")
-    return {
-        "launch": {
-            **_classes(entities.Action, actions, event_handling, include, process),
-            **_classes(entities.Substitution, substitutions),
-            **_classes(entities.Condition, entities),
-            **_classes(event_handling.EventHandler, event_handling),
-            **_classes(include.LaunchDescriptionSource, include),
-            **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution"),
-            **_pick(entities, "TextSubstitution", "SomeSubstitutionsType", "is_substitution"),
-            "LaunchContext": context.LaunchContext,
-            "LaunchService": service.LaunchService,
-            "Event": events.Event,
-            "get_logger": output.get_logger,
-            **dict.fromkeys(failures, LaunchError),
-            "InvalidConditionExpressionError": InvalidConditionExpressionError,
-            "SubstitutionFailure": SubstitutionFailure,
-            "evaluate_condition_expression": entities.truth,
-            "normalize_to_list_of_substitutions": entities.substitutions,
-            "perform_substitutions": entities.perform,
-            "normalize_typed_substitution": typed.given,
-            "perform_typed_substitution": typed.performed,
-            "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
-            "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
-            **dict.fromkeys(("SomeEntitiesType", "FilePath"), Any),
-        },
-        "launch.events": _classes(events.Event, events),
-        "launch_ros": {
-            **_classes(entities.Action, ros_actions),
-            "PushRosNamespace": ros_actions.PushROSNamespace,
-            **_classes(entities.Substitution, ros_substitutions),
-            **_pick(parameters, "ParameterFile", "ParameterValue"),
-            **_pick(ros_actions, "ComposableNode"),
-            **dict.fromkeys(("SomeParameters", "SomeParameterFile", "SomeParameterValue", "SomeRemapRules"), Any),
-        },
-    }
-
-
-# What to do instead of names of the real modules that this kit lacks.
-COMPOSED = "Start each node by itself, with Node(package=…, executable=…)."
-STATES = "Change states from a node of your own."
-_GROUP = (
-    *("PushEnvironment", "PopEnvironment", "PushLaunchConfigurations", "PopLaunchConfigurations"),
-    *("ResetEnvironment", "ResetLaunchConfigurations", "UnsetEnvironmentVariable", "UnsetLaunchConfiguration"),
-)
+# The names by the modules of launch 3.4.3 and launch_ros 0.26.6 that have them. `LogInfo` of launch.actions is in
+# launch.actions.log_info, too, and so are the others.
+_TABLE = """
+launch: Action Condition Event EventHandler InvalidLaunchFileError LaunchContext LaunchDescription
+  LaunchDescriptionEntity LaunchDescriptionSource LaunchService SomeEntitiesType SomeSubstitutionsType Substitution
+launch.actions: AppendEnvironmentVariable DeclareLaunchArgument EmitEvent ExecuteProcess GroupAction
+  IncludeLaunchDescription LogInfo OpaqueFunction RegisterEventHandler SetEnvironmentVariable SetLaunchConfiguration
+  Shutdown TimerAction
+launch.actions.shutdown_action: Shutdown
+launch.conditions: IfCondition InvalidConditionExpressionError LaunchConfigurationEquals LaunchConfigurationNotEquals
+  UnlessCondition evaluate_condition_expression
+launch.event_handler: EventHandler
+launch.event_handlers: OnExecutionComplete OnProcessExit OnProcessIO OnProcessStart OnShutdown
+launch.events: ExecutionComplete Shutdown TimerEvent
+launch.events.process: ProcessExited ProcessIO ProcessStarted ProcessStderr ProcessStdout RunningProcessEvent
+launch.launch_description_sources: AnyLaunchDescriptionSource InvalidLaunchFileError InvalidPythonLaunchFileError
+  PythonLaunchDescriptionSource
+launch.logging: get_logger
+launch.some_entities_type: SomeEntitiesType
+launch.some_substitutions_type: SomeSubstitutionsType
+launch.substitutions: AndSubstitution Command EnvironmentVariable EqualsSubstitution FileContent FindExecutable
+  LaunchConfiguration LocalSubstitution NotEqualsSubstitution NotSubstitution OrSubstitution PathJoinSubstitution
+  PythonExpression SubstitutionFailure TextSubstitution ThisLaunchFileDir
+launch.substitutions.boolean_substitution: AndSubstitution NotSubstitution OrSubstitution
+launch.utilities: normalize_to_list_of_substitutions perform_substitutions
+launch_ros:
+launch_ros.actions: LifecycleNode Node PushROSNamespace PushRosNamespace SetParameter SetParametersFromFile
+launch_ros.descriptions: ComposableNode ParameterFile ParameterValue
+launch_ros.parameter_descriptions: ParameterFile ParameterValue
+launch_ros.substitutions: ExecutableInPackage FindPackagePrefix FindPackageShare
+launch_ros.substitutions.find_package: FindPackagePrefix FindPackageShare
+"""
 INSTEAD = {
-    **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes"), COMPOSED),
+    **dict.fromkeys(
+        ("ComposableNodeContainer", "LoadComposableNodes"),
+        "Start each node by itself, with Node(package=…, executable=…).",
+    ),
+    **dict.fromkeys(
+        ("LifecycleTransition", "ChangeState", "StateTransition", "OnStateTransition"),
+        "Change states from a node of your own.",
+    ),
     **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
-    **dict.fromkeys(("LifecycleTransition", "ChangeState", "StateTransition", "matches_action"), STATES),
-    "OnStateTransition": "Use OnProcessStart of launch.event_handlers.",
-    "OnIncludeLaunchDescription": "Include the file with IncludeLaunchDescription of launch.actions.",
     "OpaqueCoroutine": "Use OpaqueFunction.",
     "ExecuteLocal": "Use ExecuteProcess of launch.actions.",
-    **dict.fromkeys(_GROUP, "Put the actions into a GroupAction, which restores both after them."),
     "UnregisterEventHandler": "Use handle_once=True of the event handler.",
     **dict.fromkeys(("ShutdownProcess", "SignalProcess"), "Use ExecuteProcess with `kill`, or Shutdown."),
     **dict.fromkeys(("AnySubstitution", "AllSubstitution"), "Use OrSubstitution and AndSubstitution."),
     "IfElseSubstitution": "Use PythonExpression.",
-    "AnonName": "Write a name of its own for each node.",
+    "SetRemap": "Write `remappings` for each node.",
+    "SetUseSimTime": "Use SetParameter('use_sim_time', True).",
+    "ThisLaunchFile": "Use ThisLaunchFileDir, or __file__.",
     "SetROSLogDir": "Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.",
     "Parameter": "Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.",
-    "get_ros_node": "Use a node of your own.",
-    **dict.fromkeys(
-        (
-            *("FrontendLaunchDescriptionSource", "XMLLaunchDescriptionSource", "YAMLLaunchDescriptionSource"),
-            *("Parser", "expose_action", "expose_substitution"),
-        ),
-        include.PYTHON_FILE,
-    ),
+    "FrontendLaunchDescriptionSource": include.PYTHON_FILE,
 }
+
+
+def table() -> dict[str, dict[str, Any]]:
+    """Return the supported names by the modules that have them."""
+    places = (
+        *(actions, context, entities, event_handling, include, output, parameters, process, ros_actions),
+        *(service, substitutions),
+    )
+    known: dict[str, Any] = {name: value for place in places for name, value in vars(place).items()}
+    known |= {
+        "Event": events.Event,
+        "InvalidConditionExpressionError": InvalidConditionExpressionError,
+        "SubstitutionFailure": SubstitutionFailure,
+        "PushRosNamespace": ros_actions.PushROSNamespace,
+        "SomeEntitiesType": Any,
+        "evaluate_condition_expression": entities.truth,
+        "normalize_to_list_of_substitutions": entities.substitutions,
+        "perform_substitutions": entities.perform,
+        **dict.fromkeys(("InvalidLaunchFileError", "InvalidPythonLaunchFileError"), LaunchError),
+    }
+    found: dict[str, dict[str, Any]] = {}
+    for line in _TABLE.strip().replace("\n  ", " ").splitlines():
+        module, _, names = line.partition(":")
+        values = vars(events) if module.startswith("launch.events") else known  # two events are called as actions are
+        found[module] = {name: values[name] for name in names.split()}
+    return found
 
 
 class _Refusing(type):
@@ -131,10 +120,15 @@ class _Refusing(type):
     def __getattr__(cls, name: str) -> Any:
         if name.startswith("__"):  # Python itself, or a linter, looks whether it is there
             raise AttributeError(name)
-        raise UnsupportedError(f"{cls.__name__} of {cls.__module__}", INSTEAD.get(cls.__name__, ""), caller())
+        raise _refusal(cls.__module__, cls.__name__)
 
     def __setattr__(cls, name: str, value: Any) -> None:
         cls.__getattr__(name)
+
+
+def _refusal(module: str, name: str) -> UnsupportedError:
+    known = {one for names in table().values() for one in names}
+    return UnsupportedError(f"{name} of {module}", INSTEAD.get(name) or near(name, known).strip(), caller())
 
 
 def _missing(module: str, name: str) -> type:
@@ -144,7 +138,7 @@ def _missing(module: str, name: str) -> type:
     """
 
     def begin(self: Any, *_args: Any, condition: Any = None, **_kwargs: Any) -> None:
-        refusal = UnsupportedError(f"{name} of {module}", INSTEAD.get(name, ""), caller())
+        refusal = _refusal(module, name)
         if condition is None:
             raise refusal
         entities.Action.__init__(self, condition=condition)
@@ -170,28 +164,14 @@ def real_ones_installed() -> bool:
         return False
 
 
-def _above(module: str) -> Iterator[str]:
-    """Yield the module and those around it."""
-    while module:
-        yield module
-        module = module.rpartition(".")[0]
-
-
 class _Finder:
     """Finds the modules of the real packages, with the names in them: supported ones, and ones that refuse."""
 
     def __init__(self) -> None:
-        self.supported = table()
-        self.modules = api()
-        for module in list(self.modules):
-            for above in _above(module):
-                self.modules.setdefault(above, [])
-
-    def value(self, module: str, name: str) -> Any:
-        """Return what a name of a module is here."""
-        # The real modules define a name somewhere below the one that it is usually imported from.
-        places = (self.supported.get(above, {}) for above in _above(module))
-        return next((names[name] for names in places if name in names), None) or _missing(module, name)
+        self.modules = table()
+        for module, names in list(self.modules.items()):
+            for name, value in names.items():
+                self.modules.setdefault(f"{module}.{_snake(name)}", {name: value})
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -207,26 +187,31 @@ class _Finder:
 
     def exec_module(self, module: ModuleType) -> None:
         """Fill the module with its names; a submodule is imported when it is asked for, as `launch.actions` is."""
-        names = self.modules[module.__name__]
 
         def other(name: str) -> Any:
             if (inner := f"{module.__name__}.{name}") in self.modules:
                 return importlib.import_module(inner)
-            if names is None and not name.startswith("_"):
-                return self.value(module.__name__, name)
-            raise AttributeError(f"module '{module.__name__}' has no attribute '{name}'")
+            if name.startswith("_"):
+                raise AttributeError(name)
+            return _missing(module.__name__, name)
 
-        known = {name: self.value(module.__name__, name) for name in names or ()}
-        vars(module).update(known, __all__=list(known), __getattr__=other)
+        names = self.modules[module.__name__]
+        vars(module).update(names, __all__=list(names), __getattr__=other)
+
+
+def _snake(name: str) -> str:
+    """Return `path_join` for `PathJoin`, as the real packages name the module of a class."""
+    return "".join(
+        f"_{letter}" if letter.isupper() and i and not name[i - 1].isupper() else letter
+        for i, letter in enumerate(name)
+    ).lower()
 
 
 def install() -> bool:
     """Make the names importable in this process and return True; return False if the real ones are installed."""
     if real_ones_installed():
         return False
-    for name in [
-        name for name in sys.modules if name.split(".")[0] in ("launch", "launch_ros", "launch_xml", "launch_yaml")
-    ]:
+    for name in [name for name in sys.modules if name.split(".")[0] in ("launch", "launch_ros")]:
         del sys.modules[name]
     sys.meta_path.insert(0, _Finder())
     return True

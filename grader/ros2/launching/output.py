@@ -13,7 +13,6 @@ import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 RECORD_VARIABLE = "ROS2_LAUNCH_RECORD"
@@ -30,11 +29,7 @@ KINDS: dict[str, dict[str, set[str]]] = {
 
 
 def routes(output: Any) -> dict[str, set[str]]:
-    """Return where each of stdout, stderr and both goes: screen, log, own_log (which is the log).
-
-    `OVERRIDE_LAUNCH_PROCESS_OUTPUT` in the environment overrides the launch file.
-    """
-    output = os.environ.get("OVERRIDE_LAUNCH_PROCESS_OUTPUT") or output
+    """Return where each of stdout, stderr and both goes: screen, log, own_log (which is the log)."""
     if isinstance(output, str):
         if output not in KINDS:
             raise ValueError(f"'{output}' is not a valid standard output config i.e. one of: {', '.join(KINDS)}")
@@ -89,21 +84,12 @@ class Output:
         self._print(f"[{level}] [{name}]: {text}")
         self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
 
-    def lines(self, label: str, channel: str, places: dict[str, set[str]], lines: list[str], form: str) -> None:
-        """Print and log lines of a process.
-
-        Args:
-            label: the process's label, such as talker-1.
-            channel: stdout or stderr.
-            places: where each channel goes, as `routes` returns it.
-            lines: the lines, without their ends.
-            form: a format for a line on the screen, with `{line}` and `{this.process_description.final_name}`.
-        """
+    def lines(self, label: str, channel: str, places: dict[str, set[str]], lines: list[str]) -> None:
+        """Print and log lines of a process with its label; `places` says where each channel goes, as `routes` does."""
         here = places.get(channel, set()) | places.get("both", set())
-        this = SimpleNamespace(name=label, process_description=SimpleNamespace(name=label, final_name=label))
         for line in lines:
             if "screen" in here:
-                self._print(form.format(line=line, this=this))
+                self._print(f"[{label}] {line}")
             if here & {"log", "own_log"}:
                 self._log(f"{time.time():.7f} [{label}] {line}")
 

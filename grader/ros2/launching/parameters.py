@@ -13,8 +13,13 @@ from . import typed
 from .context import LaunchContext
 from .entities import SomeSubstitutionsType, Substitution, TextSubstitution, perform, substitutions
 from .errors import UnsupportedError, caller
-from .ros_substitutions import FindPackagePrefix, FindPackageShare
-from .substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFile, ThisLaunchFileDir
+from .substitutions import (
+    EnvironmentVariable,
+    FindPackagePrefix,
+    FindPackageShare,
+    LaunchConfiguration,
+    ThisLaunchFileDir,
+)
 
 AS_TEXT = (
     "If the parameter is meant to be a string, try wrapping it in "
@@ -67,7 +72,6 @@ class ParameterFile:
             "find-pkg-share": FindPackageShare,
             "find-pkg-prefix": FindPackagePrefix,
             "dirname": ThisLaunchFileDir,
-            "filename": ThisLaunchFile,
         }
         if kind not in known:
             raise UnsupportedError(

@@ -43,7 +43,7 @@ class ExecuteProcess(Action):
         sigkill_timeout: Any = None,
         emulate_tty: Any = False,
         output: Any = "log",
-        output_format: str = "[{this.process_description.final_name}] {line}",
+        output_format: str = "",  # noqa: ARG002 - accepted; each line begins with the label
         cached_output: bool = False,  # noqa: ARG002 - accepted; launch files cannot ask for the text here
         log_cmd: bool = False,
         on_exit: Any = None,
@@ -56,7 +56,7 @@ class ExecuteProcess(Action):
         self.cmd = [substitutions(word) for word in cmd]
         self.prefix, self.label, self.cwd = (None if x is None else substitutions(x) for x in (prefix, name, cwd))
         self.env, self.additional_env = (None if x is None else _pairs(x) for x in (env, additional_env))
-        self.shell, self.output_format, self.log_cmd, self.emulate_tty = shell, output_format, log_cmd, emulate_tty
+        self.shell, self.log_cmd, self.emulate_tty = shell, log_cmd, emulate_tty
         self.output = output if isinstance(output, dict) else substitutions(output)
         self.timeouts = [
             substitutions(LaunchConfiguration(f"{name}_timeout", default=TIMEOUT_S) if limit is None else limit)
@@ -183,7 +183,7 @@ class ExecuteProcess(Action):
     def _written(self, channel: str, text: bytes, lines: list[str]) -> None:
         """Pass on what the process has written."""
         name = self.process_details["name"]
-        self._context.runner.output.lines(name, channel, self._routes, lines, self.output_format)
+        self._context.runner.output.lines(name, channel, self._routes, lines)
         if text:
             kind, fd = (events.ProcessStdout, 1) if channel == "stdout" else (events.ProcessStderr, 2)
             self._event(kind, text=text, fd=fd)

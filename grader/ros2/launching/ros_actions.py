@@ -13,9 +13,9 @@ from .entities import Action, Entities, SomeSubstitutionsType, perform, substitu
 from .errors import LaunchError
 from .parameters import ParameterFile, Parameters, document, listed
 from .process import ExecuteProcess
-from .ros_substitutions import PARAMETERS, ExecutableInPackage
+from .substitutions import PARAMETERS, ExecutableInPackage
 
-NAMESPACE, REMAPS = "ros_namespace", "ros_remaps"  # keys among the configurations, beside PARAMETERS
+NAMESPACE = "ros_namespace"  # a key among the configurations, as PARAMETERS is
 RENAMED = {
     "node_executable": "executable",
     "node_name": "name",
@@ -116,7 +116,7 @@ class Node(ExecuteProcess):
             cmd += ["--params-file", setting] if isinstance(setting, str) else ["-p", f"{setting[0]}:={setting[1]}"]
         for one in self.parameters:
             cmd += self._parameter(context, one, full or "/**")
-        for old, new in [*context.launch_configurations.get(REMAPS, ()), *self.remappings]:
+        for old, new in self.remappings:
             cmd += ["-r", f"{perform(context, old)}:={perform(context, new)}"]
         return cmd
 
@@ -179,9 +179,9 @@ class PushROSNamespace(Action):
             context.launch_configurations[NAMESPACE] = inner
 
 
-def _append(context: LaunchContext, key: str, value: Any) -> None:
+def _append(context: LaunchContext, setting: Any) -> None:
     # A group restores which list there is, not what is in it: so it is in the real one.
-    context.launch_configurations.setdefault(key, []).append(value)
+    context.launch_configurations.setdefault(PARAMETERS, []).append(setting)
 
 
 class SetParameter(Action):
@@ -194,7 +194,7 @@ class SetParameter(Action):
     def execute(self, context: LaunchContext) -> None:
         """Set it. A list becomes text in round brackets, which no node reads as a list: the real one does the same."""
         for name, value in self.parameters.evaluate(context).items():
-            _append(context, PARAMETERS, (name, tuple(value) if isinstance(value, list) else value))
+            _append(context, (name, tuple(value) if isinstance(value, list) else value))
 
 
 class SetParametersFromFile(Action):
@@ -208,35 +208,4 @@ class SetParametersFromFile(Action):
         file = Path(perform(context, self.filename)).absolute()
         if not file.is_file():
             raise LaunchError(f"Parameter file path is not a file: {file}")
-        _append(context, PARAMETERS, str(file))
-
-
-class SetUseSimTime(Action):
-    """Sets the clock of the launch's own node, which this kit has not: no node takes its time from /clock by this."""
-
-    def __init__(self, value: bool, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.value = value
-
-    def execute(self, context: LaunchContext) -> None:
-        """Warn that nothing changes; the real one cannot set another value than True."""
-        if not isinstance(self.value, bool):
-            raise ValueError(f"Type 'Type.BOOL' and value '{self.value}' do not agree")
-        if not self.value:
-            raise LaunchError("Failed to set use_sim_time parameter")
-        context.runner.output.warn(
-            "launch_ros.actions",
-            f"{self.place}: SetUseSimTime is about the launch's own node, no other: for the nodes that follow, write "
-            "SetParameter('use_sim_time', True)",
-        )
-
-
-class SetRemap(Action):
-    """Remaps a name for all nodes that follow."""
-
-    def __init__(self, src: SomeSubstitutionsType, dst: SomeSubstitutionsType, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.src, self.dst = substitutions(src), substitutions(dst)
-
-    def execute(self, context: LaunchContext) -> None:
-        _append(context, REMAPS, (perform(context, self.src), perform(context, self.dst)))
+        _append(context, str(file))

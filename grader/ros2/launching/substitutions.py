@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import typed
 from .context import LaunchContext
 from .entities import (
@@ -23,7 +24,7 @@ from .entities import (
     perform,
     substitutions,
 )
-from .errors import SubstitutionFailure
+from .errors import PackageNotFoundError, SubstitutionFailure
 
 
 class LaunchConfiguration(Substitution):
@@ -185,22 +186,14 @@ class FileContent(Substitution):
             raise SubstitutionFailure(f"Failed to open file: {path}: {error.strerror}") from error
 
 
-class ThisLaunchFile(Substitution):
-    """The path of the launch file being run."""
-
-    local = "current_launch_file_path"  # set by the include that reads the file
-
-    def perform(self, context: LaunchContext) -> str:
-        found = getattr(context.locals, self.local, None)
-        if found is None:
-            raise SubstitutionFailure(f"{type(self).__name__} used outside of a launch file (in a script)")
-        return str(found)
-
-
-class ThisLaunchFileDir(ThisLaunchFile):
+class ThisLaunchFileDir(Substitution):
     """The folder of the launch file being run."""
 
-    local = "current_launch_file_directory"
+    def perform(self, context: LaunchContext) -> str:
+        found = getattr(context.locals, "current_launch_file_directory", None)  # set by the include that reads the file
+        if found is None:
+            raise SubstitutionFailure("ThisLaunchFileDir used outside of a launch file (in a script)")
+        return str(found)
 
 
 class EqualsSubstitution(Substitution):
@@ -271,3 +264,66 @@ def _text(value: bool) -> str:
 
 def _side(value: Any) -> list[Substitution]:
     return substitutions(value if is_substitution(value) else "" if value is None else str(value))
+
+
+# -- of launch_ros: the places of packages and of their executables ----------------------------------------------------
+PARAMETERS = "global_params"  # the configuration that holds the settings for all nodes
+
+
+def find_prefix(package: str) -> Path:
+    """Return the prefix that a package is installed in.
+
+    Raises:
+        PackageNotFoundError: no prefix holds it; the message says what to do about that, if it is known.
+    """
+    if (found := packages.prefix(package)) is not None:
+        return found
+    advice = packages.advice(package).strip()
+    searched = [str(one) for one in packages.prefixes()]
+    raise PackageNotFoundError(
+        f"\"package '{package}' not found, searching: {searched}\"{f' - {advice}' if advice else ''}"
+    )
+
+
+class FindPackagePrefix(Substitution):
+    """The prefix that a package is installed in."""
+
+    shown = "FindPackagePrefix(pkg={package})"
+
+    def __init__(self, package: SomeSubstitutionsType) -> None:
+        self.package = substitutions(package)
+
+    def find(self, package_name: str) -> str:
+        return str(find_prefix(package_name))
+
+    def perform(self, context: LaunchContext) -> str:
+        return self.find(perform(context, self.package))
+
+
+class FindPackageShare(FindPackagePrefix):
+    """The share folder of a package."""
+
+    shown = "FindPackageShare(pkg={package})"
+
+    def find(self, package_name: str) -> str:
+        return str(find_prefix(package_name) / "share" / package_name)
+
+
+class ExecutableInPackage(Substitution):
+    """The path of a package's executable."""
+
+    shown = "ExecInPkg(executable={executable}, pkg={package})"
+
+    def __init__(self, executable: SomeSubstitutionsType, package: SomeSubstitutionsType) -> None:
+        self.executable, self.package = substitutions(executable), substitutions(package)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the path; PATH is not searched."""
+        name, package = perform(context, self.executable), perform(context, self.package)
+        folder = find_prefix(package) / "lib" / package
+        path = folder / name
+        if not (path.is_file() and os.access(path, os.X_OK)):
+            there = sorted(p.name for p in folder.iterdir() if os.access(p, os.X_OK)) if folder.is_dir() else []
+            has = f"; it holds {', '.join(there)}" if there else ""
+            raise SubstitutionFailure(f"executable '{name}' not found on the libexec directory '{folder}'{has}")
+        return str(path)

@@ -9,7 +9,8 @@ import pytest
 from IPython.core.formatters import PNGFormatter
 from matplotlib.figure import Figure
 
-from grader.notebook.alt_text import describe_figures, words_of
+from grader.notebook.cell_hooks import CellHooks, words_of
+from grader.notebook.workspace import Workspace
 
 
 @pytest.fixture
@@ -21,12 +22,13 @@ def figure():
     plt.close(figure)
 
 
-def test_a_figure_is_shown_with_its_words(figure: Figure):
+def test_a_figure_is_shown_with_its_words(figure: Figure, workspace: Workspace, monkeypatch: pytest.MonkeyPatch):
     shell = SimpleNamespace(display_formatter=SimpleNamespace(formatters={"image/png": PNGFormatter()}))
     png = shell.display_formatter.formatters["image/png"]
     png.for_type(Figure, lambda figure: b"PNG" if figure.patch.get_linewidth() else b"white on a dark page")
+    monkeypatch.setattr("IPython.get_ipython", lambda: shell)
     for _ in range(2):
-        describe_figures(shell)
+        CellHooks(workspace).draw()
     words = "Plot. What is left: clearance (m) over speed (m/s): by the formula"
     assert png(figure) == (b"PNG", {"alt": words})
 

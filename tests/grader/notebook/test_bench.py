@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import subprocess
 import sys
 import time
@@ -63,12 +64,12 @@ def test_a_node_that_raises_at_its_start_is_named(solved: Workspace, capsys: pyt
 @pytest.fixture
 def checked_fields() -> Iterator[None]:
     """Check fields as in a kernel, and as before afterwards."""
-    finders = list(sys.meta_path)
+    getenv = os.getenv
     interface_types.check_fields()
     yield
-    sys.meta_path[:] = finders
+    os.getenv = getenv
     for name, module in list(sys.modules.items()):
-        if interface_types.is_message(name):
+        if interface_types.MESSAGE.fullmatch(name):
             setattr(module, "ros_python_check_fields", "")  # noqa: B010 - mypy knows no such name
 
 

@@ -6,16 +6,20 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers import recordings
 from helpers.course import COURSE, PACKAGE
 
-from grader import KIT, building, notebook
+from grader import KIT, building, evidence, notebook, pipeline
 from grader.host import procfs
-from grader.notebook import checking, checkpoints, prerequisites
+from grader.notebook import check_process, checking, checkpoints, prerequisites
 from grader.notebook.feedback import Checked, Progress
-from grader.notebook.workspace import Workspace
+from grader.notebook.workspace import NOTEBOOK, Workspace
+from grader.scoring.grading import Grading
+from grader.settings import Settings
 
 
 @pytest.fixture
@@ -234,3 +238,75 @@ def command_line(pid: int) -> bytes:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:  # it has ended meanwhile
         return b""
+
+
+# -- a package that cannot have all of a requirement yet ---------------------------------------------------------------
+def open_after(workspace: Workspace, number: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lay out the package as notebook `number` ("01") leaves it, with that notebook still open."""
+    checkpoints.start_at(workspace, f"{int(number) + 1:02}")
+    monkeypatch.setenv(NOTEBOOK, number)
+
+
+@pytest.mark.slow  # a whole check more
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_what_a_later_notebook_brings_does_not_keep_a_requirement_from_passing(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_after(workspace, "01", monkeypatch)
+    said = repr(notebook.check("I1"))
+    assert said == "I1 passed so far (2 of 3)\n    later     notebook 08 brings launch and config files"
+
+
+@pytest.mark.slow  # a whole check more
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_what_the_notebook_teaches_is_still_asked_for(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    open_after(workspace, "01", monkeypatch)
+    cmake = workspace.package / "CMakeLists.txt"
+    cmake.write_text(cmake.read_text().replace("DESTINATION lib/${PROJECT_NAME}", "DESTINATION bin"))
+    said = repr(notebook.check("I1"))
+    assert said.startswith("I1 not yet (1 of 3)")
+    assert "bin/robot_controller" in said
+    assert "launch" not in said
+
+
+def test_a_stub_is_no_file_of_the_layout(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    open_after(workspace, "01", monkeypatch)
+    (workspace.package / "package.xml").write_text("<!-- TODO 1 -->\n")
+    assert "package.xml is still a stub" in repr(notebook.check("Q3"))
+
+
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Return what makes a check find the evidence recorded of a submission, completed with that of the reference."""
+    reference = replace(recordings.load("reference"), mutation=None)
+
+    def recorded(name: str) -> None:
+        found = replace(reference, trials=reference.trials | recordings.load(name).trials)
+
+        def grade(_package: Path, out: Path, settings: Settings) -> Grading:
+            evidence.save(found, out / pipeline.EVIDENCE)
+            return pipeline.judge(out / pipeline.EVIDENCE, settings)
+
+        monkeypatch.setattr(check_process, "grade", grade)
+
+    return recorded
+
+
+@pytest.mark.slow  # a whole check more
+def test_bad_readings_are_judged_by_the_node_that_is_there(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch, seen: Callable[[str], None]
+) -> None:
+    """The published notebook 04 has the first answer, from trials."""
+    open_after(workspace, "04", monkeypatch)
+    seen("reference")
+    found = notebook.check("F6")
+    assert repr(found).startswith(
+        "F6 passed so far (its points come with a later notebook: 3)\n    seen      your sensor processor"
+    )
+    assert "✓" not in found._repr_html_(), "no green tick beside a requirement that has given no points"
+    seen("publishes_nothing_when_nothing_is_near")
+    said = repr(notebook.check("F6"))
+    assert said.startswith("F6 not yet (0 of 3)")
+    assert "closest_obstacle_distance" in said

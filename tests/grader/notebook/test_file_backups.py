@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,6 @@ from grader.notebook import before_begin, checkpoints
 from grader.notebook.file_backups import FileBackups, target
 from grader.notebook.workspace import Workspace
 
-NOON = datetime(2026, 5, 1, 12, 0, 0)
 CELL = "%%writefile utils/steering.py\nGAIN = 1\n"
 
 
@@ -30,7 +28,7 @@ def package(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def run(backups: FileBackups, cell: str) -> str:
     """Run a `%%writefile` cell as Jupyter does; return the message before it."""
-    said = backups.before(cell, NOON)
+    said = backups.before(cell)
     path = target(cell)
     assert path is not None
     path.write_text(cell.partition("\n")[2])
@@ -44,28 +42,16 @@ def copies(workspace: Workspace) -> dict[str, str]:
 
 
 def test_a_cell_that_overwrites_an_edit_backs_it_up_and_says_where(workspace: Workspace, package: Path) -> None:
-    run(FileBackups(workspace), CELL)
-    (package / "utils/steering.py").write_text("GAIN = 2  # an hour of work\n")
-    assert run(FileBackups(workspace), CELL) == (
-        "steering.py was changed outside this notebook. "
-        "That version is kept: ws/kept/utils/steering 2026-05-01 12.00.00.py"
-    )
-    assert copies(workspace) == {"utils/steering 2026-05-01 12.00.00.py": "GAIN = 2  # an hour of work\n"}
-    assert (package / "utils/steering.py").read_text() == "GAIN = 1\n"
-
-
-def test_text_that_a_cell_wrote_is_overwritten_without_a_message(workspace: Workspace, package: Path) -> None:
-    """Also by another notebook, whose kernel has not seen the first cell: the course's files grow from day to day."""
+    """The last edit is kept, whichever cells run after it."""
     assert run(FileBackups(workspace), CELL) == ""
-    assert run(FileBackups(workspace), CELL) == ""
-    assert run(FileBackups(workspace), CELL.replace("1", "3")) == ""
-    assert copies(workspace) == {"utils/steering 2026-05-01 12.00.00.py": "GAIN = 1\n"}, "kept all the same"
-
-
-def test_the_same_text_is_kept_once(workspace: Workspace, package: Path) -> None:
-    for gain in ("1", "2", "1", "2", "1"):
-        run(FileBackups(workspace), CELL.replace("1", gain))
-    assert sorted(copies(workspace).values()) == ["GAIN = 1\n", "GAIN = 2\n"]
+    for edit in ("GAIN = 2\n", "GAIN = 3  # an hour of work\n"):
+        (package / "utils/steering.py").write_text(edit)
+        assert run(FileBackups(workspace), CELL) == (
+            "steering.py was changed outside this notebook. That version is kept: ws/kept/utils/steering.py"
+        )
+    assert run(FileBackups(workspace), CELL.replace("1", "4")) == "", "a text that a cell has is not kept"
+    assert copies(workspace) == {"utils/steering.py": "GAIN = 3  # an hour of work\n"}
+    assert (package / "utils/steering.py").read_text() == "GAIN = 4\n"
 
 
 def test_an_edit_equal_to_the_cell_is_not_backed_up(workspace: Workspace, package: Path) -> None:
@@ -73,17 +59,10 @@ def test_an_edit_equal_to_the_cell_is_not_backed_up(workspace: Workspace, packag
     assert run(FileBackups(workspace), CELL) == ""
 
 
-def test_two_edits_in_one_second_are_both_kept(workspace: Workspace, package: Path) -> None:
-    for text in ("GAIN = 2\n", "GAIN = 3\n"):
-        (package / "utils/steering.py").write_text(text)
-        run(FileBackups(workspace), CELL)
-    assert sorted(copies(workspace).values()) == ["GAIN = 2\n", "GAIN = 3\n"]
-
-
 def test_a_file_outside_the_package_is_kept_too(workspace: Workspace, package: Path) -> None:
     (workspace.root / "notes.py").write_text("mine\n")
     run(FileBackups(workspace), "%%writefile ../../notes.py\nof the cell\n")
-    assert copies(workspace) == {"elsewhere/notes 2026-05-01 12.00.00.py": "mine\n"}
+    assert copies(workspace) == {"elsewhere/notes.py": "mine\n"}
 
 
 @pytest.mark.parametrize(
@@ -102,22 +81,6 @@ def test_damaged_checksums_cost_an_extra_copy_and_no_work(workspace: Workspace, 
     run(FileBackups(workspace), CELL)
     (workspace.root / "kept/written.json").write_text("{")
     assert "is kept" in run(FileBackups(workspace), CELL.replace("1", "2"))
-
-
-def test_begin_installs_the_backups_in_a_kernel(workspace: Workspace) -> None:
-    """With IPython's own events and `%%writefile`; after two calls of `begin`, the message comes once."""
-    code = (
-        "from IPython.core.interactiveshell import InteractiveShell as S\n"
-        "s = S.instance()\n"
-        "s.run_cell(\"from grader.notebook import begin; begin('01')\")\n"
-        "s.run_cell(\"begin('01')\")\n"
-        "s.run_cell('%%writefile setup.py\\nONE\\n')\n"
-        "open('setup.py', 'w').write('TWO')\n"
-        "s.run_cell('%%writefile setup.py\\nONE\\n')\n"
-    )
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout.count("setup.py was changed outside this notebook. That version is kept: ws/kept/setup ") == 1
-    assert copies(workspace).popitem()[1] == "TWO"
 
 
 @pytest.mark.slow  # a build
@@ -184,10 +147,12 @@ def in_a_kernel(cells: str, **environment: str) -> str:
     return ran.stdout + ran.stderr
 
 
-@pytest.mark.slow  # a kernel
-def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -> None:
+def test_begin_installs_all_this_in_a_kernel(workspace: Workspace) -> None:
+    """With IPython's own events and `%%writefile`; after two calls of `begin`, a message comes once."""
     said = in_a_kernel(
-        "s.run_cell(\"from grader.notebook import begin; begin('08')\")\n"
+        "for _ in range(2):\n    s.run_cell(\"from grader.notebook import begin; begin('08')\")\n"
+        "s.run_cell('%%writefile setup.py\\nSEVEN\\n')\n"
+        "open('setup.py', 'w').write('MINE')\n"
         "s.run_cell('%%writefile setup.py\\nEIGHT\\n')\n"
         "s.run_cell(\"begin('05')\")\n"
         "s.run_cell('%%writefile setup.py\\nFIVE\\n')\n"
@@ -195,9 +160,10 @@ def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -
         "s.run_cell('%%writefile -f setup.py\\nFIVE\\n')\n"
         "print(open('setup.py').read())\n"
     )
+    assert said.count("setup.py was changed outside this notebook. That version is kept: ws/kept/setup.py\n") == 1
     assert "setup.py was not replaced: notebook 08 has written it since" in said
     assert said.index("EIGHT") < said.index("FIVE")
-    assert copies(workspace).popitem()[1] == "EIGHT\n"
+    assert copies(workspace) == {"setup.py": "MINE"}
 
 
 INTO = "%%into utils/steering.py\ndef steer():\n    return 1\n"
@@ -218,18 +184,6 @@ def test_a_skeletons_cell_that_is_run_again_does_not_empty_the_pieces(workspace:
     assert backups.refusal(CELL.replace("1", "2").replace("writefile", "writefile -f"), "07") == ""
     assert backups.refusal(CELL.replace("1", "2").replace("writefile", "writefile -a"), "07") == ""
     assert backups.refusal(CELL.replace("1", "2"), "08") == ""
-
-
-def test_a_skeletons_cell_that_is_run_twice_more_does_not_empty_the_pieces(workspace: Workspace, package: Path) -> None:
-    """Its refusal was taken for the latest text, so that the second time it replaced the file."""
-    said = in_a_kernel(
-        "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
-        "s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
-        "s.run_cell('%%into own.py\\ndef steer():\\n    return 1\\n')\n"
-        "for _ in range(2):\n    s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
-    )
-    assert said.count("own.py was not replaced") == 2
-    assert "return 1" in (package / "own.py").read_text()
 
 
 def test_a_piece_is_not_put_into_the_file_of_an_earlier_notebook(workspace: Workspace, package: Path) -> None:
@@ -259,16 +213,19 @@ def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace:
     assert (package / "own.py").read_text() == "def steer():\n    return 2\n"
 
 
-@pytest.mark.slow  # one more kernel
-def test_a_comment_above_a_cell_magic_is_no_line_magic_that_is_not_found(workspace: Workspace, package: Path) -> None:
+def test_a_skeleton_and_its_pieces_in_a_kernel(workspace: Workspace, package: Path) -> None:
+    """The skeleton's refusal was taken for the latest text; a comment above a cell magic made it a line magic."""
     said = in_a_kernel(
         "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
         "s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
         "s.run_cell('# my answer\\n\\n%%into own.py\\ndef steer():\\n    return 1\\n')\n"
+        "for _ in range(2):\n    s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
         "s.run_cell('# a comment\\nprint(7)\\n')\n"
     )
     assert "not found" not in said
-    assert said.endswith("own.py has now: steer\n7\n")
+    assert "own.py has now: steer\n" in said
+    assert said.count("own.py was not replaced") == 2
+    assert said.endswith("\n7\n")
     assert "return 1" in (package / "own.py").read_text()
 
 
@@ -291,21 +248,13 @@ def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
     ]
 
 
-SELDOM = pytest.mark.slow  # builds the package of the notebooks before, as the first does
-
-
-@pytest.mark.slow  # a kernel for each of many notebooks
-@pytest.mark.parametrize(
-    "name",
-    ["08_settings_and_launch"]
-    + [pytest.param(name, marks=SELDOM) for name in ("01_anatomy", "02_interfaces", "09_tests_that_notice")],
-)
-def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(name: str, workspace: Workspace) -> None:
+@pytest.mark.slow  # a kernel
+def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(workspace: Workspace) -> None:
     """The first cell of 08 makes `config` and `launch`, `start_at` moves them away, and %%writefile was a traceback."""
-    notebook = book.read_stored(editions.student_file(name))
+    notebook = book.read_stored(editions.student_file("08_settings_and_launch"))
     first, *others = (cell.source for cell in notebook.cells if cell.cell_type == "code")
     written = [cell for cell in others if cell.startswith("%%writefile")]
-    cells = [first, f"start_at({name[:2]!r})", *written]
+    cells = [first, "start_at('08')", *written]
     said = in_a_kernel(f"for cell in {cells!r}:\n    s.run_cell(cell).raise_error()\n")
     assert "laid out by the course" in said
     assert said.count("\nWriting ") + said.count("\nOverwriting ") + said.count("\nAppending ") == len(written) > 0

@@ -123,3 +123,21 @@ def test_the_reason_for_a_failed_build(exit_code: int, log: str, reason: str) ->
 )  # fmt: skip
 def test_the_reason_why_a_check_could_not_be_judged_comes_with_advice(reason: Reason | None, advice: str) -> None:
     assert advice in prerequisites.advice(reason)
+
+
+def test_whatever_waits_is_a_check_of_the_rubric() -> None:
+    whole = rubric.load(rubric.RUBRIC)
+    assert set(course().notebook_table["later"]) <= {check.id for check in whole.checks}
+    for name, found in course().notebook_table["stand_ins"].items():
+        assert whole.requirement(name)
+        assert found["check"] in {check.id for check in whole.requirement(found["requirement"]).checks}
+
+
+def test_a_check_waits_before_the_notebook_that_brings_what_it_needs_and_not_in_it_or_outside_of_notebooks() -> None:
+    waiting = course().notebook_table["later"]
+    assert waiting
+    for check, row in waiting.items():
+        assert prerequisites.later(check, "00") == prerequisites.Later(**row)
+        assert prerequisites.later(check, row["notebook"]) is None
+        assert prerequisites.later(check, "") is None
+    assert prerequisites.stand_in("F6", "") is None

@@ -198,8 +198,11 @@ report(abandoned=abandoned.exit_code())
     )
 
 
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_node_drives_and_stops_before_the_wall(driven: Facts) -> None:
+SLOW = pytest.mark.slow  # a package is built and driven for all of these
+
+
+@SLOW
+def test_a_node_drives_and_stops_before_the_wall_and_all_of_it_is_recorded(driven: Facts) -> None:
     assert driven["trouble"] == ""
     assert driven["good"][0] is True
     assert 1.3 < driven["at"] < 1.6
@@ -207,73 +210,53 @@ def test_a_node_drives_and_stops_before_the_wall(driven: Facts) -> None:
     assert driven["contacts"] == 0
     assert driven["status"] == "OBSTACLE_DETECTED"
     assert driven["rate"] == pytest.approx(10.0, rel=0.2)
+    assert driven["t"] == pytest.approx(8.5)
+    assert (driven["columns"], driven["scans"]) == (171, 85)
+    assert driven["early"] == pytest.approx(0.25), "a drive ends when its condition holds"
 
 
-@pytest.mark.slow  # a package is built and driven for all of these
+@SLOW
 def test_a_refusal_comes_with_the_nodes_own_message(driven: Facts) -> None:
     assert driven["bad"][0] is False
     assert "0.5 m/s" in driven["bad"][1]
     assert driven["speed"] == 0.375
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_the_recording_holds_the_whole_run(driven: Facts) -> None:
-    assert driven["t"] == pytest.approx(8.5)
-    assert driven["columns"] == 171
-    assert driven["scans"] == 85
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_drive_ends_early_when_its_condition_holds(driven: Facts) -> None:
-    assert driven["early"] == pytest.approx(0.25)
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_goal_is_reached(driven: Facts) -> None:
-    assert driven["went"] == ["succeeded", True]
-    assert driven["missed"] < 0.15
-    assert driven["final"] == pytest.approx([0.6, -0.4], abs=0.2)
-    assert driven["feedback"] > 10
-    assert driven["first_feedback"] == pytest.approx(0.98, abs=0.15)
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_cancel_is_answered_before_time_goes_on(driven: Facts) -> None:
-    """Whether it came before the next tick was chance, and so was how far the robot rolled."""
-    assert driven["answered"] is True
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_goal_is_canceled_or_left_unfinished(driven: Facts) -> None:
-    assert driven["canceled"] == "canceled"
-    assert driven["limit"] == "unfinished"
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_running_node_accepts_or_refuses_a_parameter(driven: Facts) -> None:
     assert driven["refused"][0] is False
     assert "max_linear_speed" in driven["refused"][1]
     assert driven["taken"] == [True, ""]
 
 
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_click_on_the_map_is_a_goal(driven: Facts) -> None:
+@SLOW
+def test_a_goal_is_reached_canceled_or_left_unfinished(driven: Facts) -> None:
+    """A cancel is answered before time goes on: whether it came before the next tick was chance."""
+    assert driven["went"] == ["succeeded", True]
+    assert driven["missed"] < 0.15
+    assert driven["final"] == pytest.approx([0.6, -0.4], abs=0.2)
+    assert driven["feedback"] > 10
+    assert driven["first_feedback"] == pytest.approx(0.98, abs=0.15)
+    assert driven["answered"] is True
+    assert (driven["canceled"], driven["limit"]) == ("canceled", "unfinished")
     assert driven["clicked"] == "goal sent: (0.50, 0.50) m"
 
 
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_cell_with_rclpy_of_its_own_hears_the_node(driven: Facts) -> None:
+@SLOW
+def test_the_kernel_hears_the_node_and_knows_the_students_modules_and_the_contracts_types(driven: Facts) -> None:
     assert driven["heard"] >= 1
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_the_kernel_knows_the_students_modules_and_the_contracts_types(driven: Facts) -> None:
     assert driven["clamped"] == 1.0
     assert "/ws/src/" in driven["own"]
     assert driven["request"] == 0.5
+    assert driven["live"] == pytest.approx(0.5)
+    assert driven["view"] == "Live view of 'wall_ahead'"
 
 
-@pytest.mark.slow  # a package is built and driven for all of these
+@SLOW
+def test_the_sensor_processor_runs_with_parameters(driven: Facts) -> None:
+    t, frame, count = driven["fused"]
+    assert frame == "base_link"
+    assert t == pytest.approx(2.0, abs=0.2)
+    assert count == driven["distances"] == pytest.approx(20, abs=3)
+
+
+@SLOW
 def test_ctrl_c_ends_the_node_with_a_zero_command(driven: Facts) -> None:
     seconds, code, last = driven["ended"]
     assert code == 0
@@ -284,41 +267,15 @@ def test_ctrl_c_ends_the_node_with_a_zero_command(driven: Facts) -> None:
     assert driven["after"] == "no node offers set_speed"
 
 
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_closed_run_leaves_no_robot_on_the_graph(driven: Facts) -> None:
+@SLOW
+def test_what_is_over_leaves_no_robot_and_no_process(driven: Facts) -> None:
     """Three performances of a demonstration were three ghosts, and a warning that they share a name."""
     assert driven["beside"]
     assert not driven["left"]
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_the_sensor_processor_runs_with_parameters(driven: Facts) -> None:
-    t, frame, count = driven["fused"]
-    assert frame == "base_link"
-    assert t == pytest.approx(2.0, abs=0.2)
-    assert count == driven["distances"] == pytest.approx(20, abs=3)
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_second_run_of_a_node_ends_the_first(driven: Facts) -> None:
-    assert driven["replaced"] == "Run(robot_controller in 'open_field': closed)"
-    assert driven["deaf"] == 0  # its cmd_vel had another name
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_live_view_steps_the_run(driven: Facts) -> None:
-    assert driven["live"] == pytest.approx(0.5)
-    assert driven["view"] == "Live view of 'wall_ahead'"
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_a_run_without_references_ends(driven: Facts) -> None:
-    assert driven["abandoned"] == -9
-
-
-@pytest.mark.slow  # a package is built and driven for all of these
-def test_no_node_outlives_the_kernel(driven: Facts) -> None:
-    assert all(is_gone(driven[name]) for name in ("first", "second", "third"))
+    assert driven["replaced"] == "Run(robot_controller in 'open_field': closed)", "by a second run of the node"
+    assert driven["deaf"] == 0, "its cmd_vel had another name"
+    assert driven["abandoned"] == -9, "without references"
+    assert all(is_gone(driven[name]) for name in ("first", "second", "third")), "no node outlives the kernel"
 
 
 # -- failures ---------------------------------------------------------------------------------------------------------
@@ -408,94 +365,6 @@ report(status=status, trouble=run.trouble, later=run.set_speed(0.1).message, wen
     assert "A value in get_robot_status (response) is not of the field's type, float" in facts["trouble"]
     assert facts["status"] == facts["trouble"]
     assert (facts["later"], facts["went"]) == ("no node offers set_speed", "no server")
-
-
-@pytest.mark.slow  # a build, a kernel and a node
-def test_the_driver_of_notebook_05_takes_its_speed_from_a_parameter_and_then_from_its_service(
-    laid_out: Callable[[str], Path],
-) -> None:
-    facts = play(
-        laid_out("06"),
-        """
-run = run_node("robot_controller", "wall_ahead", parameters={"speed": 0.25})
-run.drive(2.0)
-first = run.simulator.twist.v
-taken = run.set_speed(0.375).success
-run.drive(1.0)
-report(first=first, taken=taken, then=run.simulator.twist.v)
-run.drive(6.0)
-report(contacts=len(run.recording.contacts), stands=run.simulator.twist.v)
-""",
-    )
-    assert facts["first"] == pytest.approx(0.25, abs=0.02)
-    assert facts["taken"] is True
-    assert facts["then"] == pytest.approx(0.375, abs=0.02)
-    assert facts["contacts"] == 0
-    assert facts["stands"] == pytest.approx(0.0, abs=0.01)
-
-
-@pytest.mark.slow  # a kernel with a node more
-def test_a_file_of_ones_own_can_stand_in_for_a_node(laid_out: Callable[[str], Path]) -> None:
-    """Notebook 01 lets the empty node of its package drive, by a class derived from it."""
-    facts = play(
-        laid_out("02"),
-        """
-from pathlib import Path
-Path("../../circle.py").write_text('''
-import sys
-from geometry_msgs.msg import Twist
-from ros2_robot_controller.robot_controller import RobotController
-from ros2_robot_controller.utils.running import run
-
-
-class Circle(RobotController):
-    def __init__(self):
-        super().__init__()
-        self.speeds = self.create_publisher(Twist, 'cmd_vel', 10)
-        self.create_timer(0.1, self.go)
-
-    def go(self):
-        speed = Twist()
-        speed.linear.x = 0.25
-        self.speeds.publish(speed)
-
-
-sys.exit(run(Circle))
-''')
-run = run_node("robot_controller", program="../../circle.py")
-run.drive(2.0)
-report(trouble=run.trouble, v=run.simulator.twist.v)
-""",
-    )
-    assert facts["trouble"] == ""
-    assert facts["v"] == pytest.approx(0.25, abs=0.02)
-
-
-@pytest.mark.slow  # a build, a kernel and two nodes
-def test_a_launch_file_starts_both_nodes_with_their_parameter_files(laid_out: Callable[[str], Path]) -> None:
-    facts = play(
-        laid_out("09"),
-        """
-import re, subprocess
-from pathlib import Path
-from sim import Box, World
-config = Path("config/robot_params.yaml")
-config.write_text(config.read_text().replace("obstacle_detection_threshold: 0.5", "obstacle_detection_threshold: 0.7"))
-run = run_node(launch="robot_controller_launch.py", world=World("a box", obstacles=(Box((1.6, 0.0), (0.2, 0.6)),)))
-run.set_speed(0.4)
-report(trouble=run.trouble, far=1.5 - run.drive(5.0).x[-1])
-report(taken=run.set_parameter("obstacle_detection_threshold", 0.3), near=1.5 - run.drive(4.0).x[-1])
-started = [int(number) for number in re.findall(r"started with pid \\[(\\d+)", run.output)]
-run.close()
-report(started=started)
-""",
-    )
-    assert facts["trouble"] == ""
-    assert facts["far"] == pytest.approx(0.7, abs=0.03)
-    assert facts["taken"] == [True, ""]
-    assert facts["near"] == pytest.approx(0.3, abs=0.03)
-    assert len(facts["started"]) == 2
-    assert all(map(is_gone, facts["started"]))
 
 
 @pytest.mark.slow  # a build and a kernel

@@ -96,10 +96,10 @@ def test_namespaces_and_settings_hold_for_a_whole_group(launch):
         "show --ros-args -r __node:=n -r __ns:=/robot1",
         "show --ros-args -r __node:=n -r __ns:=/robot1",
         "show --ros-args -r __ns:=/",
-        f"show --ros-args -r __node:=n -r __ns:=/fleet {inside} -r scan:=front/scan",
-        f"show --ros-args -r __ns:=/fleet/robot2 {inside} -r scan:=front/scan -r odom:=wheel/odom",
-        f"show --ros-args -r __node:=n -r __ns:=/other {inside} --params-file DICT -r scan:=front/scan",
-        f"show --ros-args -r __ns:=/fleet/deep {inside} -p k:=2.5 -r scan:=front/scan",
+        f"show --ros-args -r __node:=n -r __ns:=/fleet {inside}",
+        f"show --ros-args -r __ns:=/fleet/robot2 {inside} -r odom:=wheel/odom",
+        f"show --ros-args -r __node:=n -r __ns:=/other {inside} --params-file DICT",
+        f"show --ros-args -r __ns:=/fleet/deep {inside} -p k:=2.5",
         "show --ros-args -r __node:=n",
     ]
 

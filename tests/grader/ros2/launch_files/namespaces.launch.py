@@ -2,7 +2,7 @@
 
 from launch import LaunchDescription
 from launch.actions import GroupAction
-from launch_ros.actions import Node, PushRosNamespace, SetParameter, SetRemap
+from launch_ros.actions import Node, PushRosNamespace, SetParameter
 
 
 def show(**rest):
@@ -19,7 +19,6 @@ def generate_launch_description():
                 [
                     PushRosNamespace("fleet"),
                     SetParameter("use_sim_time", True),
-                    SetRemap("scan", "front/scan"),
                     show(name="n"),
                     show(namespace="robot2", remappings=[("odom", "wheel/odom")]),
                     show(namespace="/other", parameters=[{"a": 1}], name="n"),
