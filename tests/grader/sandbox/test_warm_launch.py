@@ -140,7 +140,7 @@ def test_ctrl_c_reaches_the_node(launch: Launch, how: str):
 def test_no_node_outlives_its_launch(launch: Launch, how: str):
     process = launch(how, "import os, time; print('up', flush=True); time.sleep(600)")
     await_output(process, "up")
-    inside = [pid for pid in process._tree() if "lib/pkg/node" in command_line(pid)]
+    inside = [pid for pid in process.pids() if "lib/pkg/node" in command_line(pid)]
     assert inside
     (of_launch,) = {parent_of(pid) for pid in inside}
     os.kill(of_launch, signal.SIGKILL)
