@@ -113,12 +113,10 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
         words = mark("building the contract as {package}: once on this machine, about a minute, longer on a busy one")
         settings.progress(say(words, package=types))
         contract = building.build_contract(settings.cache, course, types)
-    name = built.facts.package
     facts = replace(
         built.facts,
         contract_hashes=contract.facts.type_hashes,
         contract_texts=contract.facts.interface_texts,
-        named_in=building.places_of_name(submission.package, name) if name != course.package else [],
     )
     return replace(built, facts=facts), contract
 

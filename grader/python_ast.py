@@ -70,15 +70,6 @@ def literal_string(node: ast.AST | None) -> str:
     return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
 
 
-def terms(node: ast.expr | None) -> list[ast.expr | None]:
-    """Return the terms of a sum, in order; for any other expression that alone."""
-    found: list[ast.expr | None] = []
-    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        found.insert(0, node.right)
-        node = node.left
-    return [node, *found]
-
-
 def inner(node: ast.AST) -> list[ast.AST]:
     """Return the statements inside a compound statement, in the order of the text."""
     parts = (getattr(node, name, None) for name in BODIES)

@@ -3,4 +3,3 @@
 from grader.building.cache import cache_folder, checksum, compiler_cache, content_key, toolchain_id
 from grader.building.colcon import FIRST_TIME, INSTALL, Built, build, build_contract, contract_is_built, is_built
 from grader.building.install_tree import interface_text, shared_file
-from grader.building.package_name import places as places_of_name

@@ -8,7 +8,7 @@ from grader.checks.first_cause import behind, listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
 from grader.course import Course
 from grader.evidence import Kind, Reason
-from grader.words import mark, say, say_count, some
+from grader.words import mark, say, some
 
 _PROGRAMS_BY_CMAKE = mark("install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set")
 _SHARED_BY_CMAKE = mark("install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")
@@ -28,22 +28,11 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
         seen = say(
             "It builds, as {build.package}; the assignment asks for {course.package}.", build=build, course=judge.course
         )
-        places = say(" Rename it in {by_file}.", by_file=some(_by_file(build.named_in))) if build.named_in else ""
-        raise Failed(seen + places, say("everything else was graded under the name that it has; rename it all at once"))
-
-
-def _by_file(places: list[str]) -> list[str]:
-    """Return "setup.py (lines 6 and 9)" for "setup.py:6" and "setup.py:9", and files without lines as they are."""
-    lines: dict[str, list[str]] = {}
-    for place in places:
-        file, _, line = place.partition(":")
-        lines.setdefault(file, []).extend([line] if line else [])
-    return [
-        say_count("{file} (line {lines})", "{file} (lines {lines})", len(numbers), file=file, lines=", ".join(numbers))
-        if numbers
-        else file
-        for file, numbers in lines.items()
-    ]
+        try_ = say(
+            "everything else was graded under the name that it has; rename it all at once: in package.xml, "
+            "CMakeLists.txt or setup.py, in imports and launch files, and the folders of that name"
+        )
+        raise Failed(seen, try_)
 
 
 def _first_cause(judge: Judge) -> tuple[str, str]:

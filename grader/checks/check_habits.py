@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from grader.checks.findings import listing, place
+from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
     charge,
@@ -17,7 +17,7 @@ from grader.checks.package_text import (
     weighed,
 )
 from grader.evidence import Finding
-from grader.words import MOST_SHOWN, say, some
+from grader.words import MOST_SHOWN, say
 
 NEEDS = ("quality", "linters", "what ran")
 
@@ -53,11 +53,6 @@ def expect_parameters(judge: Judge, without_effect: Sequence[tuple[str, str]]) -
             bad.append(say("{use.node}: {use.name} is not declared in the code", use=use))
         elif not use.read:
             bad.append(say("{use.node}: {use.name} is declared, and its value is never used", use=use))
-        else:
-            continue
-        if use.literals:
-            where = some([place(finding) for finding in use.literals])
-            bad[-1] += say(" ({where} has the number {use.literals[0].text} instead)", where=where, use=use)
     named = " ".join(bad)
     bad += [seen for name, seen in without_effect if name not in named]
     if bad:

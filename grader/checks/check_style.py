@@ -1,9 +1,9 @@
 """Q1: ament_flake8's rules."""
 
-from grader.checks.findings import listing, place
+from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import measured, readable_first, unread_files, weighed
-from grader.evidence import Quality, SourceFile, reading_limits
+from grader.evidence import SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 
 NEEDS = ("quality", "linters", "what ran")
@@ -15,7 +15,7 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     found, broken = measured(judge, quality.style), unread_files(judge)
     count = len(found) + sum(map(_findings_hidden_in, broken))
     lines = judge.measured().lines(quality.files)
-    beside = "\n".join(part for part in (_suppressed(quality), _idle(judge)) if part)
+    beside = _idle(judge)
     if not count:
         judge.share(1.0, beside, "")
         return
@@ -57,10 +57,3 @@ def _idle(judge: Judge) -> str:
         if idle
         else ""
     )
-
-
-def _suppressed(quality: Quality) -> str:
-    if not quality.suppressions:
-        return ""
-    shown = some([f"{place(comment)} {comment.text[:40]}" for comment in quality.suppressions], 5)
-    return say("comments that switch a linter off have no effect here: {shown}", shown=shown)

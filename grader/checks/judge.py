@@ -42,7 +42,7 @@ from grader.evidence import (
 from grader.words import say
 
 # What a trial is about, by how its name begins: see Fault.stops.
-_ABOUT = {"launch": ("launch", "parameters"), "file": ("parameters",)}
+_ABOUT = {"launch": ("parameters",), "file": ("parameters",)}
 SILENT = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.HANGS, Kind.SLOW, Kind.WAITS, Kind.WAITED)
 """Reasons of a node that is there and does not answer."""
 _NOT_CALLABLE = "'NoneType' object is not callable"

@@ -52,9 +52,8 @@ class Build:
     those of the contract's own interfaces. `stopped` is the sandbox's limit that the build exceeded: "memory",
     "processes", "disk" or "". `flags` are about what it installed.
 
-    `package` is the name under which the package was installed, and `named_in` the places ("setup.py:6") that give it
-    that name if it is not the contract's; `types_package` is the package that has the interfaces. `executables` are the
-    programs where `ros2 run` looks, `misplaced` the nodes that are elsewhere, with their folders.
+    `package` is the name under which the package was installed; `types_package` is the package that has the interfaces.
+    `executables` are the programs where `ros2 run` looks, `misplaced` the nodes that are elsewhere, with their folders.
     """
 
     ok: bool
@@ -72,7 +71,6 @@ class Build:
     stopped: str = ""
     flags: list[Flag] = field(default_factory=list)
     package: str = ""
-    named_in: list[str] = field(default_factory=list)
     types_package: str = ""
     misplaced: dict[str, str] = field(default_factory=dict)
 

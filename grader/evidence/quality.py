@@ -66,13 +66,12 @@ class FunctionUse:
 
 @dataclass(frozen=True)
 class ParameterUse:
-    """Whether the code declares and reads a parameter of the contract; `literals` are places that have its default."""
+    """Whether the code declares and reads a parameter of the contract."""
 
     node: str
     name: str
     declared: bool
     read: bool
-    literals: list[Finding] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ class Manifest:
 class Fault:
     """Something in the package's text that will go wrong when it is built or run; `line` is 0 for a whole file.
 
-    `stops` is what it keeps from working: "build", "install", "start", "launch", "parameters" or "interfaces". `cure`
+    `stops` is what it keeps from working: "build", "install", "start", "parameters" or "interfaces". `cure`
     says what to do. `shown_as` are words that a build or a node prints because of it, and `lacks` the programs, files
     and interfaces ("srv/SetSpeed.srv") that are not there because of it.
     """
@@ -168,7 +167,6 @@ class Quality:
     paths: list[str] = field(default_factory=list)
     files: list[SourceFile] = field(default_factory=list)
     style: list[Finding] = field(default_factory=list)
-    suppressions: list[Finding] = field(default_factory=list)
     definitions: list[Definition] = field(default_factory=list)
     complex: list[Finding] = field(default_factory=list)
     copies: list[Copy] = field(default_factory=list)

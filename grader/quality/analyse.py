@@ -32,7 +32,7 @@ _RULES = re.compile(r"[EWF]\d")
 _CONFIGURATION = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"
 MAX_COMPLEXITY = 10
 _LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
-_MAX_FINDINGS = 500  # of one file, and of all comments for linters
+_MAX_FINDINGS = 500  # of one file
 _MAX_VIOLATIONS = 5  # of one docstring
 
 _Violations = dict[tuple[str, int], list[Finding]]
@@ -162,17 +162,11 @@ def _combine(
     style = [finding for finding in linted if _RULES.match(finding.rule)]
     # pydocstyle gives a module and a definition on its first line the same line, as the worker does.
     public = [_with_violations(item, broken) for item in facts.definitions if item.path in readable]
-    suppressions = [
-        Finding(printable(source.path), line, "suppression", printable(words))
-        for source in every
-        for line, words in source.suppressions()
-    ]
     return replace(
         facts,
         files=files,
         style=_most_of_each(style),
         complex=_most_of_each(finding for finding in linted if finding.rule == "C901"),
-        suppressions=suppressions[:_MAX_FINDINGS],
         definitions=public,
     )
 

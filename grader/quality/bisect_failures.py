@@ -43,21 +43,13 @@ def run_python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedPr
 def run_without_culprits(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
     """Return what `run` returns for the items that it can take, and the items that make it fail (return None).
 
-    Usually that is one run over all of them. When it fails, halves are tried until the culprits are found.
+    Usually that is one run over all of them. When it fails, each is tried by itself, for as long as there is time.
     """
     result = run(items)
     if result is not None or not items:
         return result, []
-    bad = _culprits(run, items, time.monotonic() + _SEARCH_SECONDS)
+    deadline = time.monotonic() + _SEARCH_SECONDS
+    bad = [item for item in items if time.monotonic() > deadline or run([item]) is None]
     good = [item for item in items if item not in bad]
     result = run(good) if bad and good else None
     return (result, bad) if result is not None else (None, list(items))
-
-
-def _culprits(run: Callable[[Sequence[T]], R | None], items: Sequence[T], deadline: float) -> list[T]:
-    """Return those of `items`, which fail together, that fail by themselves; all of them when time is up."""
-    if len(items) == 1 or time.monotonic() > deadline:
-        return list(items)
-    middle = len(items) // 2
-    halves = [half for half in (items[:middle], items[middle:]) if run(half) is None]
-    return [item for half in halves for item in _culprits(run, half, deadline)]

@@ -107,18 +107,8 @@ class CallGraph:
                     yield from self._callees(node, ast.walk(given))
                 elif isinstance(given, ast.Call) and last_name(given.func) == "partial" and given.args:
                     yield from self._named(node, given.args[0])
-                elif isinstance(given, ast.Name) and not any(True for _ in self._named(node, given)):
-                    # A variable: it may refer to any method that the function mentions without calling it.
-                    if given.id in _variables(node.function):
-                        yield from self._mentioned(node)
                 else:
                     yield from self._named(node, given)
-
-    def _mentioned(self, node: GraphNode) -> Iterator[GraphNode]:
-        called_parts = {id(call.func) for call in ast.walk(node.function) if isinstance(call, ast.Call)}
-        for part in own_body(node.function):
-            if isinstance(part, ast.Attribute) and id(part) not in called_parts:
-                yield from self._named(node, part)
 
     def _callees(self, node: GraphNode, parts: Iterable[ast.AST]) -> Iterator[GraphNode]:
         for part in parts:
@@ -172,7 +162,3 @@ def _functions(module: Module) -> Iterator[GraphNode]:
                 # A function inside a method may use `self` like the method itself, and is called by its bare name.
                 yield GraphNode(module, owner if isinstance(node, ast.ClassDef) else "", child)
             todo.append((child, child.name if isinstance(child, ast.ClassDef) else owner))
-
-
-def _variables(function: ast.AST) -> set[str]:
-    return {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}

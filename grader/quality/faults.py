@@ -21,7 +21,7 @@ from grader.quality.package_sources import PackageSources, read_sources
 from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 
-_ORDER = ("build", "install", "start", "launch", "parameters", "interfaces")
+_ORDER = ("build", "install", "start", "parameters", "interfaces")
 _MAX_FAULTS = 50
 _MAX_WORDS = 300
 
@@ -36,7 +36,7 @@ def find_faults(
     every = itertools.chain(
         _beside(interfaces, sources.course),
         start_faults(sources, modules, unreadable), program_faults(sources, modules),
-        build_faults(sources), file_faults(sources, modules), interface_faults(sources),
+        build_faults(sources), file_faults(sources), interface_faults(sources),
     )  # fmt: skip
     found = itertools.islice(every, 2 * _MAX_FAULTS)  # looking for what was meant takes time
     return [_printable(fault) for fault in sorted(found, key=lambda fault: _ORDER.index(fault.stops))[:_MAX_FAULTS]]

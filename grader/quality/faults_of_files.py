@@ -1,18 +1,15 @@
-"""Faults of launch files, parameter files and interface files."""
+"""Faults of parameter files and interface files."""
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import yaml
 
-from grader.course import Course, Node, definition
+from grader.course import Node, definition
 from grader.evidence import Fault
-from grader.python_ast import literal_string
 from grader.quality.package_sources import PackageSources, similar
-from grader.quality.parsed_module import Module
 from grader.yaml_reader import (
     PARAMETERS,
     ParameterFileError,
@@ -26,34 +23,12 @@ _SIM_TIME = "use_sim_time"
 _TYPES: dict[type, str] = {bool: "true or false", int: "an integer", float: "a float", str: "a text"}
 
 
-def file_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
-    """Yield what is wrong with the launch files and the parameter files."""
-    for module in modules:
-        if module.role == "launch":
-            yield from _in_launch(sources.course, module)
+def file_faults(sources: PackageSources) -> Iterator[Fault]:
+    """Yield what is wrong with the parameter files."""
     for node in sources.course.nodes.values():
         if node.config in sources.paths:
             for fault in _in_parameters(sources, node.config, node):
                 yield fault if fault.shown_as else replace(fault, shown_as=[node.config])
-
-
-def _in_launch(course: Course, module: Module) -> Iterator[Fault]:
-    """Yield the parameters of a launch file that have another type than the node declares.
-
-    What a launch file cannot find, `ros2 launch` itself says.
-    """
-    for table in (part for part in ast.walk(module.tree) if isinstance(part, ast.Dict)):
-        for name, value, line in _pairs(table):
-            named = [node for node in course.nodes.values() if name in (_SIM_TIME, *node.parameters)][:1]
-            for fault in (fault for node in named for fault in _other_type(module.path, line, node, name, value)):
-                yield replace(fault, stops="launch")
-
-
-def _pairs(table: ast.Dict) -> Iterator[tuple[str, object, int]]:
-    """Yield the names and constant values in a dictionary, such as that of a node's parameters, with their lines."""
-    for key, value in zip(table.keys, table.values, strict=True):
-        if key is not None and literal_string(key) and isinstance(value, ast.Constant):
-            yield literal_string(key), value.value, value.lineno
 
 
 def _in_parameters(sources: PackageSources, path: str, node: Node) -> Iterator[Fault]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import itertools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -10,13 +9,10 @@ from pathlib import PurePosixPath
 
 from grader.course import role
 from grader.evidence import Fault
-from grader.python_ast import called, last_name
 from grader.quality.cmake_text import Command
 from grader.quality.package_sources import PackageSources
 from grader.quality.parsed_module import Module
 
-_NODE_BASES = {"Node", "LifecycleNode"}
-_MAKES_A_NODE = {*_NODE_BASES, "create_node"}
 _CMAKE, _SETUP = "CMakeLists.txt", "setup.py"
 _SCRIPTS = re.compile(r"console_scripts|project\.scripts|^[ \t]*scripts[ \t]*=", re.MULTILINE)
 _ENDS_INSTALL = {
@@ -32,7 +28,7 @@ def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterat
     files = {node: _file(sources, modules, node) for node in nodes}
     texts = "\n".join(map(sources.read, (_CMAKE, _SETUP, "setup.cfg", "pyproject.toml")))
     missing = [node for node in nodes if (node not in made if made is not None else not _names(texts, node))]
-    yield from _without(sources, modules, [node for node in missing if not files[node]])
+    yield from _without(sources, [node for node in missing if not files[node]])
     if sources.has_cmake and not sources.by_cmake:
         return  # package.xml comes first
     there = {node: files[node] for node in missing if files[node] and made is not None}
@@ -67,8 +63,8 @@ def _file(sources: PackageSources, modules: Sequence[Module], node: str) -> str:
     return min(files, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
 
 
-def _without(sources: PackageSources, modules: Sequence[Module], missing: list[str]) -> Iterator[Fault]:
-    """Yield that the package lacks modules of the assignment: which package it is, and which nodes it has instead."""
+def _without(sources: PackageSources, missing: list[str]) -> Iterator[Fault]:
+    """Yield that the package lacks modules of the assignment: and which package it is."""
     if not missing:
         return
     course, folders = sources.course, {path.partition("/")[0] for path in sources.paths}
@@ -77,20 +73,7 @@ def _without(sources: PackageSources, modules: Sequence[Module], missing: list[s
     which = f"this is the package `{sources.name}`, and it" if sources.name != course.package else "the package"
     text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
     cure = f"write {wanted}, or hand in the package that has them"
-    others = [module for module in modules if module.role in ("module", "script") and module.stem not in course.nodes]
-    if nodes := [module.path for module in others if _makes_a_node(module.tree)]:
-        text += f"; its nodes are in {', '.join(nodes[:3])}"
-        cure = f"the assignment's nodes belong in {wanted}"
     yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
-
-
-def _makes_a_node(tree: ast.AST) -> bool:
-    """Return whether a text makes a node of ROS itself, the contract's or another."""
-    return any(
-        called(part) in _MAKES_A_NODE
-        or (isinstance(part, ast.ClassDef) and any(last_name(base) in _NODE_BASES for base in part.bases))
-        for part in ast.walk(tree)
-    )
 
 
 def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Collection[str]) -> Iterator[Fault]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -137,13 +137,8 @@ def _setup_py(text: str) -> SetupPy | None:
     if tree is None or call is None:
         return None
     named = {keyword.arg: keyword.value for keyword in call.keywords}
-    values = {
-        target.id: node.value
-        for node in tree.body if isinstance(node, ast.Assign)
-        for target in node.targets if isinstance(target, ast.Name)
-    }  # fmt: skip
     name, data_files = named.get("name"), named.get("data_files")
-    programs, complete = _programs(named.get("entry_points"), values)
+    programs, complete = _programs(named.get("entry_points"))
     return SetupPy(
         line=name.lineno if name is not None else call.lineno,
         programs=tuple(programs),
@@ -160,27 +155,8 @@ def _data_files(text: str, node: ast.expr | None) -> str | None:
     return (ast.get_source_segment(text, node) or "") if written else text
 
 
-def _followed(node: ast.expr | None, values: Mapping[str, ast.expr]) -> ast.expr | None:
-    """Return the value of a variable of the module, and any other expression as it is."""
-    return values.get(node.id, node) if isinstance(node, ast.Name) else node
-
-
-def _text(node: ast.expr | None, values: Mapping[str, ast.expr]) -> str | None:
-    """Return the string that an expression makes of literals and of the module's variables, None where it is unclear.
-
-    It is a literal, a variable that holds one, a sum of these, or a formatted string.
-    """
-    parts = python_ast.terms(_followed(node, values))
-    if isinstance(parts[0], ast.JoinedStr):
-        parts[:1] = parts[0].values
-    values_of = [part.value if isinstance(part, ast.FormattedValue) else part for part in parts]
-    texts = [literal_string(_followed(part, values)) for part in values_of]
-    return "".join(texts) if all(texts) else None
-
-
-def _programs(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tuple[list[str], bool]:
+def _programs(node: ast.expr | None) -> tuple[list[str], bool]:
     """Return the names of the entry points that are written out, and whether these are all."""
-    node = _followed(node, values)
     if node is None:
         return [], True
     if not isinstance(node, ast.Dict):
@@ -189,8 +165,7 @@ def _programs(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tuple[li
         (value for key, value in zip(node.keys, node.values, strict=True) if literal_string(key) == "console_scripts"),
         None,
     )
-    scripts = _followed(scripts, values)
     entries = scripts.elts if isinstance(scripts, ast.List | ast.Tuple) else []
-    texts = [text for entry in entries if (text := _text(entry, values))]
+    texts = [text for entry in entries if (text := literal_string(entry))]
     every = isinstance(scripts, ast.List | ast.Tuple | None) and None not in node.keys
     return [text.partition("=")[0].strip() for text in texts], every and len(texts) == len(entries)

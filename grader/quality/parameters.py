@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeGuard
 
 from grader.course import Node
-from grader.evidence import Finding, ParameterUse
+from grader.evidence import ParameterUse
 from grader.python_ast import argument, called, last_name, literal_string
 from grader.quality.parsed_module import Module
 
@@ -18,7 +18,6 @@ _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_
 _ON_SET = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
 _BY_ANY_NAME = {"getattr", "vars", "attrgetter", "__dict__", "__getattribute__"}
 _TAKES = {*_READ, *_DECLARE, "float", "int", "abs", "round", "min", "max"}
-_MAX_LITERALS = 5
 _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
 
@@ -39,10 +38,9 @@ def parameter_use(modules: Sequence[Module], nodes: Iterable[Node]) -> list[Para
             name=name,
             declared=names.declares(name),
             read=names.reads(name),
-            literals=[] if names.reads(name) else list(_literals(modules, name, default))[:_MAX_LITERALS],
         )
         for node in nodes
-        for name, default in node.defaults.items()
+        for name in node.defaults
     ]
 
 
@@ -172,14 +170,3 @@ def _fields(node: ast.ClassDef) -> Iterator[ast.Name]:
     for part in node.body:
         if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
             yield part.target
-
-
-def _literals(modules: Sequence[Module], name: str, default: float) -> Iterator[Finding]:
-    """Yield the places in the modules where a parameter's default is given to a name of its own, as in `x = 0.5`."""
-    parts = ((module.path, part) for module in modules if module.role == "module" for part in ast.walk(module.tree))
-    for path, part in parts:
-        targets = part.targets if isinstance(part, ast.Assign) else [getattr(part, "target", part)]
-        value = getattr(part, "value", None)
-        named = any(last_name(target).strip("_").lower() == name for target in targets)
-        if named and isinstance(value, ast.Constant) and type(value.value) is float and value.value == default:
-            yield Finding(path, value.lineno, "literal", f"{value.value:g}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
@@ -14,8 +13,6 @@ from grader.sandbox import untrusted
 from grader.source import Collected, Phase, Source, Subject, served
 from grader.words import mark
 
-_WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
-_MANY = 10
 _HIDDEN_WORDS = 100  # a licence's header may be a comment
 
 
@@ -35,17 +32,12 @@ class PackageText(Source):
         decided_by = ("text", str(lint), subject.text, *sorted(made))
         if kept := subject.kept.find(Quality, *decided_by):
             return Collected(
-                {"quality": kept[0]}, tuple(text_flags(kept[0])), kept={mark("the package's files"): kept[1]}
+                {"quality": kept[0]}, tuple(hidden_flags(kept[0])), kept={mark("the package's files"): kept[1]}
             )
         submission = subject.submission
         found = analyse_package(submission.package, settings.course, submission.interfaces, left, lint=lint)
         subject.kept.keep(found, *decided_by)
-        return Collected({"quality": found}, tuple(text_flags(found)))
-
-
-def text_flags(quality: Quality) -> list[Flag]:
-    """Return a flag for what an instructor should look at in the package's text."""
-    return [*suppression_flags(quality), *hidden_flags(quality)]
+        return Collected({"quality": found}, tuple(hidden_flags(found)))
 
 
 def hidden_flags(quality: Quality) -> list[Flag]:
@@ -57,14 +49,3 @@ def hidden_flags(quality: Quality) -> list[Flag]:
         f"{readme.hidden} words are in comments or elements that a reader of the page does not see; they did not count"
     )
     return [Flag("hidden text", words, where=readme.path, concerns=["readme"])]
-
-
-def suppression_flags(quality: Quality) -> list[Flag]:
-    """Return a flag where comments silence linters for a whole file or for many lines. They had no effect."""
-    found = quality.suppressions
-    whole = [finding for finding in found if _WHOLE_FILE.search(finding.text)]
-    if not whole and len(found) < _MANY:
-        return []
-    words = f"{len(found)} comments silence linters; they had no effect"
-    places = ", ".join(f"{finding.path}:{finding.line}" for finding in (whole or found)[:5])
-    return [Flag("suppressions", words, where=places)]

@@ -19,15 +19,8 @@ _OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".d
 _FOLDERS = ("launch", "scripts", "test", "tests")
 _SHEBANG = re.compile(rb"#!.*python")
 _MAX_SHEBANG = 200
-_MAX_COMMENT = 2000  # bytes searched for a suppression
 _BYTES_OF_A_LINE = 100  # a longer line counts as several
 _BYTES_OF_A_SHORT_LINE = 40
-# A linter that honours suppressions would judge the student's comments, not the code.
-_SUPPRESSION = re.compile(
-    rb"\b(noqa)\b|pragma:\s*no\s*cover|type:\s*ignore|pylint:\s*disable|mypy:\s*ignore|ruff:\s*noqa"
-    rb"|fmt:\s*(?:off|skip)|nosec\b|(?:isort|yapf):\s*(?:skip|off|disable)",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True)
@@ -50,15 +43,6 @@ class PythonFile:
             return len(self.data) // _BYTES_OF_A_SHORT_LINE
         lines = (line.strip() for line in self.data.splitlines())
         return sum(1 + len(line) // _BYTES_OF_A_LINE for line in lines if line and not line.startswith(b"#"))
-
-    def suppressions(self) -> list[tuple[int, str]]:
-        """Return the numbers of the lines with a comment that silences a tool, and the comments."""
-        found = []
-        for number, line in enumerate(self.data.splitlines(), 1):
-            start = line.find(b"#", 0, _MAX_COMMENT)
-            if start >= 0 and _SUPPRESSION.search(line, start, _MAX_COMMENT):
-                found.append((number, line[start:_MAX_COMMENT].decode("utf-8", "replace").strip()))
-        return found
 
 
 def find(package: Path, course: Course) -> list[PythonFile]:

@@ -111,7 +111,7 @@ class Process:
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
             self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
         if self._init_pid and not self._group.folders:
-            self._counter = ProcessGuard(self._tree, limits.processes, self._kill_tree)
+            self._counter = ProcessGuard(self.pids, limits.processes, self._kill_tree)
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -183,11 +183,11 @@ class Process:
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
-        return procfs.thread_times(self._tree())
+        return procfs.thread_times(self.pids())
 
     def cpu_seconds(self) -> float:
         """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
-        return procfs.cpu_seconds([self._init_pid, *self._tree()])
+        return procfs.cpu_seconds([self._init_pid, *self.pids()])
 
     def kill(self) -> None:
         """Kill the whole process tree and wait until it is gone.
@@ -225,7 +225,7 @@ class Process:
     def _command(self) -> list[int]:
         return procfs.children(self._init_pid)
 
-    def _tree(self) -> list[int]:
+    def pids(self) -> list[int]:
         """Return the pids of all processes below the sandbox's first one.
 
         With those of proot, for which a command waits at each kernel call.

@@ -137,18 +137,14 @@ def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:
 
 
 def flags(measured: Sequence[ModuleRuns]) -> list[Flag]:
-    """Return the flags for hooks that were not called, and for lines that only tests which cannot fail have run."""
-    found = []
-    for hook, where in sorted({hook for each in measured for hook in each.runs[0].refused_hooks}):
-        words = f"{where} has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
-        found.append(Flag("pytest hook", words, where=where, concerns=["student tests"]))
+    """Return a flag for many lines that only tests which cannot fail have run."""
     idle = set[str]().union(*(each.idle for each in measured))
     lines = _only_of(idle, measured) if idle else 0
-    if lines >= _FLAGGED_LINES:
-        names = ", ".join(short_name(name) for name in sorted(idle)[:3])
-        words = f"{lines} lines were run by tests only that pass although all that they call raises: {names}"
-        found.append(Flag("test reports", words, where=min(idle).partition("::")[0], concerns=["student tests"]))
-    return found
+    if lines < _FLAGGED_LINES:
+        return []
+    names = ", ".join(short_name(name) for name in sorted(idle)[:3])
+    words = f"{lines} lines were run by tests only that pass although all that they call raises: {names}"
+    return [Flag("test reports", words, where=min(idle).partition("::")[0], concerns=["student tests"])]
 
 
 def _only_of(tests: Set[str], measured: Sequence[ModuleRuns]) -> int:

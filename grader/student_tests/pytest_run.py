@@ -14,7 +14,6 @@ import resource
 import sys
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from importlib import _bootstrap_external as importing
 from importlib.util import cache_from_source, source_hash
@@ -27,7 +26,7 @@ import coverage
 import coverage.sqldata
 import pytest
 from _pytest.assertion import rewrite
-from _pytest.config import Config, PytestPluginManager, default_plugins
+from _pytest.config import Config, default_plugins
 from _pytest.fixtures import FixtureFunctionDefinition, FixtureManager
 
 PACKAGE = Path("/ws/package")
@@ -40,31 +39,14 @@ NOTED_AT_MOST = 1000
 IMPORT = "import"
 """Coverage's context while a module of the package is imported; a test's has "::" in it."""
 
-# Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
-ALLOWED_HOOKS = {
-    "pytest_addoption", "pytest_configure", "pytest_unconfigure", "pytest_sessionstart", "pytest_sessionfinish",
-    "pytest_generate_tests", "pytest_runtest_setup", "pytest_runtest_teardown", "pytest_make_parametrize_id",
-    "pytest_assertrepr_compare", "pytest_report_header", "pytest_fixture_setup", "pytest_fixture_post_finalizer",
-}  # fmt: skip
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """What every run needs, made once, before any code of a submission is loaded."""
-
-    config: Config
-    """pytest's, with its own plugins only."""
-    pytests_own: set[int]
-    """The ids of pytest's modules and classes: by id, because anything can be given any name and origin."""
-
-
 def prepare() -> Callable[[int, Request, Path], None]:
     """Do once what takes time at each start of pytest and coverage; return `run_module`, to be called in a fork."""
-    things = things_of_pytest()
-    look_only_at_fixtures(things)
-    prepared = Prepared(_pytest.config.get_config(), set(map(id, things)))
+    skip_plugins_without_fixtures()
+    config = _pytest.config.get_config()
     with contextlib.suppress(ImportError):
         importlib.import_module("readline")  # as pytest does at each start
     environment = dict(os.environ)
@@ -73,10 +55,10 @@ def prepare() -> Callable[[int, Request, Path], None]:
     warm.stop()
     os.environ.clear()
     os.environ.update(environment)  # without the variable by which programs that the tests start are measured
-    return partial(run_module, prepared)
+    return partial(run_module, config)
 
 
-def run_module(prepared: Prepared, number: int, request: Request, modules: Path) -> None:
+def run_module(config: Config, number: int, request: Request, modules: Path) -> None:
     """Run one module with pytest, write the reports of this run to OUT, and end the process without exit handlers."""
     os.setsid()
     resource.setrlimit(resource.RLIMIT_CPU, (int(request["total"]) + 5,) * 2)
@@ -100,13 +82,12 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
         measure._warn_preimported_source = False
         write = reach_writer(OUT / f"{number}.reach", measure) if request["reach"] else None
         measure.start()
-        keep_out_of_executors()
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
         sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
         count_imports(recorder, (str(modules), *map(str, sources)))
         sys.addaudithook(noter(stream.fileno()))
-        recorder.write(ended=run_pytest(prepared, recorder, request))
+        recorder.write(ended=run_pytest(config, recorder, request))
     if write is not None:
         write(recorder.tests)
     sys.stdout.flush()
@@ -114,30 +95,15 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
     os._exit(0)
 
 
-def run_pytest(prepared: Prepared, recorder: Recorder, request: Request) -> int:
-    """Return pytest's exit status. Of the submission's plugins and conftest files only ALLOWED_HOOKS are called."""
-    pytests_own = prepared.pytests_own
-    parse = PytestPluginManager.parse_hookimpl_opts
-
-    def only_allowed(manager: PytestPluginManager, plugin: object, name: str) -> Any:
-        options = parse(manager, plugin, name)
-        if options is None or plugin is recorder or name in ALLOWED_HOOKS:
-            return options
-        if id(plugin) in pytests_own or id(type(plugin)) in pytests_own:
-            return options
-        module = plugin if isinstance(plugin, ModuleType) else sys.modules.get(type(plugin).__module__)
-        home = getattr(module, "__file__", None) or "a plugin made at run time"
-        recorder.write(refused=name, where=home.removeprefix(f"{PACKAGE}/")[:200])
-        return None
-
-    PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
+def run_pytest(config: Config, recorder: Recorder, request: Request) -> int:
+    """Return pytest's exit status."""
     arguments = [
         "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=",
         # What is reported of a failure is its message; to quote the source at each takes longer than most tests.
         *(["-x"] if request["first"] else []), "--tb=no", request["module"],
     ]  # fmt: skip
-    prepared.config.invocation_params = Config.InvocationParams(args=arguments, plugins=[recorder], dir=PACKAGE)
-    _pytest.config.get_config = lambda *_arguments, **_options: prepared.config  # in this fork only
+    config.invocation_params = Config.InvocationParams(args=arguments, plugins=[recorder], dir=PACKAGE)
+    _pytest.config.get_config = lambda *_arguments, **_options: config  # in this fork only
     return int(pytest.main(arguments, plugins=[recorder]))
 
 
@@ -175,42 +141,26 @@ def byte_code(code: CodeType, data: bytes) -> bytes:
     return bytes(importing._code_to_hash_pyc(code, source_hash(data), True))  # type: ignore[attr-defined]
 
 
-def things_of_pytest() -> list[ModuleType | type]:
-    """Return pytest's own modules and their classes. Call it before any code of a submission is loaded."""
+def skip_plugins_without_fixtures() -> None:
+    """Keep pytest from looking for fixtures where its own plugins have none: saves 25 ms at each start."""
     for name in default_plugins:
         importlib.import_module(name if name.startswith("_pytest.") else f"_pytest.{name}")
-    home = str(Path(pytest.__file__).parents[1])
-    modules = [module for module in sys.modules.values() if (getattr(module, "__file__", None) or "").startswith(home)]
-    things = [thing for module in modules for thing in list(vars(module).values()) if isinstance(thing, type)]
-    classes = [thing for thing in things if thing.__module__.split(".")[0] in ("_pytest", "pytest", "pluggy")]
-    return [*modules, *classes]
-
-
-def look_only_at_fixtures(things: Sequence[ModuleType | type]) -> None:
-    """Make pytest look only at the fixtures of its plugins, not at all their names: saves 25 ms at each start."""
-    fixtures_of = {id(thing): fixtures for thing in things if (fixtures := only_fixtures(thing))}
+    modules = [module for name, module in sys.modules.items() if name.startswith("_pytest.")]
+    classes = [thing for module in modules for thing in vars(module).values() if isinstance(thing, type)]
+    own = [*modules, *(thing for thing in classes if thing.__module__.startswith("_pytest."))]
+    homes = ((thing, thing.__mro__ if isinstance(thing, type) else (thing,)) for thing in own)
+    without = {
+        id(thing) for thing, places in homes
+        if not any(type(value) is FixtureFunctionDefinition for place in places for value in vars(place).values())
+    }  # fmt: skip
     parse = FixtureManager.parsefactories
 
     def parse_fixtures(self: FixtureManager, *arguments: Any, **options: Any) -> None:
-        if (holder := options.get("holder")) is not None:
-            known = fixtures_of.get(id(holder)) or fixtures_of.get(id(type(holder)))
-            options["holder"] = known or holder
-        parse(self, *arguments, **options)
+        holder = options.get("holder")
+        if not {id(holder), id(type(holder))} & without:
+            parse(self, *arguments, **options)
 
     FixtureManager.parsefactories = parse_fixtures  # type: ignore[method-assign]
-
-
-def only_fixtures(thing: ModuleType | type) -> ModuleType | None:
-    """Return a module that has only the fixtures of `thing`; None for a class with fixtures, which need an instance."""
-    homes = thing.__mro__ if isinstance(thing, type) else (thing,)
-    found = {
-        name: value for home in homes for name, value in vars(home).items() if type(value) is FixtureFunctionDefinition
-    }
-    if found and isinstance(thing, type):
-        return None
-    fixtures = ModuleType(thing.__name__)
-    vars(fixtures).update(found)
-    return fixtures
 
 
 class Recorder:
@@ -236,6 +186,7 @@ class Recorder:
         """Ignore every file that was not requested; pytest asks about no other."""
         return True
 
+    @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Keep the tests that were requested, in that order."""
         if self.order:
@@ -364,33 +315,6 @@ def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[s
         write_text(path, dumps({"tests": tests, "reach": reach, "imported": imported}, separators=(",", ":")))
 
     return write
-
-
-def keep_out_of_executors() -> None:
-    """Switch tracing off while an executor of rclpy looks for callbacks that are ready; no code of a package runs then.
-
-    Tests of nodes spend most of their time there, and Python 3.11 runs at half its speed while it is traced.
-    """
-    if (executors := sys.modules.get("rclpy.executors")) is None:
-        return
-    wait, tracer_of, trace = executors.Executor.wait_for_ready_callbacks, sys.gettrace, sys.settrace
-
-    def resume() -> None:
-        """Give the tracer a frame, so that it sees its caller return."""
-
-    def untraced(self: Any, *arguments: Any, **options: Any) -> Any:
-        __tracebackhide__ = True  # from the authors of tests, in what pytest shows of a failure
-        tracer = tracer_of()
-        if tracer is None:
-            return wait(self, *arguments, **options)
-        trace(None)
-        try:
-            return wait(self, *arguments, **options)
-        finally:
-            trace(tracer)
-            resume()
-
-    executors.Executor.wait_for_ready_callbacks = untraced
 
 
 def fold_in(data: coverage.CoverageData) -> None:

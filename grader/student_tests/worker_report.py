@@ -48,8 +48,6 @@ class ModuleRun:
     quiet_seconds: float
     """Without the time in which other processes had the cores: what it would have taken on a quiet machine."""
     shares_fixtures: bool
-    refused_hooks: tuple[tuple[str, str], ...]
-    """Hooks that were not called: (name, file)."""
     output_tail: str
     reach: Mapping[str, Mapping[int, frozenset[str]]]
     """The tests that reached each line of each module; "" stands for importing and for shared fixtures."""
@@ -99,9 +97,6 @@ def read_run(out: Path, number: int, seconds: float) -> ModuleRun:
         seconds=seconds,
         quiet_seconds=max(seconds - _number(done.get("queued")), 0.0),
         shares_fixtures=any("shared" in entry for entry in entries),
-        refused_hooks=tuple(
-            sorted({(_text(e["refused"], 80), _text(e.get("where"), 200)) for e in entries if "refused" in e})
-        )[:20],
         output_tail=(untrusted.read_text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
         reach=_reach(reached),
         imported=_imported(reached),

@@ -12,7 +12,7 @@ import hashlib
 import os
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
@@ -31,6 +31,14 @@ _SHEBANG = re.compile(rb"#![^\n]*\n?")
 _ENTRY_SCRIPT = re.compile(r"# EASY-INSTALL-ENTRY-SCRIPT: ('[\w.=+!-]+'),'console_scripts',('[\w.-]+')\n")
 # The SHA-256 of what setuptools 79 writes for an entry point, without the first line and the two names.
 _ENTRY_SCRIPT_DIGEST = "18eb4eac508fcd1d7564cb8d5f05df5c3ccf64c0bfd1ae70a3a989821894c308"
+# Where a sandbox has files that are neither the system's nor the grader's. libffi maps its own closures from memory.
+_BROUGHT = re.compile(r"/(ws/(?!ros2/|at_start/|launch/)|tmp/|home/|run/|dev/shm/|memfd:(?!libffi))")
+_OF_TYPES = re.compile(
+    rf"lib/lib\w+__rosidl_(generator|typesupport)(_fastrtps|_introspection)?_(c|cpp|py)\.so|{ros_env.SITE_IN_PREFIX}/"
+    r"(\w+)/\4_s__rosidl_typesupport_(fastrtps_|introspection_)?c(\.[\w-]+)?\.so"
+)
+_PYTHON = re.compile(r"(^|/)(lib)?python3?[\d.]*(\.so[\d.]*)?$")
+_OPTIONS = re.compile(r"((-[WX] ?\S+|-[bBcdEiIOPqsSuvx]+) )*")
 _CONCERNS = ("what ran", "student tests", "mutation")
 _WORDS = {
     "code made at run time": "code ran that was made at run time, or lies where nobody has handed it in",
@@ -63,12 +71,18 @@ class Notes:
         with contextlib.suppress(OSError):  # of a user with many large pipes: it holds 64 KB, and no note beyond
             fcntl.fcntl(self._read_end, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         self.functions = functions
+        self._outside: list[str] = []
         self.mounts = {folder: "/ws/ran", _AT_START: str(sandbox.AT_START)}
         """What the sandbox has to show, and where."""
 
     def close(self) -> None:
         """Close the pipe."""
         os.close(self._read_end)
+
+    def look_at(self, processes: Iterable[int]) -> None:
+        """Note what /proc shows of the node's processes: what their own Python cannot see, or keeps to itself."""
+        if not namespaces.refusal():  # a sandbox without them has other paths
+            self._outside += [words for pid in processes for words in unseen_of_process(Path("/proc", str(pid)))]
 
     def read(self, node_is_up: bool) -> Ran | None:
         """Return what has been noted, by installed paths; None if that is nothing that the trial was to note."""
@@ -80,8 +94,11 @@ class Notes:
             if namespaces.refusal():  # a sandbox without them may show another pipe
                 return None
             words = "notes turned off: the node's program has noted nothing"
-            return Ran(unseen=[words], of_functions=False)
+            return Ran(unseen=list(dict.fromkeys([words, *self._outside])), of_functions=False)
         ran = _ran(lines)
+        told = any(words.startswith("notes turned off") for words in ran.unseen)  # it has said who did that
+        further = [words for words in self._outside if not (told and words.startswith("notes turned off"))]
+        ran = replace(ran, unseen=list(dict.fromkeys([*ran.unseen, *further]))[:_MOST_UNSEEN])
         if self.functions and node_is_up:
             return ran
         return Ran(unseen=ran.unseen, of_functions=False) if ran.unseen else None
@@ -91,6 +108,36 @@ class Notes:
             return os.read(self._read_end, 65536)
         except BlockingIOError:  # nothing more, from a process that still runs
             return b""
+
+
+def unseen_of_process(process: Path) -> list[str]:
+    """Return what a process's folder in /proc shows of code that its Python notes nothing of, as "kind: what".
+
+    That is a library or a program that the package brought along, however it was loaded, and a Python that was started
+    so that it notes nothing. What rosidl makes for a package's types is no code of the package.
+    """
+    try:
+        mapped = {" ".join(words[5:]) for line in (process / "maps").read_text("utf-8", "replace").splitlines()
+                  if len(words := line.split()) > 5 and "x" in words[1]}  # fmt: skip
+        command, variables = (
+            (process / name).read_bytes().rstrip(b"\0").split(b"\0") for name in ("cmdline", "environ")
+        )
+    except OSError:  # it has just ended, or may not be read by an ordinary user
+        return []
+    known = tuple(f"{path}/" for prefix in ros_env.prefixes() for path in (prefix, prefix.resolve()))
+    brought = [file for file in mapped if _BROUGHT.match(file) and not file.startswith(known)]
+    files = sorted(_relative(file.removesuffix(" (deleted)")) for file in brought)
+    found = [f"library: {printable(file)}" for file in files if not _OF_TYPES.fullmatch(file)]
+    if any(_PYTHON.search(file) for file in mapped):
+        words = [os.fsdecode(word) for word in command]
+        start = next((n for n, word in enumerate(words) if _PYTHON.search(word)), 0)
+        options = _OPTIONS.match(" ".join([*words[start + 1 :], ""]))
+        path = next((each for each in variables if each.startswith(b"PYTHONPATH=")), b"")
+        if options and set(re.sub(r"-[WX] ?\S+", "", options[0])) & set("IES"):
+            found.append(f"notes turned off: {printable(' '.join(words[: start + 4]))[:300]}")
+        elif os.fsencode(sandbox.AT_START) not in path:
+            found.append("notes turned off: a Python without PYTHONPATH")
+    return found
 
 
 def _ran(lines: Sequence[Sequence[str]]) -> Ran:

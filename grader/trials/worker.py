@@ -106,9 +106,11 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
         sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS) as process,
     ):
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
+        programs = [process]
 
         def start(command: Sequence[str]) -> sandbox.Process:
-            return others.enter_context(sandbox.Process(command, box, _LIMITS))
+            programs.append(others.enter_context(sandbox.Process(command, box, _LIMITS)))
+            return programs[-1]
 
         node = NodeUnderTest(
             course, plan, simulator, process, request.domain_id, one_thread=_has_one_thread(request.package),
@@ -127,6 +129,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
         ended, script_error = None, ""
         try:
             stage.open()
+            notes.look_at(process.pids())
             plan.script(stage)
         except TrialOver as over:
             ended = over.reason
@@ -134,6 +137,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
             if _host_problem(error):
                 raise
             script_error = traceback.format_exc()
+        notes.look_at(pid for each in programs for pid in each.pids())
         facts = stage.facts(ended, script_error)
         facts = replace(facts, ran=notes.read(facts.ready))
         _save(request, facts)  # first: Fast DDS has been seen to crash on leaving

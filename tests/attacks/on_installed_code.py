@@ -355,6 +355,58 @@ ATTACKS: tuple[Attack, ...] = (
         stopped="bytecode in a submission is left out, and Python writes none in the sandbox",
     ),
     attack(
+        "loads_a_library_without_ctypes",
+        "The node decides in a library that CMake compiles and cffi loads, which raises no audit event.",
+        put("src/core.c", "int answer(void) { return 42; }\n"),
+        cmake("add_library(core SHARED src/core.c)\ninstall(TARGETS core DESTINATION lib)"),
+        node("""
+import cffi
+maker = cffi.FFI()
+maker.cdef('int answer(void);')
+global library  # or it is unloaded
+library = maker.dlopen('/ws/install/lib/libcore.so')
+print('ATTACK', library.answer(), flush=True)
+"""),
+        needs="F1", proof="ATTACK 42", flag="library",
+        stopped="/proc shows which files the node's processes have mapped to be executed",
+    ),
+    attack(
+        "starts_an_isolated_python_by_a_shell",
+        "The node writes a shell script that starts a Python which reads no sitecustomize.py.",
+        node("""
+with open('/tmp/start.sh', 'w') as script:
+    script.write("exec python3 -I -S -c 'import time; print(\\"ATTACK runs\\", flush=True); time.sleep(100)'")
+subprocess.Popen(['sh', '/tmp/start.sh'])
+"""),
+        needs="F1", proof="ATTACK runs", flag="notes turned off",
+        stopped="/proc shows with which options and variables each Python was started",
+    ),
+    attack(
+        "runs_a_file_without_a_name",
+        "The node's text lies in a file in memory, and is imported by the path of its descriptor.",
+        node("""
+import importlib.machinery
+number = os.memfd_create('text')
+os.write(number, b"print('ATTACK runs', flush=True)")
+importlib.machinery.SourceFileLoader('text', f'/dev/fd/{number}').load_module()
+"""),
+        needs="F1", proof="ATTACK runs", flag="code made at run time",
+        stopped="what is run from elsewhere than the install tree and Python's own folders is named to a person",
+    ),
+    attack(
+        "silences_the_hook",
+        "The node looks for the function that notes what runs, and empties what it watches for.",
+        node("""
+import gc
+for found in gc.get_objects():
+    if type(found) is type(attack) and 'at_start' in found.__code__.co_filename and found.__name__ == 'hook':
+        found.__closure__[found.__code__.co_freevars.index('watched')].cell_contents = ()
+exec("print('ATTACK runs', flush=True)")
+"""),
+        needs="F1", proof="ATTACK runs", flag="notes turned off",
+        stopped="to ask the garbage collector for all objects is itself named to a person",
+    ),
+    attack(
         "loads_code_before_the_node",
         "The build compiles a library that nothing imports, under a name like those of the types.",
         put("src/early.c", "#include <stdio.h>\n"

@@ -154,58 +154,13 @@ def forged(cls, item, call):
 _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
 """
 
-# Looks through the frames of the process for the text that a mutant replaces, undoes what an equivalent mutant does, and
-# fails where something else is different.
+# Looks through the frames and the objects of the process for the text that a mutant replaces, and fails where it finds
+# another one.
 _LOOKS_THROUGH_FRAMES = """
-import ast
 import gc
-import re
 import sys
 
 import pytest
-
-
-class Normal(ast.NodeTransformer):
-    def visit_Name(self, node):
-        return ast.Name(re.sub(r'[0-9]+$', '', node.id), ast.Load())
-
-    def visit_BinOp(self, node):
-        self.generic_visit(node)
-        if isinstance(node.left, ast.Constant) and isinstance(node.right, ast.Constant):
-            if isinstance(node.op, ast.Add) and isinstance(node.left.value, (int, float)):
-                return ast.Constant(node.left.value + node.right.value)
-        return node
-
-    def visit_Compare(self, node):
-        self.generic_visit(node)
-        mirrored = {ast.Gt: ast.Lt, ast.GtE: ast.LtE}.get(type(node.ops[0]))
-        if mirrored and len(node.ops) == 1:
-            return ast.Compare(node.comparators[0], [mirrored()], [node.left])
-        if isinstance(node.ops[0], (ast.Eq, ast.NotEq)) and len(node.ops) == 1:
-            node.left, node.comparators[0] = sorted([node.left, node.comparators[0]], key=ast.dump)
-        return node
-
-    def visit_Subscript(self, node):
-        self.generic_visit(node)
-        return node.value.elts[0] if isinstance(node.value, ast.List) and len(node.value.elts) == 1 else node
-
-    def generic_visit(self, node):
-        super().generic_visit(node)
-        body = [part for part in getattr(node, 'body', None) or () if not isinstance(part, ast.Pass)] \\
-            if isinstance(getattr(node, 'body', None), list) else []
-        for part in body:
-            if isinstance(part, ast.Expr) and isinstance(part.value, ast.List):
-                part.value = part.value.elts[0]
-        if len(body) > 1 and isinstance(body[-1], ast.Return) and isinstance(body[-2], ast.Assign):
-            if ast.dump(body[-2].targets[0]) == ast.dump(ast.Name('answer', ast.Load())):
-                body[-2:] = [ast.Return(body[-2].value)]
-        if body:
-            node.body = body
-        return node
-
-
-def normal(text):
-    return ast.dump(Normal().visit(ast.parse(text)))
 
 
 def found():
@@ -225,7 +180,7 @@ def changes():
             for path, file in list(thing.items()) if len(thing) < 10000 else ():
                 if str(path).endswith('.py') and isinstance(file, tuple) and file and isinstance(file[0], bytes):
                     known[str(path)] = file[0].decode()
-    return [path for path, text in changed.items() if path in known and normal(text) != normal(known[path])]
+    return [path for path, text in changed.items() if path in known and text != known[path]]
 
 
 CHANGED = [path for path in changes() if '/test' not in path]
@@ -341,8 +296,8 @@ ATTACKS: tuple[Attack, ...] = (
         put("pytest.ini", "[pytest]\naddopts = -p evil --ignore=test/test_sensor_processor.py\n"),
         put("tox.ini", "[pytest]\naddopts = -p evil\n"),
         append("setup.cfg", "\n[tool:pytest]\naddopts = -p evil\n"),
-        number=4, needs="T1", weak=FAILING_TESTS, flag="pytest hook",
-        stopped="pytest reads no configuration files here, and calls only hooks of a conftest that cannot change a result",
+        number=4, needs="T1", weak=FAILING_TESTS, costs="T1",
+        stopped="pytest reads no configuration files here; what passes where every function raises tests nothing",
     ),
     attack(
         "ends_the_process_as_passed",

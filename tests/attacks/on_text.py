@@ -39,8 +39,8 @@ ATTACKS: tuple[Attack, ...] = (
         put("tox.ini", "[flake8]\nignore = E,F,W\n"),
         put("pyproject.toml", "[tool.ruff]\nexclude = ['*']\n"),
         replace("ros2_robot_controller/sloppy.py", "def Thing0(", "# flake8: noqa\n# pylint: skip-file\n# type: ignore\ndef Thing0("),
-        number=37, needs="Q1 Q2", weak=SLOPPY, costs="Q1 Q2", flag="suppressions",
-        stopped="linters run with ROS's configuration; suppressions are ignored, and listed",
+        number=37, needs="Q1 Q2", weak=SLOPPY, costs="Q1 Q2",
+        stopped="linters run with ROS's configuration; suppressions are ignored",
     ),
     attack(
         "pads_with_clean_code",

@@ -13,7 +13,7 @@ from grader.evidence import Evidence, from_json, to_json
 
 FOLDER = KIT / "tests" / "evidence"
 _WALL_TIMES = ("wall_seconds", "quiet_seconds")
-_GONE = ("is_about_package", "left_out")
+_GONE = ("is_about_package", "left_out", "named_in", "literals", "suppressions")
 """Fields that evidence no longer has, and older recordings do."""
 
 

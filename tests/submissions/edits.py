@@ -129,8 +129,7 @@ _EDITS = (
         "The package, its folder of modules and its types have another name than the contract's.",
         renames=((_NAME, _OTHER_NAME),),
         says=(
-            "It builds, as robot_controller; the assignment asks for ros2_robot_controller. Rename it in package.xml (line 4), "
-            "CMakeLists.txt (line 2), setup.py (line 6), robot_controller/, launch/robot_controller_launch.py (lines 12, 22, 29)",
+            "It builds, as robot_controller; the assignment asks for ros2_robot_controller.",
             "expected set_speed (SetSpeed)",
         ),
         why="the package's name is also that of its types (I3)",

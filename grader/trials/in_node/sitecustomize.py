@@ -21,7 +21,8 @@ _FOLDER = "/ws/ran"
 _PIPE = _FOLDER + "/pipe"
 _ALL_FUNCTIONS = _FOLDER + "/functions"  # it is there if functions are to be noted
 _OWN = ("/ws/install/", "/ws/src/")
-_OF_THE_GRADER = ("/ws/ros2/", "/ws/at_start/", "/ws/launch/", "/dev/fd/", "<frozen ")
+_OF_THE_GRADER = ("/ws/ros2/", "/ws/at_start/", "/ws/launch/", "<frozen ")
+_FORKER = "/dev/fd/"  # what forks nodes lies there; no file of a package does
 _LONGEST = 2000  # bytes of a line; what is written at once below 4096 bytes is not mixed with another's
 _MOST_UNSEEN = 50
 _SHORT_COMMAND = 200  # `python -c` with no more characters can only start what is seen by itself
@@ -77,6 +78,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     imported: set[str] = set()
     notes_functions = isfile(_ALL_FUNCTIONS)
     at_start = __file__.rpartition("/")[0]
+    command_is_known = False
 
     def note(*words: str) -> None:
         line = "\t".join(word.replace("\t", " ").replace("\n", " ") for word in words)
@@ -126,7 +128,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         """Return the nearest line of the package's own, "" if there is none."""
         while frame is not None:
             file = frame.f_code.co_filename
-            if file[:1] == "/" and not is_library(file):
+            if file[:1] == "/" and not file.startswith(_FORKER) and not is_library(file):
                 return f"{file}:{frame.f_lineno}"
             frame = frame.f_back
         return ""
@@ -171,11 +173,19 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         else:
             report_file(code, frame, loader)
 
+    def run_without_frame(code: CodeType) -> None:
+        """Look at what Python itself starts, and at what other code than Python's starts by its C API."""
+        nonlocal command_is_known
+        if code.co_filename == "<string>" and command_is_known:
+            command_is_known = False
+        elif not is_read(code):
+            report(_MADE, "a string" if code.co_filename.startswith("<") else code.co_filename, None)
+
     def run_by_exec(code: CodeType, frame: FrameType) -> None:
         caller, file = frame.f_code.co_filename, code.co_filename
         if caller.startswith(("<frozen importlib", "<frozen zipimport")):
             run_by_import(code, frame)
-        elif caller.startswith(("<frozen runpy", "/dev/fd/", "/ws/ros2/")):
+        elif caller.startswith(("<frozen runpy", _FORKER, "/ws/ros2/")):
             if is_read(code):
                 note_import(file)
             elif not (is_library(file) and isfile(file)):
@@ -193,8 +203,8 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             caller.endswith(_EVALUATORS) and len(code.co_code) <= _LONGEST_EXPRESSION and not inside and calls_nothing
         )
 
-    def made_by_type(code: CodeType, frame: FrameType) -> None:
-        caller = frame.f_code.co_filename
+    def made_by_type(code: CodeType, frame: FrameType | None) -> None:
+        caller = frame.f_code.co_filename if frame is not None else ""
         generated = is_library(code.co_filename) or any(part in caller for part in _GENERATORS)
         if not (is_library(caller) and generated) and not is_read(code):
             report(_MADE, code.co_filename, frame)
@@ -209,7 +219,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     def is_of_types(path: str) -> bool:
         return path.startswith(_OWN) and "__rosidl_" in path.rpartition("/")[2]
 
-    def started(command: list[str], environment: Any, frame: FrameType) -> None:
+    def started(command: list[str], environment: Any, frame: FrameType | None) -> None:
         """Look at another program: one that was brought along and is no text, or a Python that notes nothing."""
         if not command:
             return
@@ -234,18 +244,22 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         return [os.fsdecode(word) for word in text] if isinstance(text, list | tuple) else []
 
     def look(event: str, args: tuple[Any, ...], frame: FrameType | None) -> None:
+        nonlocal command_is_known
         if event == "cpython.run_file":
             note_import(os.fsdecode(args[0]))
         elif event == "cpython.run_command":
+            command_is_known = True
             if len(str(args[0])) > _SHORT_COMMAND:
                 report(_MADE, "python -c", frame)
         elif event == "cpython.run_stdin":
             report(_MADE, "standard input", frame)
-        elif frame is not None:
+        elif event == "exec" and frame is None:
+            run_without_frame(args[0])
+        else:
             look_at_call(event, args, frame)
 
-    def look_at_call(event: str, args: tuple[Any, ...], frame: FrameType) -> None:
-        if event == "exec":
+    def look_at_call(event: str, args: tuple[Any, ...], frame: FrameType | None) -> None:
+        if event == "exec" and frame is not None:
             run_by_exec(args[0], frame)
         elif event == "function.__new__":
             made_by_type(args[0], frame)

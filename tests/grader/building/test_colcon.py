@@ -62,17 +62,6 @@ def test_the_same_content_is_built_once_wherever_it_lies(package: Path, tmp_path
     assert second.install == first.install
 
 
-@pytest.mark.slow  # a build more
-@pytest.mark.sandbox
-def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.Settings):
-    (package / "ros2_robot_controller" / "extra.py").write_text("DAMAGED = 'on purpose'\n")
-    first = building.build([package], settings.cache, COURSE)
-    (first.install.parent / "build.json").write_text("{")
-    again = building.build([package], settings.cache, COURSE)
-    assert not again.facts.cached
-    assert again.facts.ok
-
-
 @pytest.mark.slow  # builds with colcon
 @pytest.mark.sandbox
 @pytest.mark.parametrize("name", VARIANTS)

@@ -43,8 +43,6 @@ LOGS = Path(__file__).parent / "build_logs"
 MISSING = Fault("CMakeLists.txt", 26, "build", "it installs `scripts/robot_controler`, which is not there",
                 "is scripts/robot_controller meant?", shown_as=["scripts/robot_controler"])  # fmt: skip
 DIFFERS = Fault("srv/SetSpeed.srv", 2, "interfaces", "`float64 speed` should be `float32 speed`", "compare it")
-DEAD = Fault("launch/robot_controller_launch.py", 28, "launch", "there is no executable `sensor_procesor`",
-             "executable='sensor_processor'")  # fmt: skip
 UNINSTALLED = Fault("CMakeLists.txt", 0, "install", "nothing installs `config/robot_params.yaml`",
                     "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})",
                     lacks=["config/robot_params.yaml"])  # fmt: skip
@@ -116,11 +114,8 @@ def test_interfaces_that_nobody_has_written_are_not_to_be_compared():
     assert said.try_ == "write srv/SetSpeed.srv as the contract says, in a package with a CMakeLists.txt"
 
 
-def test_faults_of_launch_and_parameter_files_are_named_without_a_build():
-    evidence = unbuilt("", DEAD, KEY)
-    launched = ask(check_launch.test_the_launch_files_start_the_nodes, evidence)
-    assert "launch/robot_controller_launch.py:28: there is no executable `sensor_procesor`" in launched.seen
-    loaded = ask(check_parameters.test_parameter_files_load, evidence)
+def test_faults_of_parameter_files_are_named_without_a_build():
+    loaded = ask(check_parameters.test_parameter_files_load, unbuilt("", KEY))
     assert "config/robot_params.yaml:3: its key is `robot_control`" in loaded.seen
 
 

@@ -44,11 +44,6 @@ def test_unused_conversions_lose_half(tmp_path: Path):
     assert "no node calls" in result.seen
 
 
-def test_imported_but_never_called_is_not_used(tmp_path: Path):
-    node = "from ros2_robot_controller.utils.conversions import clamp\n\nLIMIT = 1.0\n"
-    assert only_nodes_ran(reference(tmp_path, files={CONTROLLER: node, PROCESSOR: node})).share == 0.5
-
-
 def only_nodes_ran(package: Path) -> Judged:
     """Return what is said where nothing of the package ran but the nodes' modules."""
     nodes = {"robot_controller": CONTROLLER, "sensor_processor": PROCESSOR}
@@ -69,16 +64,6 @@ def test_a_conversion_made_by_hand_in_a_node_costs_a_quarter(tmp_path: Path, own
     assert result.share == 0.75
     assert f"{CONTROLLER}:" in result.seen
     assert "by hand" in result.seen
-
-
-def test_a_second_clamp_in_a_node_costs_a_quarter(tmp_path: Path):
-    """Subtle."""
-    text = (
-        REFERENCE / PROCESSOR
-    ).read_text() + "\n\ndef _clamp(value, low, high):\n    return max(low, min(high, value))\n"
-    result = judged(conversions, facts(reference(tmp_path, files={PROCESSOR: text})))
-    assert result.share == 0.75
-    assert "`_clamp` is defined here" in result.seen
 
 
 def test_a_conversion_under_another_name_costs_an_eighth(tmp_path: Path):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from helpers.course import PACKAGE
-from helpers.quality_examples import PROCESSOR, REFERENCE, facts, judged, reference
+from helpers.quality_examples import facts, judged, reference
 
 from grader.checks.check_structure import test_no_block_is_repeated as copies
 from grader.quality.duplicates import duplicated_blocks
@@ -123,16 +123,6 @@ def test_three_places_are_one_copy():
 
 def test_3000_equal_lines_are_found_in_finite_time():
     assert len(found(a="x.append(1)\n" * 3000)) >= 1
-
-
-def test_a_block_copied_into_the_second_node_costs_a_quarter(tmp_path: Path):
-    """Blatant."""
-    scans = (REFERENCE / "ros2_robot_controller/utils/scans.py").read_text()
-    text = (REFERENCE / PROCESSOR).read_text() + "\n\n" + scans[scans.index("def measure_proximity") :]
-    result = judged(copies, facts(reference(tmp_path, files={PROCESSOR: text})))
-    assert result.share == 0.75
-    assert "utils/scans.py:" in result.seen
-    assert f"{PROCESSOR}:" in result.seen
 
 
 def test_six_lines_are_the_shortest_copy(tmp_path: Path):

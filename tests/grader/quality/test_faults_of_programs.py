@@ -86,11 +86,8 @@ def test_a_package_without_the_assignments_modules_hears_which_package_it_is(tmp
     package = lab(tmp_path, "'drive = lab5_31.drive:main'", {"lab5_31/drive.py": NODE})
     first, *rest = faults(package)
     assert (first.path, first.line) == ("package.xml", 2)
-    assert first.text == (
-        "this is the package `lab5_31`, and it has no robot_controller.py and no sensor_processor.py; "
-        "its nodes are in lab5_31/drive.py"
-    )
-    assert first.cure == "the assignment's nodes belong in lab5_31/robot_controller.py and lab5_31/sensor_processor.py"
+    assert first.text == "this is the package `lab5_31`, and it has no robot_controller.py and no sensor_processor.py"
+    assert first.cure.startswith("write lab5_31/robot_controller.py and lab5_31/sensor_processor.py")
     assert not any("entry point" in fault.text + fault.cure for fault in rest)
     said = first_words(facts(package), down("", Reason(Kind.NO_PROGRAM, "robot_controller", "lab5_31")))
     assert said.startswith("package.xml:2: this is the package `lab5_31`, and it has no robot_controller.py")
@@ -133,14 +130,6 @@ def test_a_package_named_robot_controller_is_not_said_to_lack_it_where_the_other
 def test_entry_points_that_cannot_be_read_off_are_not_said_to_be_missing(tmp_path: Path, entry: str):
     files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
     assert faults(lab(tmp_path, entry, files)) == []
-
-
-@pytest.mark.parametrize(
-    "entry", ["f'robot_controller = {package_name}.robot:main'", "'robot_controller = ' + package_name + '.robot:main'"]
-)
-def test_entry_points_with_the_packages_name_in_a_variable_are_read(tmp_path: Path, entry: str):
-    found = faults(lab(tmp_path, entry, {"lab5_31/robot_controller.py": NODE}))
-    assert not any("no entry point" in fault.text for fault in found)
 
 
 @pytest.mark.parametrize(

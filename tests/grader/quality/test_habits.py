@@ -9,8 +9,6 @@ from helpers.course import PACKAGE
 from helpers.quality_examples import (
     CONTROLLER,
     MOTION,
-    NAVIGATOR,
-    PROCESSOR,
     REFERENCE,
     facts,
     judged,
@@ -94,14 +92,6 @@ def test_tests_are_not_judged():
     assert rules("def test(x=[]):\n    print(x)\n", "test/test_x.py") == []
 
 
-def test_eight_prints_lose_everything(tmp_path: Path):
-    """Blatant."""
-    text = (REFERENCE / PROCESSOR).read_text() + "\n\ndef tell():\n" + "    print('hello')\n" * 8
-    result = judged(habits, facts(reference(tmp_path, files={PROCESSOR: text})))
-    assert result.share == 0.0
-    assert "print (8 times): the node's logger adds the node" in result.seen
-
-
 def test_one_mutable_default_in_a_helper_costs_a_quarter(tmp_path: Path):
     """Subtle."""
     text = (REFERENCE / MOTION).read_text() + "\n\ndef note(value, seen=[]):\n    seen.append(value)\n    return seen\n"
@@ -156,7 +146,6 @@ REGISTER = "self.create_timer(0.1, self.callback)"
         "self.create_timer(0.1, lambda: self.callback(None))",
         "self.create_timer(0.1, partial(self.callback, None))",
         "self.add_on_set_parameters_callback(self.callback)",
-        "for topic, callback in (('a', self.callback),): self.create_subscription(T, topic, callback, 10)",
     ],
 )
 def test_functions_handed_to_the_executor_are_callbacks(register: str):
@@ -225,53 +214,9 @@ def test_a_sleep_in_main_or_in_the_demonstration_is_allowed():
     assert rules(NODE.format(register=REGISTER, body="time.sleep(1)", helper="pass"), "scripts/demo.py") == []
 
 
-def test_a_sleep_in_another_module_is_followed():
-    calling = """\
-from ros2_robot_controller.utils.wait import pause
-
-
-class RobotController:
-    def __init__(self):
-        self.create_timer(1, self.tick)
-
-    def tick(self):
-        pause()
-"""
-    node = parse(CONTROLLER, calling.encode(), PACKAGE)
-    helper = parse(
-        "ros2_robot_controller/utils/wait.py", b"import time\n\n\ndef pause():\n    time.sleep(1)\n", PACKAGE
-    )
-    found = bad_habits([node, helper], CallGraph([node, helper]))
-    assert [(finding.path, finding.line) for finding in found] == [("ros2_robot_controller/utils/wait.py", 5)]
-    assert "called from the callback `tick`" in found[0].text
-
-
 def test_functions_that_call_each_other_do_not_loop_forever():
     text = NODE.format(register=REGISTER, body="self.helper()", helper="self.callback(self.helper())")
     assert rules(text) == []
-
-
-def test_an_action_that_sleeps_until_it_arrives_costs_half(tmp_path: Path):
-    """Blatant: what 16 of 24 real action servers do."""
-    text = (REFERENCE / NAVIGATOR).read_text().replace("import Enum\n", "import Enum\nimport time\n")
-    loop = "while not goal.ending.done():\n            time.sleep(0.1)\n        ending = goal.ending.result()"
-    text = text.replace("ending = await goal.ending\n", loop + "\n")
-    result = judged(sleeping, facts(reference(tmp_path, files={NAVIGATOR: text})))
-    assert result.share == 0.5
-    assert "`time.sleep` in the callback `_navigate`" in result.seen
-    assert "drives on blindly" in result.seen
-
-
-def test_a_pause_in_an_overridden_method_of_the_control_loop_costs_half(tmp_path: Path):
-    """Subtle: one class registers the timer, another overrides the method that it leads to."""
-    head = "        if not self._is_fresh(self._odom_time):\n            return STOP\n"
-    changes = (
-        (NAVIGATOR, "import Enum\n", "import Enum\nimport time\n"),
-        (NAVIGATOR, head, head.replace("return STOP", "time.sleep(0.1)\n            return STOP")),
-    )
-    result = judged(sleeping, facts(reference(tmp_path, *changes)))
-    assert result.share == 0.5
-    assert "`time.sleep` in `_wanted`" in result.seen
 
 
 def test_a_pause_in_a_helper_of_the_control_loop_costs_half(tmp_path: Path):

@@ -188,12 +188,6 @@ def test_a_package_that_declares_nothing_gets_nothing(tmp_path: Path):
     assert with_xml(tmp_path, "\n".join(lines), DEPENDENCIES).share == 0.0
 
 
-@pytest.mark.parametrize("tag", ["depend", "build_depend", "exec_depend", "build_export_depend"])
-def test_any_kind_of_dependency_counts(tmp_path: Path, tag: str):
-    xml = XML.replace("<exec_depend>nav_msgs</exec_depend>", f"<{tag}>nav_msgs</{tag}>")
-    assert with_xml(tmp_path, xml, DEPENDENCIES).share == 1.0
-
-
 def test_a_dependency_for_tests_only_is_missing_for_nodes(tmp_path: Path):
     xml = XML.replace("<exec_depend>nav_msgs</exec_depend>", "<test_depend>nav_msgs</test_depend>")
     result = with_xml(tmp_path, xml, DEPENDENCIES)

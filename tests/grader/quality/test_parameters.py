@@ -31,17 +31,7 @@ def test_a_package_without_parameters_gets_nothing(tmp_path: Path):
     node = "class RobotController:\n    def control(self):\n        self.max_linear_speed = 0.5\n"
     result = judged(numbers, facts(written(tmp_path, {CONTROLLER: node, PROCESSOR: node})))
     assert result.share == 0.0
-    assert (
-        f"max_linear_speed is not declared in the code ({CONTROLLER}:3, {PROCESSOR}:3 has the number 0.5" in result.seen
-    )
-
-
-def test_a_number_of_another_name_is_not_said_to_stand_for_a_parameter(tmp_path: Path):
-    """`wheel_radius = 0.3` was said to be the safety margin."""
-    node = "class RobotController:\n    def control(self):\n        self.wheel_radius = 0.3\n        return 0.5\n"
-    result = judged(numbers, facts(written(tmp_path, {CONTROLLER: node, PROCESSOR: node})))
-    assert "safety_margin is not declared in the code" in result.seen
-    assert "has the number" not in result.seen
+    assert "max_linear_speed is not declared in the code" in result.seen
 
 
 def test_a_parameter_that_is_never_read_costs_its_share(tmp_path: Path):

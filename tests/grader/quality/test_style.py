@@ -100,19 +100,6 @@ def test_the_submissions_own_settings_do_not_count(tmp_path: Path, files: dict[s
     assert result.share < 1
 
 
-@pytest.mark.parametrize("comment", ["# noqa", "# NOQA:F401", "# noqa: F401"])
-def test_a_noqa_hides_nothing(tmp_path: Path, comment: str):
-    quality, _ = style(tmp_path, {"m/a.py": f"import sys, os  {comment}\nX = sys, os  {comment}\n"})
-    assert "E401" in rules(quality, "m/a.py")
-
-
-def test_suppressions_are_listed(tmp_path: Path):
-    quality, result = style(tmp_path, {"m/a.py": CLEAN + "X = 1  # noqa: E501\n"})
-    assert result.share == 1.0
-    assert "m/a.py:6 # noqa: E501" in result.seen
-    assert [finding.line for finding in quality.suppressions] == [6]
-
-
 def test_a_finding_comes_with_its_reason(tmp_path: Path):
     _, result = style(tmp_path, {"m/a.py": CLEAN + "import os\n"})
     assert "imported but unused" in result.seen

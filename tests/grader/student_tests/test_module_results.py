@@ -29,7 +29,7 @@ def ran(**outcomes: str) -> ModuleRun:
     tests = tuple(TestResult(named(name), outcome, "assert False") for name, outcome in outcomes.items())
     return ModuleRun(
         tests, tuple(test.id for test in tests), collection_error="", finished=True, status=0, timed_out="",
-        running="", seconds=1.0, quiet_seconds=1.0, shares_fixtures=False, refused_hooks=(), output_tail="", reach={},
+        running="", seconds=1.0, quiet_seconds=1.0, shares_fixtures=False, output_tail="", reach={},
     )  # fmt: skip
 
 

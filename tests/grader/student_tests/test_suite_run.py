@@ -89,18 +89,6 @@ CASES = {
         def test_after():
             assert 1 + 1 == 2
     """,
-    "exits_early/test_it.py": """
-        import os
-
-        def test_first():
-            assert 1 + 1 == 2
-
-        def test_second():
-            os._exit(0)
-
-        def test_third():
-            assert 0
-    """,
     "crashes/test_it.py": """
         import ctypes
         import os
@@ -116,34 +104,11 @@ CASES = {
         def test_kills_itself():
             assert os.kill(os.getpid(), signal.SIGKILL)
 
-        def test_last():
-            assert robot_controller.RobotController().set_speed(0.1)
-    """,
-    "hangs_twice/test_it.py": """
-        import time
-        from ros2_robot_controller import robot_controller
-
-        def test_first():
-            assert robot_controller.stop_distance(0.5)
-
-        def test_waits():
-            assert time.sleep(1000)
-
-        def test_waits_too():
-            assert time.sleep(1000)
+        def test_exits():
+            assert not os._exit(0)
 
         def test_last():
             assert robot_controller.RobotController().set_speed(0.1)
-    """,
-    "records/test_it.py": """
-        import pytest
-
-        @pytest.mark.filterwarnings("ignore")
-        def test_it(record_property, record_testsuite_property, record_xml_attribute, cache):
-            record_property("requirement", "F4")
-            record_testsuite_property("robot", "turtlebot4")
-            record_xml_attribute("classname", "stops")
-            assert cache.get("never/set", 7) == 7
     """,
     "hook/conftest.py": """
         import pytest
@@ -332,15 +297,13 @@ def test_a_test_that_hangs_costs_only_itself(module):
 
 
 def test_a_test_that_ends_the_process_costs_only_itself(module, ran: SuiteRun):
-    """An exit, a crash, a signal."""
-    left = module("exits_early")
-    assert counts(left) == (1, 1, 1, 0), "the first passes, the third fails"
-    assert left.failures[1] == "test_second: ended the process that ran it, with status 0"
+    """A crash, a signal, an exit."""
     crashes = module("crashes")
-    assert counts(crashes) == (2, 0, 2, 0)
+    assert counts(crashes) == (2, 0, 3, 0)
     assert crashes.failures == [
         "test_crashes: ended the process that ran it, with status -11",
         "test_kills_itself: ended the process that ran it, with status -9",
+        "test_exits: ended the process that ran it, with status 0",
     ]
     [reach] = [reach for reach in ran.reach if reach.module == "test/crashes/test_it.py"]
     assert {test for tests in reach.lines["ros2_robot_controller/robot_controller.py"].values() for test in tests} == {
@@ -348,31 +311,12 @@ def test_a_test_that_ends_the_process_costs_only_itself(module, ran: SuiteRun):
     }  # fmt: skip
 
 
-def test_several_tests_that_hang_cost_only_themselves(module):
-    hangs = module("hangs_twice")
-    assert counts(hangs) == (2, 0, 2, 0)
-    assert hangs.failures == ["test_waits: ran out of time", "test_waits_too: ran out of time"]
-
-
-def test_a_test_may_record_properties_and_use_pytests_cache(module):
-    """The fixtures are there whether a report is written or not."""
-    assert counts(module("records")) == (1, 0, 0, 0)
-
-
-@pytest.mark.parametrize(("case", "hook"), [("hook", "pytest_runtest_makereport"), ("swallows", "pytest_pyfunc_call")])
-def test_hooks_that_rewrite_results_are_flagged_and_not_called(module, ran: SuiteRun, case: str, hook: str):
-    assert counts(module(case)) == (0, 1, 0, 0)
-    assert [flag.what for flag in ran.flags if flag.where == f"test/{case}/conftest.py"] == [
-        f"test/{case}/conftest.py has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
-    ]
-
-
 @pytest.mark.slow  # a suite for each kind
-@pytest.mark.parametrize("case", [*NOTHING, "patches"])
+@pytest.mark.parametrize("case", [*NOTHING, "patches", "hook", "swallows"])
 def test_a_test_that_passes_whatever_the_package_does_tests_nothing(module, case: str):
     """Three of four points for imports and mocks, and all four for tests that cannot fail or forge their reports."""
     assert (module(case).passed, module(case).tested, module(case).starts) == (1, [], [])
-    assert module(case).idle == (["test_it"] if case in ("excepts", "patches") else [])
+    assert module(case).idle == (["test_it"] if case in ("excepts", "patches", "hook", "swallows") else [])
 
 
 @pytest.mark.slow  # a suite for each kind
@@ -393,17 +337,6 @@ def test_the_packages_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun
 def test_nothing_of_the_install_tree_is_loaded_before_pytest(module):
     """The install tree has a sitecustomize.py, a .pth file and a pytest11 entry point."""
     assert counts(module("evil")) == (1, 0, 0, 0)
-
-
-@pytest.mark.slow  # two runs of the toy's tests
-def test_two_runs_give_the_same_results(tmp_path):
-    made = toy.make(tmp_path, {"test/test_it.py": toy.THOROUGH})
-    one, two = (
-        run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE) for _ in range(2)
-    )
-    assert [counts(m) for m in one.tests.modules] == [counts(m) for m in two.tests.modules]
-    assert one.tests.coverage == two.tests.coverage
-    assert [reach.lines for reach in one.reach] == [reach.lines for reach in two.reach]
 
 
 def test_without_tests_nothing_runs(tmp_path):

@@ -137,6 +137,14 @@ UNSEEN = {
     "an event loop": "import asyncio\nloop = asyncio.new_event_loop()\nloop.call_soon(exec, 'x = 1')\nloop.call_soon(loop.stop)\nloop.run_forever()",
     "a type's annotation": "import typing\ndef f(x: 'exec(\"y = 1\")'): ...\ntry:\n    typing.get_type_hints(f)\nexcept TypeError:\n    pass",
     "an annotation that calls": "import inspect\ndef go(): ...\ndef f(x: 'go()'): ...\ninspect.signature(f, eval_str=True)",
+    "a program in a temporary file": (
+        "import pathlib, subprocess, sys, tempfile\nf = pathlib.Path(tempfile.mkdtemp(), 'x.py')\nf.write_text('x = 1')\n"
+        "subprocess.run([sys.executable, f], check=True)"
+    ),
+    "a file without a name": (
+        "import importlib.machinery as m, os\nfd = os.memfd_create('x')\nos.write(fd, b'x = 1')\n"
+        "m.SourceFileLoader('made', f'/dev/fd/{fd}').load_module()"
+    ),
     "Python's C API": "import ctypes\nctypes.pythonapi.PyRun_SimpleString(b'x = 1')",
 }
 OTHER_KINDS = {
@@ -172,11 +180,7 @@ TURNED_OFF = {
 def test_code_that_lies_in_no_file_is_noted(run, program: str):
     ran = run(program, functions=False, tidy=TIDY)
     assert kinds(ran) == {"code made at run time"}
-    beside = (
-        "a string",
-        "python -c",
-        "standard input",
-    )  # of a thread, and of another Python, it is not known who began
+    beside = ("a string", "python -c", "standard input", "x.py")  # of a thread, and of a Python, who began is not known
     assert ", by node.py:" in ran.unseen[0] or ran.unseen[0].endswith(beside)
 
 
@@ -249,6 +253,45 @@ def test_what_yaml_runs_is_noted(run):
     ran = run(f"import yaml\nyaml.unsafe_load({text!r})\n", tidy=TIDY)
     assert kinds(ran) == {"code made at run time"}
     assert "tidy.py" not in ran.functions
+
+
+# -- what is seen from outside ------------------------------------------------------------------------------------------
+
+SHOWN = {
+    "a library loaded by cffi": ("lib/p/table.bin", "", "library: lib/p/table.bin"),
+    "a library beside those of the types": (f"{SITE}/p/x__rosidl_core.so", "", f"library: {SITE}/p/x__rosidl_core.so"),
+    "a library that is gone": ("/tmp/x.so (deleted)", "", "library: /tmp/x.so"),
+    "a library in memory": ("/memfd:x (deleted)", "", "library: /memfd:x"),
+    "a program with a Python of its own": ("lib/p/node", "", "library: lib/p/node"),
+    "an isolated Python": ("", "python3 -I -S x.dat", "notes turned off: python3 -I -S x.dat"),
+    "options in one": ("", "/usr/bin/python3 -bES x.dat", "notes turned off: /usr/bin/python3 -bES x.dat"),
+    "a Python by another name": ("", "node -I x.dat", "notes turned off: node -I x.dat"),
+    "a Python without the variable": ("", "PATH=/bin python3 x", "notes turned off: a Python without PYTHONPATH"),
+    "a Python": ("", "python3 -m pip -I", None),
+    "a script": ("", "python3 /ws/install/lib/p/node -S", None),
+    "a short command": ("", "python3 -c S=1", None),
+    "the types' module": (f"{SITE}/p/p_s__rosidl_typesupport_fastrtps_c.cpython-311-x86_64-linux-gnu.so", "", None),
+    "the types' library": ("lib/libp__rosidl_typesupport_introspection_c.so", "", None),
+    "closures of libffi": ("/memfd:libffi (deleted)", "", None),
+    "the system's libraries": ("/usr/lib/x86_64-linux-gnu/libm.so.6", "", None),
+}
+
+
+@pytest.mark.parametrize(("mapped", "command", "words"), SHOWN.values(), ids=SHOWN)
+def test_what_python_does_not_note_is_seen_in_proc(tmp_path: Path, mapped: str, command: str, words: str | None):
+    environment = [] if command.startswith("PATH=") else ["PYTHONPATH=/ws/at_start:/usr/lib"]
+    files = {"/usr/bin/python3.11": "r-xp", "/ws/install/share/p/table.dat": "r--p"}
+    files |= {mapped if mapped.startswith("/") else f"/ws/install/{mapped}": "r-xp"} if mapped else {}
+    lines = [f"7f00-7f01 {rights} 00000000 08:01 {n}    {file}\n" for n, (file, rights) in enumerate(files.items())]
+    (tmp_path / "maps").write_text("".join([*lines, "7f02-7f03 r-xp 00000000 00:00 0\n"]))
+    shown = [word for word in command.split() if "PATH=" not in word] or ["python3", "/ws/install/lib/p/node"]
+    for name, parts in (("cmdline", shown), ("environ", environment)):
+        (tmp_path / name).write_bytes(b"".join(os.fsencode(part) + b"\0" for part in parts))
+    assert what_ran.unseen_of_process(tmp_path) == ([words] if words else [])
+
+
+def test_a_process_that_has_ended_shows_nothing(tmp_path: Path):
+    assert what_ran.unseen_of_process(tmp_path / "1") == []
 
 
 # -- what the grader makes of it --------------------------------------------------------------------------------------
