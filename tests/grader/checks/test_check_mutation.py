@@ -50,12 +50,6 @@ def test_points_go_from_10_to_75_percent_core_first(noticed: int, core: float, a
     assert judged(most_are_noticed, mutation).share == pytest.approx(advanced)
 
 
-@pytest.mark.parametrize("noticed", range(4, 31))
-def test_the_two_checks_make_one_line(noticed: int):
-    mutation = Mutation(0, 300, mutants(noticed, 40 - noticed))
-    assert sum(3 * judged(check, mutation).share for check in BOTH) == pytest.approx(6 * (noticed / 40 - 0.10) / 0.65)
-
-
 def test_an_unnoticed_mutant_is_reported_with_its_place_change_and_passing_tests():
     assert judged(are_noticed, Mutation(0, 300, mutants(1, 1, 1))).seen.splitlines() == [
         "1 of 3 mutants were noticed, 33.3 %",

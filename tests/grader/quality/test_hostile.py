@@ -11,7 +11,6 @@ from helpers.quality_examples import judged, with_flake8, with_linters, written
 
 from grader.building import cache
 from grader.checks.check_style import test_ament_flake8_finds_nothing as style
-from grader.evidence import reading_limits
 from grader.quality import bisect_failures, source_files
 
 GOOD = '"""A module."""\n\nX = 1\n'
@@ -77,13 +76,6 @@ def test_a_file_name_cannot_forge_a_finding(tmp_path: Path):
     assert quality.style == []
     assert len(quality.files) == 1
     assert "\n" not in quality.files[0].path
-
-
-def test_files_beyond_the_limit_are_not_read(tmp_path: Path):
-    package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(reading_limits.MAX_FILES + 50)})
-    found = source_files.find(package, COURSE)
-    assert len(found) == reading_limits.MAX_FILES + 1
-    assert "200 Python files in the package" in found[-1].problem
 
 
 def test_a_link_is_not_followed(tmp_path: Path):
