@@ -90,16 +90,12 @@ def private_network(command: Sequence[str]) -> list[str]:
     It keeps the host's /proc: over one mounted by bubblewrap, parts of which are read-only, the kernel would not let
     the sandboxes inside mount their own.
     """
-    if not _private():
+    if confinement() is not Confinement.NAMESPACES:
         return list(command)
     outer = ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--unshare-ipc"]
     if os.geteuid() == 0 and not _is_admin():
         outer.append("--unshare-user")  # by which root, in a container, may make the others
     return [*outer, "--die-with-parent", "--", *command]
-
-
-def _private() -> bool:
-    return confinement() is Confinement.NAMESPACES
 
 
 def _is_admin() -> bool:

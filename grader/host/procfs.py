@@ -1,4 +1,4 @@
-"""Read running processes from /proc, set the cores on which their threads may run, and kill them."""
+"""Read running processes from /proc, and kill them."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
+from typing import IO
 
 from grader.errors import GraderError
 from grader.host import cgroup, namespaces, procfs, shortage, submission_user
@@ -77,22 +78,22 @@ class Process:
         inside = (*WAIT_FOR_GO, *with_limits(command, limits))
         self._view = users.lay_out(box, self._user) if namespaces.refusal() else None
         with contextlib.ExitStack() as stack:
-            info, go, output = (_Pipe(stack) for _ in range(3))
+            read_end, info_fd = os.pipe()
+            info = stack.enter_context(os.fdopen(read_end, "rb"))
             filter_fd = open_filter()
-            stack.callback(os.close, filter_fd)
             if self._view is None:
-                command_line = [*bwrap_command(box, info.write_end, filter_fd, self._user), *inside]
+                command_line = [*bwrap_command(box, info_fd, filter_fd, self._user), *inside]
             else:
                 command_line = users.command_line(
-                    inside, box, self._view, user=self._user, info_fd=info.write_end,
+                    inside, box, self._view, user=self._user, info_fd=info_fd,
                     locked=not namespaces.sandbox_disabled(),
                 )  # fmt: skip
             _leave_keyring()
             try:
                 self._popen = subprocess.Popen(
                     [*enter_cgroup(self._group), *command_line], start_new_session=True,
-                    stdin=go.read_end, stdout=output.write_end, stderr=output.write_end,
-                    pass_fds=(info.write_end, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
+                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, bufsize=0,
+                    pass_fds=(info_fd, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
                 )  # fmt: skip
             except OSError as error:
                 self._group.close()
@@ -100,14 +101,20 @@ class Process:
                     self._view.close()
                 words = mark("Cannot start {program} ({why}). Run `grader doctor`; it prints the fix.")
                 raise GraderError(say(words, program="bwrap", why=error)) from error
-            info.close_write_end()
-            self._output = _Output(os.dup(output.read_end), limits.output_bytes)
-            self._init_pid = _child_pid(info.read_end)
-            if self._init_pid:
-                with contextlib.suppress(ProcessLookupError):  # the sandbox could not be set up
-                    self._init_end = os.pidfd_open(self._init_pid)
-            with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
-                os.write(go.write_end, b"go\n")
+            finally:
+                os.close(info_fd)
+                os.close(filter_fd)
+            assert self._popen.stdin is not None
+            assert self._popen.stdout is not None
+            self._output = _Output(self._popen.stdout, limits.output_bytes)
+            text = info.read()
+        self._init_pid = int(json.loads(text)["child-pid"]) if text else 0
+        """The pid, on the host, of the first process in the sandbox; 0 if the sandbox could not be set up."""
+        if self._init_pid:
+            with contextlib.suppress(ProcessLookupError):  # it has ended
+                self._init_end = os.pidfd_open(self._init_pid)
+        with contextlib.suppress(BrokenPipeError), self._popen.stdin as go:  # no reader: it could not be set up
+            go.write(b"go\n")
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
             self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
         if self._init_pid and not self._group.folders:
@@ -263,8 +270,8 @@ class Process:
 class _Output:
     """Reads a process's output as it arrives, so that the process never blocks, and keeps the start and the end."""
 
-    def __init__(self, stream: int, limit: int) -> None:
-        self._stream = os.fdopen(stream, "rb", buffering=0)
+    def __init__(self, stream: IO[bytes], limit: int) -> None:
+        self._stream = stream
         self._half = limit // 2
         self._head = b""
         self._tail = b""
@@ -354,29 +361,9 @@ def require(*, for_points: bool = True) -> None:
         )
 
 
-class _Pipe:
-    """A pipe whose ends are closed with `stack` at the latest."""
-
-    def __init__(self, stack: contextlib.ExitStack) -> None:
-        self.read_end, self.write_end = os.pipe()
-        stack.callback(os.close, self.read_end)
-        self._closing = stack.enter_context(contextlib.ExitStack())
-        self._closing.callback(os.close, self.write_end)
-
-    def close_write_end(self) -> None:
-        self._closing.close()
-
-
 def _leave_keyring() -> None:
     """Give this thread, and so what it starts, an empty session keyring of its own; a kernel without any refuses."""
     ctypes.CDLL(None).syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
-
-
-def _child_pid(read_end: int) -> int:
-    """Return the pid, on the host, of the first process in the sandbox; 0 if the sandbox could not be set up."""
-    with os.fdopen(os.dup(read_end), "rb") as stream:
-        text = stream.read()
-    return int(json.loads(text)["child-pid"]) if text else 0
 
 
 def _require_readable(box: Sandbox) -> None:

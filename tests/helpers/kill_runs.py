@@ -1,6 +1,6 @@
 """Kill gradings with SIGKILL at random moments, look for what they leave, and grade again in the same folder.
 
-Run it:  PYTHONPATH=.:tests python tests/helpers/kill_runs.py --runs 100 [--only F1 F14 T1] [--log out/kills.jsonl]
+Run it:  PYTHONPATH=.:tests python tests/helpers/kill_runs.py --runs 100 [--only F1 F14 T1]
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from grader import KIT, evidence
@@ -113,37 +113,18 @@ class Kill:
     wrong: list[str]
 
 
-def load(log: Path) -> list[Kill]:
-    """Return the kills in a log; a line that was cut off, and all after it, are removed."""
-    found: list[Kill] = []
-    with contextlib.suppress(ValueError, TypeError):
-        for line in log.read_text().splitlines() if log.exists() else []:
-            found.append(Kill(**json.loads(line)))
-    if log.exists():
-        log.write_text("".join(json.dumps(asdict(each)) + "\n" for each in found))
-    return found
-
-
-def kills(log: Path, out: Path, options: argparse.Namespace) -> Iterator[Kill]:
-    """Yield those in `log` and then new ones, each added to the log as soon as it is known what it left."""
-    done = load(log)[: options.runs]
-    yield from done
-    if len(done) == options.runs:
-        return
+def kills(out: Path, options: argparse.Namespace) -> Iterator[Kill]:
+    """Yield each killed grading."""
     began = time.monotonic()
     expected, wrong = grade_again(out, options.only)
     whole = time.monotonic() - began
-    for number in range(len(done), options.runs):
+    for number in range(options.runs):
         after = random.Random(f"{options.seed}:{number}").uniform(0.0, whole)
         wrong += kill_once(out, options.only, after)
         if number % options.again_every == options.again_every - 1 or number == options.runs - 1:
             points, more = grade_again(out, options.only)
             wrong += more + ([f"the next run gave {points}, not {expected}"] if points != expected else [])
-        kill = Kill(number, round(after, 1), wrong)
-        log.parent.mkdir(parents=True, exist_ok=True)
-        with log.open("a") as stream:
-            stream.write(json.dumps(asdict(kill)) + "\n")
-        yield kill
+        yield Kill(number, round(after, 1), wrong)
         wrong = []
 
 
@@ -159,12 +140,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", default=["F1", "F14", "I5", "T1"], help="requirements to grade")
     parser.add_argument("--seed", type=int, default=0, help="seed of the random moments")
     parser.add_argument("--again-every", type=int, default=10, help="grade fully after this many kills (default 10)")
-    parser.add_argument("--log", type=Path, help="continue the kills in this file (default: none)")
     options = parser.parse_args(arguments)
     bad = 0
     with tempfile.TemporaryDirectory(prefix="kill-") as folder:
-        log = options.log or Path(folder, "kills.jsonl")
-        for kill in kills(log, Path(folder) / "out", options):
+        for kill in kills(Path(folder) / "out", options):
             print(row(kill, options.runs), flush=True)
             bad += bool(kill.wrong)
     print(f"{options.runs} gradings were killed; {bad} left something behind or spoilt the next one.")

@@ -3,90 +3,64 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from contextlib import ExitStack
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 
 import pytest
 
 from grader.host import turns
 
 
-@pytest.fixture(autouse=True)
-def two_cores(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(turns.os, "cpu_count", lambda: 2)
+class WouldWaitError(Exception):
+    """No slot is free."""
 
 
 @pytest.fixture
-def started() -> Iterator[Started]:
-    """Threads that each compute beside others until the test is over."""
-    found = Started()
-    yield found
-    found.over.set()
-    for thread in found.threads:
-        thread.join(60.0)
+def free_slots(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
+    """Return what counts, on two cores, the slots that can be had without waiting."""
+    monkeypatch.setattr(turns.os, "cpu_count", lambda: 2)
+
+    def wait_for(condition: Callable[[], bool]) -> None:
+        if not condition():
+            raise WouldWaitError
+
+    def count() -> int:
+        found = 0
+        with ExitStack() as stack, suppress(WouldWaitError), monkeypatch.context() as patched:
+            patched.setattr(turns._changed, "wait_for", wait_for)
+            while True:
+                stack.enter_context(turns.free_slot())
+                found += 1
+        return found
+
+    return count
 
 
-class Started:
-    def __init__(self) -> None:
-        self.over = threading.Event()
-        self.threads: list[threading.Thread] = []
-        self.running = threading.Semaphore(0)
-
-    def start(self, count: int) -> None:
-        new = [threading.Thread(target=self._compute, daemon=True) for _ in range(count)]
-        self.threads += new
-        for thread in new:
-            thread.start()
-
-    def _compute(self) -> None:
-        with turns.free_slot():
-            self.running.release()
-            self.over.wait(60.0)
-
-    def await_running(self, count: int) -> None:
-        for _ in range(count):
-            assert self.running.acquire(timeout=60.0)
-
-    def runs_another(self) -> bool:
-        return self.running.acquire(timeout=0.2)
-
-
-def test_each_core_has_two_slots(started: Started):
-    started.start(5)
-    started.await_running(4)
-    assert not started.runs_another()
-
-
-def test_reserved_slots_are_not_free(started: Started):
-    with turns.reserve(2):
-        started.start(5)
-        started.await_running(2)
-        assert not started.runs_another()
-    started.await_running(2)
-    assert not started.runs_another()
-
-
-def test_a_reservation_never_waits(started: Started):
-    started.start(4)
-    started.await_running(4)
-    with turns.reserve(2), turns.reserve(2):
-        pass
-
-
-def test_one_slot_at_least_is_free(started: Started):
+def test_reserved_slots_are_not_free_but_one_always_is(free_slots: Callable[[], int]):
+    counts = [free_slots()]
     with ExitStack() as stack:
         for _ in range(4):
-            stack.enter_context(turns.reserve(2))
-        started.start(2)
-        started.await_running(1)
-        assert not started.runs_another()
+            stack.enter_context(turns.reserve(1))  # which never waits
+            counts.append(free_slots())
+    assert [*counts, free_slots()] == [4, 3, 2, 1, 1, 4]
 
 
-def test_an_error_makes_room(started: Started):
-    with pytest.raises(ValueError, match="broken"), turns.reserve(3):
-        raise ValueError("broken")
-    for _ in range(4):
-        with pytest.raises(ValueError, match="broken"), turns.free_slot():
+def test_an_error_makes_room(free_slots: Callable[[], int]):
+    for slot in (turns.reserve(3), turns.free_slot()):
+        with pytest.raises(ValueError, match="broken"), slot:
             raise ValueError("broken")
-    started.start(4)
-    started.await_running(4)
+    assert free_slots() == 4
+
+
+def test_who_waits_goes_on_when_a_slot_is_free(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(turns.os, "cpu_count", lambda: 0)  # one slot
+
+    def take() -> None:
+        with turns.free_slot():
+            pass
+
+    thread = threading.Thread(target=take, daemon=True)
+    with turns.free_slot():
+        thread.start()
+    thread.join(60.0)
+    assert not thread.is_alive()

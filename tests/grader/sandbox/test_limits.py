@@ -144,7 +144,7 @@ def test_a_sandbox_does_not_outlive_its_grader_even_during_set_up(tmp_path: Path
     """
     code = (
         "import os, signal\nfrom grader import sandbox\nfrom grader.sandbox import process\n"
-        "process._child_pid = lambda fd: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "process._Output = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
         f"sandbox.Process(['sleep', '{os.getpid()}.1234'], sandbox.Sandbox(), sandbox.Limits())"
     )
     ended = subprocess.run([sys.executable, "-c", code], cwd=KIT, check=False)

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from helpers import kill_runs
 
 from grader import KIT
 from grader.host import tempdir
@@ -39,20 +38,3 @@ def test_only_folders_of_ended_processes_are_removed(tmp_path: Path):
         (folder / "sub").mkdir(parents=True)
     tempdir.sweep(tmp_path, "grading")
     assert sorted(tmp_path.iterdir()) == sorted([mine, other])
-
-
-def test_a_series_of_kills_is_continued_from_its_log(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys):
-    """A hundred take an hour; what was cut off at the end of the log is done again."""
-    log, asked = tmp_path / "log.jsonl", []
-    monkeypatch.setattr(kill_runs, "grade_again", lambda *_: ({"F1": 3.0}, []))
-    monkeypatch.setattr(
-        kill_runs, "kill_once", lambda *_: asked.append(1) or (["a mount is left"] if asked[2:] else [])
-    )
-    assert kill_runs.main(["--runs", "2", "--log", str(log)]) == 0
-    with log.open("a") as stream:
-        stream.write('{"number": 2, "af')
-    assert kill_runs.main(["--runs", "3", "--log", str(log)]) == 1
-    assert len(asked) == 3
-    lines = capsys.readouterr().out.splitlines()[-4:]
-    assert [line.partition(" s: ")[2] for line in lines[:3]] == ["nothing left", "nothing left", "a mount is left"]
-    assert lines[3] == "3 gradings were killed; 1 left something behind or spoilt the next one."

@@ -268,7 +268,7 @@ def waiting_node(pace: str, waits_s: float) -> NodeUnderTest:
         clock.idle += waits_s
 
     bridge.tick = tick
-    node.bridge, node._clock, node._affinity = bridge, clock, SimpleNamespace(tick=lambda: None)
+    node.bridge, node._clock = bridge, clock
     node.process = SimpleNamespace(exit_code=lambda: None, abort=lambda: None, output="")
     node.process.exit_code = lambda: -6 if node.aborted else None
     node.aborted, node._one_thread, node._work_limit_s, node._deaf_s, node._waited_s = False, False, 120.0, 0.0, 0.0
