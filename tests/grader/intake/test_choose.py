@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -153,23 +152,6 @@ def outcome(files: dict[str, str | bytes]) -> Submission | str:
         return str(refused)
     finally:
         shutil.rmtree(folder)
-
-
-@given(TREES, st.randoms(use_true_random=False))
-@settings(max_examples=40, deadline=None)
-def test_the_choice_does_not_depend_on_the_order_of_the_files(trees: dict[str, tuple], rng):
-    files = {
-        f"{place}/{path}": text
-        for place, (name, more) in trees.items()
-        for path, text in {"package.xml": XML.format(name), **more}.items()
-    }
-    outcomes = []
-    for _ in range(2):
-        names = list(files)
-        rng.shuffle(names)
-        found = outcome({name: files[name] for name in names})
-        outcomes.append(found if isinstance(found, str) else found.intake)
-    assert all(one == other for one, other in pairwise(outcomes))
 
 
 @given(TREES)
