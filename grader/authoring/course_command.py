@@ -46,7 +46,6 @@ def add(verbs: Any) -> None:
     parser.add_argument("folder", type=Path, help="a folder that does not exist yet, or is empty")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--package", default="", metavar="NAME", help="the name of the package that students write")
-    which.add_argument("--from", dest="kit", choices=["kit"], help="copy the kit's own course, to change all of it")
     which.add_argument(
         "--extends", choices=["kit"], help="keep the kit's own course; change points and words, add requirements"
     )
@@ -95,10 +94,7 @@ def _new_course(options: argparse.Namespace) -> int:
     from grader.authoring import new_course
 
     folder: Path = options.folder
-    if options.extends:
-        course = new_course.extend_kits_own(folder)
-    else:
-        course = new_course.copy_kits_own(folder) if options.kit else new_course.lay_out(folder, options.package)
+    course = new_course.extend_kits_own(folder) if options.extends else new_course.lay_out(folder, options.package)
     print(
         f"{folder} is a course in which students write the package {course.package}. Next:\n"
         f"    grader check-course --static {folder}    # reads its files\n"

@@ -1,4 +1,4 @@
-"""Lay out a new course: a copy of the small one beside this file, or of the kit's own, or changes of the kit's own."""
+"""Lay out a new course: a copy of the small one beside this file, or changes of the kit's own."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ import re
 import shutil
 from pathlib import Path
 
-from grader import KIT
 from grader.authoring import package_edits
-from grader.course import Course, kits_own, load
+from grader.course import Course, load
 from grader.errors import UsageError
 
 _TEMPLATE = Path(__file__).parent / "template_course"
 _CHANGES = Path(__file__).parent / "template_changes"
-_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "published", "ws", "build", "install", "log")
+_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "ws", "build", "install", "log")
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _MOST = 40  # letters of a name
 _IMPORTS = re.compile(r"(?:^(?:import|from) .*\n)+", re.MULTILINE)
@@ -52,30 +51,6 @@ def extend_kits_own(folder: Path) -> Course:
     """
     _require_empty(folder)
     shutil.copytree(_CHANGES, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
-    return load(folder)
-
-
-def copy_kits_own(folder: Path) -> Course:
-    """Copy the kit's own course to `folder`, with its rubric, solution and notebooks, and return it.
-
-    Raises:
-        UsageError: there is something in the folder.
-    """
-    _require_empty(folder)
-    course = kits_own()
-    shutil.copytree(course.folder, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
-    shutil.copy(course.rubric, folder)
-    solution = folder / course.solution.parent.name / course.solution.name
-    shutil.copytree(course.solution, solution, ignore=_NOT_COPIED)
-    shutil.copytree(course.notebooks, folder / course.notebooks.name, ignore=_NOT_COPIED)
-    places = {"rubric": folder / course.rubric.name, "solution": solution, "notebooks": folder / course.notebooks.name}
-    text = (folder / "course.yaml").read_text(encoding="utf-8")
-    for key, path in places.items():
-        text = re.sub(rf"(?m)^{key}: .*", f"{key}: {path.relative_to(folder).as_posix()}", text)
-    (folder / "course.yaml").write_text(text, encoding="utf-8")
-    frame = folder / "handout.md.j2"
-    name = course.folder.relative_to(KIT).as_posix()
-    frame.write_text(frame.read_text(encoding="utf-8").replace(f"{name}/", ""), encoding="utf-8")
     return load(folder)
 
 
