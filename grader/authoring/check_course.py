@@ -14,11 +14,11 @@ from functools import cached_property
 from pathlib import Path
 
 import jinja2
+import nbformat
 
 from grader import KIT, yaml_reader
-from grader.authoring import held_back, package_edits
+from grader.authoring import held_back, notebook_source, package_edits
 from grader.checks import checks_run
-from grader.classroom import sections
 from grader.course import Course, handout, load
 from grader.course.reader import CONTRACT, module_names, modules
 from grader.errors import GraderError
@@ -186,12 +186,16 @@ class _Reading:
         yield from wrong
         if self.course.notebooks == Path() or self.whole is None:
             return
-        places = {requirement.section: requirement.id for requirement in self.whole.requirements if requirement.section}
-        there = sections.read(places, self.course.notebooks)
-        for place, name in places.items():
-            if place not in there:
-                lacking = f"no notebook in {self.course.notebooks} has the section of {name}, {place}"
-                yield f"{_line(self.course.rubric, place)}: {lacking}"
+        headings: dict[str, set[str]] = {}
+        for path in self.course.notebooks.glob("[0-9][0-9]_*.ipynb"):
+            cells = nbformat.read(path, as_version=4).cells
+            headings[path.stem] = {heading.text for cell in cells for heading in notebook_source.headings(cell)}
+        for requirement in (requirement for requirement in self.whole.requirements if requirement.section):
+            notebook, _, title = requirement.section.partition("#")
+            if title not in headings.get(notebook, ()):
+                place = f"the section of {requirement.id}, {requirement.section}"
+                where = _line(self.course.rubric, requirement.section)
+                yield f"{where}: no notebook in {self.course.notebooks} has {place}"
 
     def _imported(self, *folders: Path) -> Iterator[str]:
         """Yield which modules in folders of the course cannot be imported."""

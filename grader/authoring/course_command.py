@@ -41,17 +41,14 @@ def add(verbs: Any) -> None:
         "new-course",
         help="lay out a course of your own",
         description="Lay out a small course that works, with comments that say what each part is for.",
-        epilog="Example:  grader new-course mycourse --package door_opener --node opener --service open_door",
+        epilog="Example:  grader new-course mycourse --package door_opener",
     )
     parser.add_argument("folder", type=Path, help="a folder that does not exist yet, or is empty")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--package", default="", metavar="NAME", help="the name of the package that students write")
-    which.add_argument("--from", dest="kit", choices=["kit"], help="copy the kit's own course, to change all of it")
     which.add_argument(
         "--extends", choices=["kit"], help="keep the kit's own course; change points and words, add requirements"
     )
-    parser.add_argument("--node", default="", metavar="NAME", help="the name of its node")
-    parser.add_argument("--service", default="", metavar="NAME", help="the name of the node's service")
     parser.set_defaults(run=_new_course)
     parser = verbs.add_parser(
         "new",
@@ -97,15 +94,7 @@ def _new_course(options: argparse.Namespace) -> int:
     from grader.authoring import new_course
 
     folder: Path = options.folder
-    if (options.node or options.service) and (options.kit or options.extends):
-        raise UsageError("--node and --service are for the small course.", "Leave out --from and --extends.")
-    if options.extends:
-        course = new_course.extend_kits_own(folder)
-    else:
-        names = {"node": options.node, "service": options.service}
-        course = (
-            new_course.copy_kits_own(folder) if options.kit else new_course.lay_out(folder, options.package, **names)
-        )
+    course = new_course.extend_kits_own(folder) if options.extends else new_course.lay_out(folder, options.package)
     print(
         f"{folder} is a course in which students write the package {course.package}. Next:\n"
         f"    grader check-course --static {folder}    # reads its files\n"

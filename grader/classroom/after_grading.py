@@ -24,11 +24,10 @@ from grader.classroom import (
     regrades,
     rescore,
     similarity,
-    words,
 )
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder
 from grader.classroom.gradebook import State
-from grader.classroom.platform import Delivery
+from grader.classroom.platform import Delivery, losses
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
 from grader.course import Course, find, named
@@ -202,16 +201,12 @@ def _rescore(options: argparse.Namespace) -> int:
     progress.done()
     write_pages(folder)
     for change in done.changes:
-        print(f"{change.submission:<20} {change.requirement:<4} {_points(change.before)} -> {_points(change.after)}")
+        print(f"{change.submission:<20} {change.requirement:<4} {change.before} -> {change.after}")
     changed = len({change.submission for change in done.changes})
     judged = counted(done.judged, "submission")
     have = f"{changed} {'has' if changed == 1 else 'have'} other points"
     print(f"{judged} judged again in {progress.seconds:.1f} s; {have}")
     return EXIT_GRADED
-
-
-def _points(value: object) -> str:
-    return "none" if value is None else str(value)
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -308,7 +303,7 @@ def _show(folder: ClassFolder, whole: Rubric, known: Regrade | None, submission:
         print("It was not graded.")
     else:
         print(f"{measured['points']:g} of {measured['max']:g} points by the grader")
-        for line in words.losses(measured):
+        for line in losses(measured):
             print(printable(line, 600))
         trials = dict.fromkeys(check["trial"] for check in measured["checks"] if check.get("trial"))
         for trial in trials:

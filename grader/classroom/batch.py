@@ -6,9 +6,8 @@ import datetime as dt
 import math
 import os
 import socket
-import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from decimal import Decimal
@@ -19,21 +18,19 @@ from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.class_settings import ClassSettings, Given, settle
+from grader.classroom.class_settings import ClassSettings, Options, settle
 from grader.classroom.doubt import Doubt, require_certain
 from grader.classroom.entry import Entry
 from grader.classroom.ledger import Source
-from grader.classroom.one_grading import Ending, Order, Runner
-from grader.classroom.plan import Action, Plan, Wanted
+from grader.classroom.one_grading import Ending, Order, Runner, Workforce
+from grader.classroom.plan import Action, Plan
 from grader.classroom.roster import Person
-from grader.classroom.times import HandInTime
 from grader.course import find, load, name_of, named
 from grader.errors import UsageError
 from grader.host import dds_domain, namespaces, provenance, shortage
 from grader.host.atomic import write_atomically
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
-from grader.settings import MUTATION_BUDGET_S
 
 # One grading keeps two cores busy nearly all the time: build, trials and tests beside each other. The memory is an
 # estimate with room to spare, not a measurement.
@@ -41,55 +38,6 @@ CORES_EACH = 2
 MEMORY_EACH = 2 * 1024**3
 _ATTEMPTS = 2
 _TICK_S = 1.0  # between two looks at what is running, for the progress line
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a run's command says. None leaves a setting of the class as it is, and `change` names those to be changed.
-
-    Attributes:
-        course: the folder of the course, for a new class.
-        added: further sources, read together with the class's own.
-        times: when submissions were handed in, where the sources do not say it; the class remembers them.
-        only: the submissions to grade; all if it is empty.
-        regrade: grade again what another kit has graded.
-        fresh: grade everything again, from nothing that is kept.
-        despite_doubts: grade even where a doubt about whose the submissions are would stop the class.
-        minutes: after which the grading of one submission is ended.
-        pattern: how the sources' files are named.
-        zero_missing: whether missing, empty and damaged hand-ins get 0.
-        scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
-    """
-
-    course: Path | None = None
-    rubric: Path | None = None
-    seed: int | None = None
-    deadline: dt.datetime | None = None
-    late_rule: str | None = None
-    added: tuple[Path, ...] = ()
-    times: tuple[HandInTime, ...] = ()
-    change: frozenset[str] = frozenset()
-    only: frozenset[str] = frozenset()
-    regrade: bool = False
-    fresh: bool = False
-    despite_doubts: bool = False
-    pattern: str | None = None
-    zero_missing: bool | None = None
-    cache: Path | None = None
-    mutation_budget_s: float = MUTATION_BUDGET_S
-    jobs: int = 0
-    minutes: int = 60
-    scheduler: str = ""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a run is. `left_s` is an estimate of the wall time that is left, None before the first result."""
-
-    done: int
-    total: int
-    running: dict[str, str]
-    left_s: float | None
 
 
 @dataclass(frozen=True)
@@ -111,11 +59,11 @@ class ProgressListener(Protocol):
     def planned(self, planned: Plan) -> None:
         """Say what will be done; called once, before anything is graded."""
 
-    def finished(self, record: Record, progress: Progress) -> None:
-        """Say that a submission is done."""
+    def finished(self, record: Record, done: int, total: int) -> None:
+        """Say that a submission is done, the how many of how many it is."""
 
-    def going_on(self, progress: Progress) -> None:
-        """Say what is running; called about once a second."""
+    def going_on(self, done: int, total: int, running: Mapping[str, str]) -> None:
+        """Say what is running, by submission; called about once a second."""
 
 
 def jobs_here() -> int:
@@ -180,10 +128,7 @@ def run(
             else local(options.jobs or jobs_here())
         )
         with workforce as grade:
-            page = overview.LivePage(folder)
-            loop = _Loop(folder, grade, listener, len(facts.entries), page)
-            interrupted = loop.run(todo)
-            page.write()
+            interrupted = _grade(folder, grade, listener, len(facts.entries), todo)
     records = [folder.current(entry, facts) for entry in facts.entries]
     states = [record.status for record in records if record is not None]
     return Summary(
@@ -222,18 +167,8 @@ def _prepared(
         )
     path = options.rubric or (folder.path / RUBRIC if remembered else course.rubric)
     whole = rubric.load(path, checks_run.known(course))
-    given = Given(
-        source=str(source) if source else None,
-        roster=None if people is None else tuple(people),
-        rubric=rubric.text(path) if options.rubric or not remembered else None,
-        seed=options.seed,
-        deadline=options.deadline,
-        late=options.late_rule,
-        pattern=options.pattern,
-        added=tuple(map(str, options.added)),
-        change=options.change,
-    )
-    settings = settle(folder, given)
+    text = rubric.text(path) if options.rubric or not remembered else None
+    settings = settle(folder, source, people, text, options)
     earlier = before.entries if before else ()
     with _opened(folder, settings.sources, earlier) as roots:
         first, *added = roots.values()
@@ -279,8 +214,7 @@ def _prepared(
             for entry, known in zip(found.entries, now.entries, strict=True)
         ]
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
-        wanted = Wanted(options.only, options.regrade, options.fresh)
-        actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
+        actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, options) for job in jobs}
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
         maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
@@ -316,135 +250,54 @@ class Job:
     record: Record
 
 
-class Workforce(Protocol):
-    """Whatever grades: this machine's processes or a cluster."""
-
-    slots: int
-
-    def submit(self, order: Order) -> Future[Ending]:
-        """Begin a grading into the folder `order.out`; the future never raises for the submission's sake."""
-
-    def doing(self) -> dict[str, str]:
-        """Return what is going on, by the ids of the submissions that are being graded."""
-
-    def stop(self) -> None:
-        """End everything at once."""
-
-
-class _Local:
-    """Grades on this machine."""
-
-    def __init__(self, jobs: int) -> None:
-        self.slots = jobs
-        self._doing: dict[str, str] = {}
-        self._runner = Runner(self._heard)
-        self._threads = ThreadPoolExecutor(jobs)
-
-    def submit(self, order: Order) -> Future[Ending]:
-        return self._threads.submit(self._grade, order)
-
-    def doing(self) -> dict[str, str]:
-        return dict(self._doing)
-
-    def stop(self) -> None:
-        self._threads.shutdown(wait=False, cancel_futures=True)
-        self._runner.stop()
-        self._threads.shutdown(wait=True)
-
-    def _grade(self, order: Order) -> Ending:
-        self._doing[order.id] = ""
-        try:
-            return self._runner.grade(order)
-        finally:
-            del self._doing[order.id]
-
-    def _heard(self, name: str, what: str) -> None:
-        self._doing[name] = what
-
-
 @contextmanager
 def local(jobs: int) -> Iterator[Workforce]:
     """Yield what grades up to `jobs` submissions at a time on this machine."""
-    workforce = _Local(jobs)
+    runner = Runner(lambda name, what: workforce.heard(name, what))
+    workforce = Workforce(jobs, runner.grade, runner.stop)
     try:
         yield workforce
     finally:
         workforce.stop()
 
 
-class _Loop:
-    """Hands jobs out, keeps the results, and tries once more, alone, what failed for reasons of ours."""
-
-    def __init__(
-        self, folder: ClassFolder, workforce: Workforce, listener: ProgressListener, total: int, page: overview.LivePage
-    ) -> None:
-        self._folder = folder
-        self._page = page
-        self._workforce = workforce
-        self._listener = listener
-        self._total = total
-        self._done = 0
-        self._seconds: list[float] = []
-        self._graded = False
-        self._begun: dict[str, float] = {}  # of what is running, by id
-
-    def run(self, jobs: list[Job]) -> bool:
-        """Grade all jobs; return whether that was interrupted by Ctrl-C."""
-        self._done = self._total - len(jobs)
-        try:
-            again = self._round(jobs, self._workforce.slots, attempt=1)
-            self._round(again, 1, attempt=_ATTEMPTS)
-        except KeyboardInterrupt:
-            self._workforce.stop()
-            return True
-        return False
-
-    def _round(self, jobs: list[Job], slots: int, attempt: int) -> list[Job]:
-        """Grade the jobs, at most `slots` at a time, and return those that failed and may be tried again."""
-        waiting, again = list(reversed(jobs)), []
-        running: dict[Future[Ending], Job] = {}
-        while waiting or running:
-            while waiting and len(running) < slots:
-                job = waiting.pop()
-                out = self._folder.working(job.entry.id)
-                begun = dt.datetime.now().astimezone().isoformat(timespec="seconds")
-                job = replace(
-                    job, order=replace(job.order, out=str(out.resolve())), record=replace(job.record, started=begun)
-                )
-                self._begun[job.entry.id] = time.monotonic()
-                running[self._workforce.submit(job.order)] = job
-            ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
-            for future in [each for each in running if each in ended]:  # in the order in which they began
-                job = running.pop(future)
-                del self._begun[job.entry.id]
-                ending = future.result()
-                if ending.status is Status.ERROR and attempt < _ATTEMPTS:
-                    again.append(job)
-                else:
-                    self._keep(job, ending, attempt, len(waiting) + len(again), slots)
-            self._listener.going_on(self._progress(len(waiting) + len(again), slots))
-        return again
-
-    def _keep(self, job: Job, ending: Ending, attempt: int, waiting: int, slots: int) -> None:
-        record = replace(
-            job.record, status=ending.status, why=ending.why, seconds=round(ending.seconds, 1), attempts=attempt
-        )
-        self._folder.keep(Path(job.order.out), record)
-        self._done += 1
-        self._seconds.append(ending.seconds)
-        self._graded |= ending.status is Status.GRADED
-        self._listener.finished(record, self._progress(waiting, slots))
-        self._page.write_if_due()
-
-    def _progress(self, waiting: int, slots: int) -> Progress:
-        """Return where the run is; the time that is left is known once something was graded."""
-        left_s = None
-        if self._graded:
-            each = sum(self._seconds) / len(self._seconds)
-            now = time.monotonic()
-            rest = sum(max(0.0, each - (now - begun)) for begun in self._begun.values())
-            left_s = (waiting * each + rest) / min(slots, max(waiting + len(self._begun), 1))
-        return Progress(done=self._done, total=self._total, running=self._workforce.doing(), left_s=left_s)
+def _grade(
+    folder: ClassFolder, workforce: Workforce, listener: ProgressListener, total: int, jobs: list[Job]
+) -> bool:  # fmt: skip
+    """Grade all jobs, and once more, alone, what failed for reasons of ours; return whether Ctrl-C interrupted that."""
+    page, done = overview.LivePage(folder), total - len(jobs)
+    try:
+        for attempt, slots in enumerate((workforce.slots, *[1] * (_ATTEMPTS - 1)), 1):
+            waiting, again, running = jobs[::-1], list[Job](), dict[Future[Ending], Job]()
+            while waiting or running:
+                while waiting and len(running) < slots:
+                    job = waiting.pop()
+                    out = str(folder.working(job.entry.id).resolve())
+                    begun = dt.datetime.now().astimezone().isoformat(timespec="seconds")
+                    job = replace(job, order=replace(job.order, out=out), record=replace(job.record, started=begun))
+                    running[workforce.submit(job.order)] = job
+                ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
+                for future in [each for each in running if each in ended]:  # in the order in which they began
+                    job, ending = running.pop(future), future.result()
+                    if ending.status is Status.ERROR and attempt < _ATTEMPTS:
+                        again.append(job)
+                        continue
+                    seconds = round(ending.seconds, 1)
+                    record = replace(
+                        job.record, status=ending.status, why=ending.why, seconds=seconds, attempts=attempt
+                    )
+                    folder.keep(Path(job.order.out), record)
+                    done += 1
+                    listener.finished(record, done, total)
+                    page.write_if_due()
+                listener.going_on(done, total, workforce.doing())
+            jobs = again
+    except KeyboardInterrupt:
+        workforce.stop()
+        return True
+    finally:
+        page.write()
+    return False
 
 
 def _job(

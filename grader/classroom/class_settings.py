@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,9 @@ from typing import Any
 from grader.classroom import lateness
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
+from grader.classroom.times import HandInTime
 from grader.errors import GraderError, UsageError
+from grader.settings import MUTATION_BUDGET_S
 from grader.words import counted
 
 _REGRADED = "makes all grades void: every submission is graded again"
@@ -57,54 +59,83 @@ class ClassSettings:
 
 
 @dataclass(frozen=True)
-class Given:
-    """What one run's command says of the settings; None where it says nothing. It may change those in `change`."""
+class Options:
+    """What a run's command says. None leaves a setting of the class as it is, and `change` names those to be changed.
 
-    source: str | None = None
-    roster: tuple[Person, ...] | None = None
-    rubric: str | None = None
+    Attributes:
+        course: the folder of the course, for a new class.
+        added: further sources, read together with the class's own.
+        times: when submissions were handed in, where the sources do not say it; the class remembers them.
+        only: the submissions to grade; all if it is empty.
+        regrade: grade again what another kit has graded.
+        fresh: grade everything again, from nothing that is kept.
+        despite_doubts: grade even where a doubt about whose the submissions are would stop the class.
+        minutes: after which the grading of one submission is ended.
+        pattern: how the sources' files are named.
+        zero_missing: whether missing, empty and damaged hand-ins get 0.
+        scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
+    """
+
+    course: Path | None = None
+    rubric: Path | None = None
     seed: int | None = None
     deadline: dt.datetime | None = None
-    late: str | None = None
+    late_rule: str | None = None
+    added: tuple[Path, ...] = ()
+    times: tuple[HandInTime, ...] = ()
+    change: frozenset[str] = frozenset()
+    only: frozenset[str] = frozenset()
+    regrade: bool = False
+    fresh: bool = False
+    despite_doubts: bool = False
     pattern: str | None = None
-    added: tuple[str, ...] = ()
-    change: Collection[str] = ()
+    zero_missing: bool | None = None
+    cache: Path | None = None
+    mutation_budget_s: float = MUTATION_BUDGET_S
+    jobs: int = 0
+    minutes: int = 60
+    scheduler: str = ""
 
 
-def settle(folder: ClassFolder, given: Given) -> ClassSettings:
+def settle(
+    folder: ClassFolder, source: Path | None, people: Sequence[Person] | None, rubric: str | None, options: Options
+) -> ClassSettings:
     """Return the settings of a run: the class's own, with sources added and what may be changed.
+
+    Source, people and the text of a rubric are None where the command does not name them.
 
     Raises:
         UsageError: another value is given than the class has, and not as a change.
         GraderError: the late rule is none, or the class cannot be read.
     """
-    if given.late:
-        lateness.parse(given.late)
-    new: dict[str, Any] = {name: value for name in CHANGEABLE if (value := getattr(given, name)) is not None}
-    if lacking := sorted(set(given.change) - set(new)):
+    if options.late_rule:
+        lateness.parse(options.late_rule)
+    given = {
+        "source": str(source) if source else None,
+        "roster": None if people is None else tuple(people),
+        "rubric": rubric,
+        "seed": options.seed,
+        "pattern": options.pattern,
+        "deadline": options.deadline,
+        "late": options.late_rule,
+    }
+    new: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if lacking := sorted(options.change - set(new)):
         raise UsageError(f"--change {lacking[0]} needs the new value.", f"Add {_option(lacking[0])}.")
-    if given.source is None or (folder.path / CLASS).exists():
-        had = remembered(folder)
+    had = ClassSettings("", (), "", 0, None, "")
+    if source is None or (folder.path / CLASS).exists():
+        had = _remembered(folder)
         for name, value in new.items():
-            if name not in given.change and not _same(had, name, value):
+            if name not in options.change and not _same(had, name, value):
                 raise UsageError(_refusal(folder, had, replace(had, **{name: value}), name))
-        earlier = () if "source" in given.change else had.added
-    else:
-        had = ClassSettings("", (), "", 0, None, "")
-        earlier = ()
     settings = replace(had, **new)
     known = {Path(settings.source).resolve(): settings.source}
-    for each in (*earlier, *given.added):
+    for each in (*(() if "source" in options.change else had.added), *map(str, options.added)):
         known.setdefault(Path(each).resolve(), each)
     return replace(settings, added=tuple(known.values())[1:])
 
 
-def remembered(folder: ClassFolder) -> ClassSettings:
-    """Return the settings of the class's last run.
-
-    Raises:
-        GraderError: it is not a class, or lacks its rubric.
-    """
+def _remembered(folder: ClassFolder) -> ClassSettings:
     facts = folder.facts()
     try:
         text = (folder.path / RUBRIC).read_text(encoding="utf-8")

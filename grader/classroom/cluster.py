@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from grader.classroom.class_folder import Status
-from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
+from grader.classroom.one_grading import Ending, Order, Runner, Workforce, grade_packed, pack, unpack_results
 from grader.course import named
 from grader.errors import GraderError
 from grader.host import provenance
@@ -20,45 +21,19 @@ _CONNECT_S = 15
 _LOOK_S = 0.5  # between two looks of a worker at whether its grading is still wanted
 
 
-class Cluster:
-    """Grades on the workers of a Dask scheduler, one submission on each of their threads."""
-
-    def __init__(self, executor: Executor, slots: int) -> None:
-        self.slots = slots
-        self._executor = executor
-        self._doing: dict[str, str] = {}
-        # Each of these threads waits for one result of the cluster and writes it to this machine's disk.
-        self._threads = ThreadPoolExecutor(slots)
-
-    def submit(self, order: Order) -> Future[Ending]:
-        """Begin a grading; its results are in `order.out` when the future is done."""
-        return self._threads.submit(self._grade, order)
-
-    def doing(self) -> dict[str, str]:
-        """Return the ids of the submissions that the cluster has."""
-        return dict(self._doing)
-
-    def stop(self) -> None:
-        """End everything at once; each worker ends its grading as soon as it notices."""
-        self._executor.shutdown(wait=False)  # Dask cancels what is pending then
-        self._threads.shutdown(wait=False, cancel_futures=True)
-
-    def _grade(self, order: Order) -> Ending:
-        self._doing[order.id] = "on the cluster"
-        source = Path(order.source)
-        try:
-            archive = pack(source) if source.is_dir() else source.read_bytes()
-            # The cache is each machine's own.
-            sent = asdict(order) | {"source": source.name, "out": "", "cache": ""}
-            status, why, seconds, results = self._executor.submit(
-                grade_while_wanted, sent, archive, source.is_dir()
-            ).result()
-            unpack_results(results, Path(order.out))
-            return Ending(Status(status), why, seconds)
-        except Exception as error:  # of many kinds: Dask's own, the network's
-            return Ending(Status.ERROR, f"The cluster did not grade it: {type(error).__name__}: {error}")
-        finally:
-            del self._doing[order.id]
+def _grade(executor: Executor, order: Order) -> Ending:
+    """Grade a submission on a worker; its results are in `order.out` in the end."""
+    source = Path(order.source)
+    try:
+        archive = pack(source) if source.is_dir() else source.read_bytes()
+        # The cache is each machine's own.
+        sent = asdict(order) | {"source": source.name, "out": "", "cache": ""}
+        future = executor.submit(grade_while_wanted, sent, archive, source.is_dir())
+        status, why, seconds, results = future.result()
+        unpack_results(results, Path(order.out))
+        return Ending(Status(status), why, seconds)
+    except Exception as error:  # of many kinds: Dask's own, the network's
+        return Ending(Status.ERROR, f"The cluster did not grade it: {type(error).__name__}: {error}")
 
 
 def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -> tuple[str, str, float, bytes]:
@@ -94,7 +69,7 @@ def _kit_hash(course: str) -> str:
 
 
 @contextmanager
-def workforce(address: str, kit: str, course: str = "") -> Iterator[Cluster]:
+def workforce(address: str, kit: str, course: str = "") -> Iterator[Workforce]:
     """Yield what grades on the cluster of the scheduler at `address`.
 
     Raises:
@@ -122,7 +97,12 @@ def workforce(address: str, kit: str, course: str = "") -> Iterator[Cluster]:
                 f"These workers have another version of the kit: {', '.join(others)}. "
                 "Install the same one everywhere, so that all submissions are graded alike."
             )
-        cluster = Cluster(client.get_executor(pure=False), sum(threads.values()))
+        executor = client.get_executor(pure=False)
+        # Each of the threads waits for one result of the cluster and writes it to this machine's disk. Dask cancels
+        # what is pending when its executor ends, and each worker then ends its grading as soon as it notices.
+        cluster = Workforce(
+            sum(threads.values()), partial(_grade, executor), partial(executor.shutdown, wait=False), "on the cluster"
+        )
         try:
             yield cluster
         finally:

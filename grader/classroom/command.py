@@ -106,7 +106,7 @@ def _batch(options: argparse.Namespace) -> int:
         raise UsageError("The folder for the results is missing.", "Add --out CLASS.")
     people = roster.load(options.roster) if options.roster else None
     lists = [*options.times, *([options.roster] if options.roster else [])]
-    wanted = batch.Options(
+    wanted = class_settings.Options(
         course=options.course,
         rubric=options.rubric,
         seed=options.seed,
@@ -142,7 +142,7 @@ def _batch(options: argparse.Namespace) -> int:
         console.close()
 
 
-def _plan(options: argparse.Namespace, people: Sequence[Person] | None, wanted: batch.Options) -> int:
+def _plan(options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options) -> int:
     """Print the plan in full, and write it into the class's folder where one is named."""
     with tempfile.TemporaryDirectory(prefix="plan-") as empty:
         planned = batch.look(options.source, options.out or Path(empty), people, wanted)
@@ -155,7 +155,7 @@ def _plan(options: argparse.Namespace, people: Sequence[Person] | None, wanted: 
 
 
 def _run_batch(
-    options: argparse.Namespace, people: Sequence[Person] | None, wanted: batch.Options, console: _Console
+    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: _Console
 ) -> int:
     summary = batch.run(options.source, options.out, people, wanted, console)
     console.clear()
@@ -192,18 +192,14 @@ class _Console:
         for line in plan.summary(planned):
             self.say(printable(line, 1000))
 
-    def finished(self, record: Record, progress: batch.Progress) -> None:
+    def finished(self, record: Record, done: int, total: int) -> None:
         words = {Status.GRADED: "graded", Status.REFUSED: "cannot be graded", Status.ERROR: "ERROR of the grader"}
         why = f": {printable(' '.join(record.why.split()))}" if record.why else ""
-        self.say(
-            f"{progress.done:>4}/{progress.total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}"
-            f"{_left(progress)}"
-        )
+        self.say(f"{done:>4}/{total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}")
 
-    def going_on(self, progress: batch.Progress) -> None:
-        running = ", ".join(f"{name} {what}".strip() for name, what in sorted(progress.running.items()))
-        so_far = f"[{plan.clock(self._progress.seconds)}] {progress.done}/{progress.total}"
-        self._progress.show(f"{so_far}{_left(progress)}; {running}")
+    def going_on(self, done: int, total: int, running: Mapping[str, str]) -> None:
+        names = ", ".join(f"{name} {what}".strip() for name, what in sorted(running.items()))
+        self._progress.show(f"[{plan.clock(self._progress.seconds)}] {done}/{total}; {names}")
 
     def say(self, text: str) -> None:
         """Show a line that stays, and log it."""
@@ -223,7 +219,3 @@ class _Console:
         """Close the log."""
         if self._log:
             self._log.close()
-
-
-def _left(progress: batch.Progress) -> str:
-    return f"; about {plan.clock(progress.left_s)} left" if progress.left_s else ""

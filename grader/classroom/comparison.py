@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ class Difference:
     requirement: str
     before: str
     after: str
-    why: tuple[str, ...]
+    why: tuple[str, ...] = ()
 
 
 def compare(old: Path, new: Path) -> tuple[list[Difference], list[str]]:
@@ -39,7 +39,10 @@ def compare(old: Path, new: Path) -> tuple[list[Difference], list[str]]:
     alone += [f"{name} is only in {new}" for name in sorted(set(after) - set(before))]
     found: list[Difference] = []
     for name in sorted(set(before) & set(after)):
-        found += _differences(name, before[name], after[name])
+        old_one, new_one = before[name], after[name]
+        changed = changes(name, points(_report(old_one)), points(_report(new_one)))
+        why = tuple(_decisive(old_one, new_one)) if changed else ()
+        found += [replace(each, why=why) for each in changed]
     return found, alone
 
 
@@ -53,21 +56,20 @@ def _gradings(folder: Path) -> dict[str, Path]:
     raise GraderError(f"{folder} is neither a class nor a grading: it has no {CLASS} and no {DATA}.")
 
 
-def _differences(name: str, old: Path, new: Path) -> Iterator[Difference]:
-    before, after = _points(old), _points(new)
-    changed = [each for each in dict.fromkeys([*before, *after]) if before.get(each) != after.get(each)]
-    if changed:
-        why = tuple(_decisive(old, new))
-        for requirement in changed:
-            yield Difference(name, requirement, before.get(requirement, "none"), after.get(requirement, "none"), why)
-
-
-def _points(folder: Path) -> dict[str, str]:
+def points(report: Mapping[str, Any]) -> dict[str, str]:
+    """Return the points of a report.json by requirement, in words; those without any are left out."""
     return {
         each["id"]: "withheld" if each["outcome"] == "withheld" else str(rounded(each["points"]))
-        for each in _report(folder).get("requirements", ())
+        for each in report.get("requirements", ())
         if each["max"] or each["outcome"] == "withheld"
     }
+
+
+def changes(name: str, before: Mapping[str, str], after: Mapping[str, str]) -> list[Difference]:
+    """Return the requirements of a submission whose points differ."""
+    every = dict.fromkeys([*before, *after])
+    pairs = [(each, before.get(each, "none"), after.get(each, "none")) for each in every]
+    return [Difference(name, *pair) for pair in pairs if pair[1] != pair[2]]
 
 
 def _report(folder: Path) -> dict[str, Any]:

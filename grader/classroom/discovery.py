@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, ledger, matching, platforms, retention, times
+from grader.classroom import ledger, matching, platforms, times
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.ledger import Source
@@ -104,7 +104,7 @@ def find(
     exports = [platforms.read(each, pattern) for each in (source, *added)]
     matches = matching.match([hand_in for export in exports for hand_in in export.hand_ins], roster)
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
-    stay = retention.retained(earlier, drafts, roster)
+    stay = _retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
     named = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
     entries = tuple(sorted((*named, *stay), key=lambda entry: entry.id))
@@ -191,7 +191,7 @@ def _draft(found: Match) -> Entry:
         content=_content(hand_in.path),
         people=tuple(found.people),
         matched=tuple(found.people.values()),
-        submitted=commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted,
+        submitted=hand_in.submitted,
         late=hand_in.late,
         number=found.number,
     )
@@ -202,6 +202,30 @@ def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
     same = (old for old in earlier if old.id == entry.id and old.content == entry.content)
     before = next(same, None)
     return replace(entry, submitted=before.submitted) if before and entry.submitted is None else entry
+
+
+def _retained(earlier: Sequence[Entry], present: Sequence[Entry], roster: Sequence[Person]) -> tuple[Entry, ...]:
+    """Return the `earlier` entries that are neither `present` nor replaced by other hand-ins of the same people.
+
+    A later export is often partial: of one group, or of the late ones only. Whoever handed in earlier keeps the grade.
+    """
+    known = {(entry.label, entry.number) for entry in present}
+    handed_in = {person.key for entry in present for person in entry.people}
+    of_roster = {person.key: person for person in roster}
+    stay = []
+    for entry in earlier:
+        matched = dict(zip(entry.people, entry.matched, strict=False))
+        people = tuple(person for person in entry.people if person.key not in handed_in)
+        if (entry.label, entry.number) not in known and (people or not entry.people):
+            stay.append(
+                replace(
+                    entry,
+                    people=tuple(of_roster.get(person.key, person) for person in people),
+                    matched=tuple(matched[person] for person in people if person in matched),
+                    absent=True,
+                )
+            )
+    return tuple(stay)
 
 
 def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]:

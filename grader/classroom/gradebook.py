@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import Enum
@@ -172,13 +172,13 @@ def read(folder: ClassFolder) -> Gradebook:
     rows: dict[Hashable, list[Row]] = {}
     teams: dict[str, Row] = {}
     for entry in facts.entries:
-        graded = _Graded(entry, folder, facts, whole, decisions, rule)
+        line = _line_of(entry, folder, facts, whole, decisions, rule)
         people = entry.people or (_unknown(entry, facts),)
-        found = [graded.row(person, decisions.about(person)) for person in people]
+        found = [line(person, decisions.about(person)) for person in people]
         for row in found:
             # What fits nobody is one person's whatever its label: two of one name stay two.
             rows.setdefault(row.person.key if entry.people else entry.id, []).append(row)
-        teams[entry.id] = _shared(found, graded.row(Person(name=entry.label), PersonDecision()))
+        teams[entry.id] = _shared(found, line(Person(name=entry.label), PersonDecision()))
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
         doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
@@ -236,56 +236,42 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     return Gradebook(whole, (row,), (row,), {name: row})
 
 
-class _Graded:
-    """What a class knows of one submission, for the lines of its people."""
+def _line_of(
+    entry: Entry, folder: ClassFolder, facts: ClassFacts, whole: Rubric, decisions: Decisions, rule: LateRule | None
+) -> Callable[[Person, PersonDecision], Row]:
+    """Return what makes the line of a person of a submission; only what is decided about them tells it from others."""
+    record, on = folder.current(entry, facts), decisions.on(entry.id)
+    report = folder.report(entry.id) if record else None
+    graded = record is not None and record.status is Status.GRADED and report is not None
+    # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
+    no_package = any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts)
+    given = {override.requirement: override for override in on.points}
+    found = _requirements(whole, report if graded else None, given, on.flags_accepted)
 
-    def __init__(
-        self,
-        entry: Entry,
-        folder: ClassFolder,
-        facts: ClassFacts,
-        whole: Rubric,
-        decisions: Decisions,
-        rule: LateRule | None,
-    ) -> None:
-        self._entry, self._facts, self._whole, self._rule = entry, facts, whole, rule
-        self._record = folder.current(entry, facts)
-        self._report = folder.report(entry.id) if self._record else None
-        self._decided = decisions.on(entry.id)
-        self._graded = (
-            self._record is not None and self._record.status is Status.GRADED and self._report is not None
-        )  # fmt: skip
-        # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
-        self._no_package = any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts)
-        given = {override.requirement: override for override in self._decided.points}
-        self._accepted = self._decided.flags_accepted
-        self._found = _requirements(whole, self._report if self._graded else None, given, self._accepted)
-
-    def row(self, person: Person, about: PersonDecision) -> Row:
-        """Return a person's line; only `about` tells it from those of the team's others."""
-        reached = sum((each.points or NOTHING for each in self._found), NOTHING)
-        maximum = sum((each.max for each in self._found), NOTHING)
-        submitted = self._decided.submitted or self._entry.submitted
-        until = about.extension.until if about.extension else self._facts.deadline
+    def line(person: Person, about: PersonDecision) -> Row:
+        reached = sum((each.points or NOTHING for each in found), NOTHING)
+        maximum = sum((each.max for each in found), NOTHING)
+        submitted = on.submitted or entry.submitted
+        until = about.extension.until if about.extension else facts.deadline
         units, late, deduction = 0, "", NOTHING
-        if self._rule and submitted and until and (units := self._rule.units(submitted, until)):
-            deduction = rounded(self._rule.deduction(submitted, until, reached, maximum))
-            too = ", too late to be accepted" if self._rule.too_late(submitted, until) else ""
-            late = f"{self._rule.counted(units)} late{too}: {deduction} points deducted"
-        state = _state(self._record, self._graded, self._found)
-        if state is State.REFUSED and self._no_package:
+        if rule and submitted and until and (units := rule.units(submitted, until)):
+            deduction = rounded(rule.deduction(submitted, until, reached, maximum))
+            too = ", too late to be accepted" if rule.too_late(submitted, until) else ""
+            late = f"{rule.counted(units)} late{too}: {deduction} points deducted"
+        state = _state(record, graded, found)
+        if state is State.REFUSED and no_package:
             state = State.PENDING
-        adjustments = (*self._decided.adjustments, *about.adjustments)
+        adjustments = (*on.adjustments, *about.adjustments)
         left = reached - deduction
-        decided = self._facts.zero_missing or self._decided.points
+        decided = facts.zero_missing or on.points
         state, total = _adjusted(state, left if decided or state is not State.REFUSED else None, maximum, adjustments)
         if about.excused:
             state, total = State.EXCUSED, None
         row = Row(
             person=person,
             state=state,
-            submission=self._entry.id,
-            requirements=self._found,
+            submission=entry.id,
+            requirements=found,
             reached=reached,
             max=maximum,
             late_units=units,
@@ -293,19 +279,21 @@ class _Graded:
             deduction=deduction,
             total=total,
             submitted=submitted,
-            why=_why(self._record, self._found, late=self._entry.late and submitted is None),
+            why=_why(record, found, late=entry.late and submitted is None),
             decided=(
-                *(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in self._decided.points),
-                *([str(self._accepted)] if self._accepted else []),
-                *map(str, self._decided.adjustments),
+                *(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in on.points),
+                *([str(on.flags_accepted)] if on.flags_accepted else []),
+                *map(str, on.adjustments),
             ),
             private=_private(about),
-            comments=(*self._decided.comments, *about.comments),
-            flags=len(self._report.get("integrity", ())) if self._report else 0,
-            kit=self._record.kits if self._record else "",
-            confinement=str(self._report.get("confinement", "")) if self._graded and self._report else "",
+            comments=(*on.comments, *about.comments),
+            flags=len(report.get("integrity", ())) if report else 0,
+            kit=record.kits if record else "",
+            confinement=str(report.get("confinement", "")) if graded and report else "",
         )
-        return replace(row, grade=_grade(self._whole, row))
+        return replace(row, grade=_grade(whole, row))
+
+    return line
 
 
 def _unknown(entry: Entry, facts: ClassFacts) -> Person:

@@ -21,7 +21,7 @@ from grader.errors import GraderError
 from grader.intake.copy_plan import LeftOut
 from grader.intake.names import safe_name, shortened
 from grader.sanitize import printable
-from grader.words import counted
+from grader.words import counted, some
 
 _SYSTEM = re.compile(r"\._|\.(DS_Store|directory|localized|git\w*|venv|vscode|idea)$")
 _SHOWN = 3
@@ -70,7 +70,7 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     every = counted(len(entries) + len(left) - len(odd), "entry", "entries")
     ledger = f"{every} = {len(entries & used)} with a hand-in"
     ledger += f" + {len(beside)} beside one of the same people" if beside else ""
-    ledger += f" + {len(left)} left out: {_some([printable(name, 80) for name in left])}" if left else ""
+    ledger += f" + {len(left)} left out: {some([printable(name, 80) for name in left], _SHOWN)}" if left else ""
     ledger += f"; inside them {within} left out" if within else ""
     notes = [f"{printable(name, 100)}: its name is too long, and was shortened." for name in source.shortened]
     lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
@@ -145,10 +145,6 @@ def _shadows(platform: Platform, groups: Mapping[str, Sequence[_Gone]]) -> dict[
         return {each.path.relative_to(root).parts[0]: each for each in found}
 
 
-def _some(names: Sequence[str]) -> str:
-    return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
-
-
 def lost(exports: Sequence[Export], roster: Sequence[Person], missing: Collection[Person]) -> Iterator[Doubt]:
     """Yield a doubt on each hand-in, or part of one, that an export has or lists and no submission has."""
     for each in (each for export in exports for each in export.lost):
@@ -215,7 +211,7 @@ def without(handed_in: HandedIn, entries: Sequence[Entry], doubts: Sequence[Doub
     stops = len(lacking) > sum(doubt.anyone for doubt in doubts)
     todo = "Export once more, or see whether it is there under another name. Until then there is no grade."
     if len(lacking) > _MOST_DOUBTS:
-        names = _some([person.label for person in lacking])
+        names = some([person.label for person in lacking], _SHOWN)
         what = f"{len(lacking)} people handed in by the list, and the export has nothing of theirs: {names}."
         yield Doubt(DoubtKind.LOST, names, what, todo, people=tuple(lacking), stops=stops)
         return

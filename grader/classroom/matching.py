@@ -11,6 +11,7 @@ from grader.classroom.entry import Entry
 from grader.classroom.identity import SHORT, Claim, Identified, identify, is_no_team
 from grader.classroom.platform import Export, HandIn, is_archive
 from grader.classroom.roster import IDENTITY, Person
+from grader.words import some
 
 GO_ON = "--despite-doubts"
 """The option that grades a class in spite of a doubt that stops it."""
@@ -99,7 +100,7 @@ def class_doubts(
         yield Doubt(
             DoubtKind.LAYOUT,
             layouts,
-            f"Some entries are named as a learning platform names them, most are not: {_some(strange)}.",
+            f"Some entries are named as a learning platform names them, most are not: {some(strange, _SHOWN)}.",
             "Name the folder or the archive as the platform exported it, without other files, or go on with "
             f"{GO_ON} if these are only names.",
             stops=True,
@@ -109,7 +110,7 @@ def class_doubts(
             DoubtKind.MOST_UNMATCHED,
             layouts,
             f"{len(unmatched)} of {len(entries)} submissions fit nobody of the roster "
-            f"(layout: {layouts}): {_some(sorted(entry.label for entry in unmatched))}.",
+            f"(layout: {layouts}): {some(sorted(entry.label for entry in unmatched), _SHOWN)}.",
             "Is it the roster of this class, and has it the numbers of this assignment? "
             f"Go on with {GO_ON} if it is; who is not matched gets a line of their own.",
             stops=True,
@@ -120,7 +121,7 @@ def class_doubts(
             DoubtKind.GROUPS,
             layouts,
             f"{len(groups)} of {len(entries)} submissions have names of groups, so no grade reaches a person: "
-            f"{_some(sorted(groups))}.",
+            f"{some(sorted(groups), _SHOWN)}.",
             "If they are groups, give a roster with a column team, such as the grading worksheet.",
         )
     for entry in entries:
@@ -150,11 +151,6 @@ def _group(hand_in: HandIn) -> str:
     claims = {claim.kind: claim.value for person in hand_in.claims for claim in person}
     name = claims.get("team", "") if claims.keys() & {"name", SHORT} else ""
     return name if name[-1:].isdecimal() or is_no_team(name) else ""
-
-
-def _some(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return ", ".join(names[:_SHOWN]) + more
 
 
 def unmatched(entry: Entry) -> Doubt:

@@ -17,7 +17,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -145,6 +145,42 @@ class Runner:
             return ending
         how = f"killed by signal {-code}" if code < 0 else f"ended with status {code}"
         return Ending(Status.ERROR, f"The process that graded it was {how}; its last words: {last[:300] or 'none'}")
+
+
+class Workforce:
+    """Grades up to `slots` submissions at a time: on this machine, or on a cluster."""
+
+    def __init__(self, slots: int, grade: Callable[[Order], Ending], end: Callable[[], None], words: str = "") -> None:
+        """`end` ends all that `grade` is doing; `words` say what is going on until `heard` says more."""
+        self.slots = slots
+        self._grade, self._end, self._words = grade, end, words
+        self._doing: dict[str, str] = {}
+        self._threads = ThreadPoolExecutor(slots)
+
+    def submit(self, order: Order) -> Future[Ending]:
+        """Begin a grading into the folder `order.out`; the future never raises for the submission's sake."""
+        return self._threads.submit(self._noted, order)
+
+    def doing(self) -> dict[str, str]:
+        """Return what is going on, by the ids of the submissions that are being graded."""
+        return dict(self._doing)
+
+    def heard(self, name: str, what: str) -> None:
+        """Note what is going on for a submission."""
+        self._doing[name] = what
+
+    def stop(self) -> None:
+        """End everything at once."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        self._end()
+        self._threads.shutdown(wait=True)
+
+    def _noted(self, order: Order) -> Ending:
+        self._doing[order.id] = self._words
+        try:
+            return self._grade(order)
+        finally:
+            del self._doing[order.id]
 
 
 def grade_packed(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import datetime as dt
 import hashlib
 import math
 import time
@@ -17,13 +16,12 @@ from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from grader.classroom import causes, gradebook, regrades, sections, similarity
+from grader.classroom import causes, gradebook, regrades, similarity
 from grader.classroom.causes import Causes
 from grader.classroom.class_folder import OVERVIEW, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.doubt import Doubt
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
 from grader.classroom.regrades import Regrade
-from grader.classroom.sections import Section
 from grader.classroom.similarity import Pair
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line, prose
@@ -32,7 +30,6 @@ from grader.scoring.scorecard import level
 from grader.words import counted
 
 HERE = Path(__file__).parent
-SECTIONS = "sections.html"
 _BARS = 10
 _SLOWEST = 5
 _PAGE_SHARE = 50  # times as long as the page took is waited before it is written again
@@ -77,27 +74,6 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Dot:
-    """A submission in the plot of points over the time of hand-in: `x` and `y` in percent from the lower left."""
-
-    submission: str
-    x: float
-    y: float
-    words: str
-    late: bool
-
-
-@dataclass(frozen=True)
-class Plot:
-    """Points over the time of hand-in; `deadline` is its place in percent, None if it is not in the plot."""
-
-    dots: tuple[Dot, ...]
-    first: str
-    last: str
-    deadline: float | None
-
-
-@dataclass(frozen=True)
 class Overview:
     """All that the page shows."""
 
@@ -105,9 +81,7 @@ class Overview:
     lines: tuple[Line, ...]
     league: tuple[Standing, ...]
     bars: tuple[Bar, ...]
-    plot: Plot | None
     causes: Causes
-    sections: Mapping[str, Section]
     shares: tuple[int | None, ...]
     alike: tuple[Pair, ...]
     requests: tuple[Regrade, ...]
@@ -171,7 +145,6 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path."""
     found = summarise(folder, book)
     write_atomically(folder.path / OVERVIEW, render(found, book))
-    write_atomically(folder.path / SECTIONS, _page("sections.html.j2", overview=found))
     return folder.path / OVERVIEW
 
 
@@ -193,16 +166,12 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
         line.row.total for line in found if line.row.total is not None and line.row.state is not State.REFUSED
     )
     known = [record for record in records.values() if record is not None]
-    lost = causes.count(reports, book.rubric)
-    places = [place for topic in (*lost.first, *lost.failed, *lost.not_reached) for place in topic.sections]
     return Overview(
         facts=facts,
         lines=found,
         league=_league(found, book.rubric.league, reports),
         bars=tuple(_histogram(totals, int(book.max))),
-        plot=_plot(found, facts.deadline),
-        causes=lost,
-        sections=sections.read(places),
+        causes=causes.count(reports, book.rubric),
         shares=tuple(_mean_share([dict(line.cells)[r.id] for line in found]) for r in book.rubric.requirements),
         alike=similarity.near(folder),
         requests=tuple(each for each in regrades.read(folder.path, list(records), book.rubric) if each.is_open),
@@ -304,43 +273,6 @@ def _histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[Bar]:
     for number in range(_BARS):
         count = counts[number]
         yield Bar(number * width, min((number + 1) * width, maximum), count, 100 * count / highest)
-
-
-def _plot(found: Sequence[Line], deadline: dt.datetime | None) -> Plot | None:
-    """Return the points over the times of hand-in, None with fewer than two times."""
-    timed = [(line, line.row.submitted, line.row.total) for line in found]
-    dots = [(line, submitted, total) for line, submitted, total in timed if submitted and total is not None]
-    times = [submitted for _, submitted, _ in dots]
-    if len(set(times)) < 2:
-        return None
-    # A deadline that is far from all hand-ins would press these into one dot.
-    span = max(times) - min(times)
-    near = deadline is not None and min(times) - span <= deadline <= max(times) + span
-    shown = [*times, *([deadline] if deadline and near else [])]
-    begin, end = min(shown), max(shown)
-
-    def place(time: dt.datetime) -> float:
-        return round(100 * ((time - begin) / (end - begin)), 2)
-
-    return Plot(
-        tuple(
-            Dot(
-                line.row.submission,
-                place(submitted),
-                round(100 * float(total / line.row.max), 2) if line.row.max else 0.0,
-                f"{line.row.submission}: {total} points, {_minutes(submitted)}",
-                deadline is not None and submitted > deadline,
-            )
-            for line, submitted, total in dots
-        ),
-        _minutes(begin),
-        _minutes(end),
-        place(deadline) if near and deadline else None,
-    )
-
-
-def _minutes(time: dt.datetime) -> str:
-    return time.isoformat(sep=" ", timespec="minutes")[:16]
 
 
 def _mean_share(shares: Sequence[int | None]) -> int | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from enum import Enum
@@ -13,6 +13,7 @@ from statistics import mean
 
 from grader.classroom import cells, lateness
 from grader.classroom.class_folder import ClassFacts, Record, Status
+from grader.classroom.class_settings import Options
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
@@ -20,7 +21,7 @@ from grader.classroom.matching import GO_ON
 from grader.classroom.overrides import Decisions
 from grader.classroom.roster import Person
 from grader.sanitize import printable
-from grader.words import counted
+from grader.words import counted, some
 
 SECONDS_EACH = 45.0
 """Wall time of a whole grading on two cores, as docs/classes.md measured it; for a class without any grade yet."""
@@ -38,18 +39,6 @@ class Action(Enum):
     WAIT = "not graded yet"
     """Nothing to grade, but a doubt says that there may be."""
     NOTHING = "nothing handed in"
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What a command asks for: `only` these ids, all if empty; and whether to grade again what is graded.
-
-    `regrade` grades again what another kit has graded, `fresh` everything.
-    """
-
-    only: frozenset[str] = frozenset()
-    regrade: bool = False
-    fresh: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,22 +107,22 @@ class Plan:
         return [row for row in self.rows if row.decision.action is action]
 
 
-def decide(entry: Entry, record: Record | None, job: Record, wanted: Wanted) -> Decision:
+def decide(entry: Entry, record: Record | None, job: Record, options: Options) -> Decision:
     """Return what to do with a submission. `record` says how it was graded, `job` how it would be graded now."""
-    asked = not wanted.only or entry.id in wanted.only
+    asked = not options.only or entry.id in options.only
     if record is None or record.status is Status.ERROR or not record.holds(job.content, job.rubric, job.seed):
         why = _cause(record, job)
         if entry.absent:
             return Decision(Action.LEAVE, f"{why}, but the submission is in none of the sources")
         return Decision(Action.GRADE, why) if asked else Decision(Action.LEAVE, f"{why}, and not named by --only")
     if asked and not entry.absent:
-        if wanted.fresh:
+        if options.fresh:
             return Decision(Action.GRADE, "--fresh")
         if record.package != job.package:
             return Decision(Action.GRADE, "another package is to be graded")
         if record.mutation_budget_s != job.mutation_budget_s:
             return Decision(Action.GRADE, "the time for mutants was another one")
-        if wanted.regrade and record.kit != job.kit:
+        if options.regrade and record.kit != job.kit:
             return Decision(Action.GRADE, "--regrade: another kit graded it")
     kept = f"graded {record.started.replace('T', ' ')[:16]}".strip()
     if record.status is Status.REFUSED:
@@ -241,15 +230,13 @@ def write(plan: Plan, path: Path) -> None:
 
 def table(plan: Plan) -> Iterator[str]:
     """Return the plan as lines of a table for a console; long cells are cut, plan.csv has them whole."""
-    rows = [tuple(text for name, text in zip(_HEADER, cells, strict=True) if name != "hand-in") for cells in _all(plan)]
+    rows = [
+        tuple(text for name, text in zip(_HEADER, cells, strict=True) if name != "hand-in")
+        for cells in (_HEADER, *(row.cells for row in plan.rows))
+    ]
     widths = [min(most, max(len(row[column]) for row in rows)) for column, most in enumerate(_WIDTHS)]
     for row in rows:
         yield "  ".join(printable(text, width).ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
-
-
-def _all(plan: Plan) -> Iterator[Sequence[str]]:
-    yield _HEADER
-    yield from (row.cells for row in plan.rows)
 
 
 def summary(plan: Plan) -> Iterator[str]:
@@ -267,16 +254,16 @@ def summary(plan: Plan) -> Iterator[str]:
     if matched:
         yield "  people matched by " + ", ".join(f"{kind}: {count}" for kind, count in matched.most_common())
     if late := [row.entry.id for row in plan.rows if row.entry and "late by" in row.late]:
-        yield f"  {len(late)} late: {_some(late)}"
+        yield f"  {len(late)} late: {some(late)}"
     if missing:
         yield f"  {counted(len(missing), 'person', 'people')} handed in nothing"
     if waiting:
         people = counted(len(waiting), "person", "people")
         yield f"  not graded yet, because of a doubt: {people} without a submission"
     if other_kit := [row.entry.id for row in kept if row.entry and row.decision.other_kit]:
-        yield f"  {len(other_kit)} kept from another kit: {_some(other_kit)}; --regrade grades them again"
+        yield f"  {len(other_kit)} kept from another kit: {some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
-        yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {_some(absent)}"
+        yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {some(absent)}"
     if plan.late_rule:
         rule, *examples = plan.late_rule
         yield f"  late rule: {rule}{'' if examples else '; without a deadline nothing is late'}"
@@ -285,15 +272,9 @@ def summary(plan: Plan) -> Iterator[str]:
     yield from (f"note: {note}" for note in plan.notes)
     yield from (f"DOUBT{', stops' if doubt in plan.stops else ''}: {doubt}" for doubt in plan.doubts)
     if plan.stops:
-        yield f"{_count(plan.stops)} the class: nothing is graded before a person has looked, or says {GO_ON}."
-
-
-def _count(stops: Sequence[str]) -> str:
-    return f"{counted(len(stops), 'doubt')} {'stops' if len(stops) == 1 else 'stop'}"
-
-
-def _some(names: Sequence[str]) -> str:
-    return ", ".join(names[:8]) + (", ..." if names[8:] else "")
+        stop = "stops" if len(plan.stops) == 1 else "stop"
+        doubts = f"{counted(len(plan.stops), 'doubt')} {stop}"
+        yield f"{doubts} the class: nothing is graded before a person has looked, or says {GO_ON}."
 
 
 def clock(seconds: float) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import datetime as dt
 import zipfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -19,8 +19,12 @@ from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import Person
 from grader.intake.containers import ARCHIVE_SUFFIXES
 from grader.intake.names import natural
+from grader.sanitize import prose
+from grader.scoring.rubric import FLAGS, Rubric
+from grader.words import counted
 
 _CLOSED = (".rar", ".7z", ".gz", ".xz", ".bz2", ".zst")
+_SEEN = 160  # characters of what was seen, in a short comment
 _SYSTEM_FILES = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
 
 
@@ -34,7 +38,6 @@ class HandIn:
         claims: what the export says about who handed it in, the surest first; one tuple for each person.
         submitted: when, None if the export does not say.
         late: whether the export marks it as late.
-        repository: the time is that of the last commit of the git repository `path`.
         others: what the export says if the name of the entry is read in other ways, for one person each.
         twice: why the time could be another one, "" if it could not.
     """
@@ -44,7 +47,6 @@ class HandIn:
     claims: tuple[tuple[Claim, ...], ...] = ()
     submitted: dt.datetime | None = None
     late: bool = False
-    repository: bool = False
     others: tuple[tuple[Claim, ...], ...] = ()
     twice: str = ""
 
@@ -293,3 +295,45 @@ def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | No
     found = [identify(claims, list(rows)).people for claims in people]
     sure = [one[0] if len(one) == 1 and len(rows[one[0]]) == 1 and found.count(one) == 1 else None for one in found]
     return [rows[person][0] if person is not None else None for person in sure]
+
+
+def losses(requirement: dict[str, Any]) -> Iterator[str]:
+    """Return what was seen, expected and what to try, for each check of a requirement that did not pass."""
+    for check in requirement.get("checks", ()):
+        if check["outcome"] == "passed":
+            continue
+        yield f"{check['sentence'] or check['id']}: {check['outcome'].replace('_', ' ')}"
+        for name in ("seen", "expected", "try", "because"):
+            for number, line in enumerate(str(check.get(name) or "").splitlines()):
+                yield f"  {'' if number else name:<9} {line}"
+
+
+def comment(row: Row, rubric: Rubric, before: str = "") -> str:
+    """Return a comment for a platform without a person behind it: it says what integrity flags do, if there are any."""
+    do = "withhold points until a person decides" if rubric.withholds else "take no points by themselves"
+    flags = f"{counted(row.flags, 'integrity flag', 'integrity flags')} (flags: {FLAGS[rubric.withholds]}): they {do}"
+    return "; ".join(filter(None, [before, row.comment, flags if row.flags else ""]))
+
+
+def short(row: Row, report: dict[str, Any] | None) -> list[str]:
+    """Return a short comment: the total, what people decided, the first cause, and what was seen where points went."""
+    lines = [f"{row.total} of {row.max} points" if row.final and row.total is not None else "no grade"]
+    lines += [prose(row.comment)] if row.comment else []
+    cause = (report or {}).get("cause", {})
+    if cause.get("sentence"):
+        lines.append(f"First cause: {prose(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
+    measured = {each["id"]: each for each in (report or {}).get("requirements", ())}
+    unreached = []
+    for each in row.requirements:
+        if each.points is None or each.points >= each.max:
+            continue
+        said = measured.get(each.id, {})
+        if said.get("outcome") == "not_reached" and not each.override:
+            unreached.append(each)
+        else:
+            seen = "" if each.override else prose(str(said.get("seen", "")), _SEEN)
+            lines.append(f"{each.id}: {f'{seen}, ' if seen else ''}{each.max - each.points} of {each.max} points lost")
+    if unreached:
+        lost = sum(each.max for each in unreached)
+        lines.append(f"not reached: {', '.join(each.id for each in unreached)}, {lost} points lost")
+    return lines

@@ -8,14 +8,13 @@ import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from pathlib import Path
 
 from grader import collect, evidence, pipeline, report
 from grader.checks import checks_run
-from grader.classroom import hand_ins, overrides
+from grader.classroom import comparison, hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
-from grader.classroom.gradebook import rounded
+from grader.classroom.comparison import Difference
 from grader.course import named
 from grader.errors import GraderError
 from grader.host import provenance
@@ -31,21 +30,11 @@ _TOGETHER = 4  # submissions for each process at a time
 
 
 @dataclass(frozen=True)
-class Change:
-    """One submission's points for a requirement before and after; None where there were none."""
-
-    submission: str
-    requirement: str
-    before: Decimal | None
-    after: Decimal | None
-
-
-@dataclass(frozen=True)
 class Rescored:
     """What was done: how many were judged again, and what changed."""
 
     judged: int
-    changes: tuple[Change, ...]
+    changes: tuple[Difference, ...]
 
 
 def rescore(
@@ -78,7 +67,7 @@ def rescore(
         known = {
             entry.id: hand_ins.hand_in(entry, facts, decided) for entry in overrides.applied(facts, decided).entries
         }
-        judged: list[tuple[Record, dict[str, Decimal]]] = []
+        judged: list[tuple[Record, dict[str, str]]] = []
         with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
             made = {record.id: folder.working(record.id) for record in graded}
             orders = (
@@ -90,24 +79,19 @@ def rescore(
                 judged.append((record, points))
                 progress(len(judged), len(graded))
         # All or none: an interrupted run must not leave half a class judged by another rubric.
-        changes: list[Change] = []
+        found: list[Difference] = []
         with not_interrupted():
             for record, points in judged:
-                before = _points(folder.report(record.id) or {})
-                changes += [
-                    Change(record.id, name, before.get(name), points.get(name))
-                    for name in dict.fromkeys([*before, *points])
-                    if before.get(name) != points.get(name)
-                ]
+                found += comparison.changes(record.id, comparison.points(folder.report(record.id) or {}), points)
                 folder.keep(
                     made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash(course.layers))
                 )
             folder.write_facts(replace(facts, rubric=rubric_hash))
             write_atomically(folder.path / RUBRIC, text)
-    return Rescored(len(graded), tuple(changes))
+    return Rescored(len(graded), tuple(found))
 
 
-def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn, str]) -> dict[str, Decimal]:
+def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn, str]) -> dict[str, str]:
     """Judge one submission into a new folder, and return its points by requirement. Runs in a process of its own."""
     old, new, text, seed, only, known, course = order
     file = new / "rubric.yaml"
@@ -121,19 +105,13 @@ def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn, str]) -> 
     grading = replace(grading, wall_seconds=first["wall_seconds"], graded=first["graded"], rescored=provenance.now())
     shutil.copytree(old / pipeline.EVIDENCE, new / pipeline.EVIDENCE, copy_function=os.link)
     report.write(grading, new, hand_in=known)
-    return {score.requirement.id: rounded(score.points) for score in grading.scorecard.requirements if score.max}
+    return comparison.points(data.read(new / DATA))
 
 
 def _kept(settings: Settings) -> set[str]:
     """Return the checks that are not run again."""
     again = {check.id for requirement in settings.wanted for check in requirement.checks}
     return {check.id for check in settings.rubric.checks} - again
-
-
-def _points(read: dict[str, object]) -> dict[str, Decimal]:
-    """Return the points in a report.json by requirement."""
-    listed = read.get("requirements")
-    return {each["id"]: rounded(each["points"]) for each in listed if each["max"]} if isinstance(listed, list) else {}
 
 
 def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: Settings) -> None:

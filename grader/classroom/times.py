@@ -18,10 +18,10 @@ from grader.classroom.entry import Entry
 from grader.classroom.identity import Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
+from grader.words import some
 
 _COLUMNS = ("submitted", "submitted at", "submitted_at")
 _NONE = ("", "-")
-_SHOWN = 10
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def doubts(entries: Sequence[Entry], times: Sequence[HandInTime], layout: str) -
     """Yield a doubt about the submissions without a time, and one about each time that cannot be read."""
     without = sorted(entry.label for entry in entries if entry.submitted is None)
     if without:
-        names = ", ".join(without[:_SHOWN]) + (f" and {len(without) - _SHOWN} more" if len(without) > _SHOWN else "")
+        names = some(without)
         yield Doubt(
             DoubtKind.NO_TIME,
             layout,

@@ -56,7 +56,7 @@ def choose(tree: Tree, name: str) -> Choice:
             say(words, name=printable(name), count=len(pool), paths=paths),
             say(
                 "Hand in one of them, or choose with `grader grade --package-path PATH`; in a class `package: PATH` "
-                "in overrides.yaml chooses."
+                "in overrides.yaml chooses. `grader batch` grades the packages of several people."
             ),
         )
     if len(pool) > 1:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 
@@ -18,10 +17,6 @@ _ZIP = mark("Zip the package folder itself (the one with package.xml and setup.p
 _CPP = frozenset({".cpp", ".cc", ".cxx", ".c", ".hpp", ".hh"})
 _INTERFACES = frozenset({".msg", ".srv", ".action"})
 _DESCRIPTION = frozenset({".launch", ".urdf", ".xacro", ".sdf", ".world", ".rviz", ".stl", ".dae"})
-_DOCUMENTS = frozenset(
-    {"", ".md", ".txt", ".rst", ".pdf", ".doc", ".docx", ".odt", ".rtf", ".tex", ".pptx", ".html"}
-    | {".png", ".jpg", ".jpeg", ".gif", ".svg"}
-)
 _ARCHIVES = frozenset({*CLOSED_ARCHIVES, ".gz", *(suffix for suffix in ARCHIVE_SUFFIXES if suffix.count(".") == 1)})
 _NAMED = 4  # packages named in a refusal
 
@@ -69,7 +64,7 @@ def kind(tree: Tree, candidate: Candidate) -> str:
 
 def describe_instead(tree: Tree) -> tuple[str, str]:
     """Return the predicate of a sentence about a submission without a package, and advice."""
-    suffixes = Counter(PurePosixPath(path).suffix.lower() for path in tree.files)
+    suffixes = {PurePosixPath(path).suffix.lower() for path in tree.files}
     asked = _asked(tree.course)
     if not tree.files:
         return (
@@ -87,13 +82,7 @@ def describe_instead(tree: Tree) -> tuple[str, str]:
             ),
             say("Submit the sources, the package folder in src."),
         )
-    if nodes := [path for path in tree.searched if tree.is_node(path)]:
-        return say("contains a node ({path}) but no package.xml.", path=printable(nodes[0])), say(_ZIP)
-    if _ros1(tree, tree.searched):
-        return say("contains code for ROS 1."), asked
-    if set(suffixes) & _CPP and not suffixes[".py"]:
-        return say("contains only C++."), asked
-    if suffixes[".ipynb"] and not suffixes[".py"]:
+    if ".ipynb" in suffixes and ".py" not in suffixes:
         return (
             say("contains only notebooks."),
             say(
@@ -106,11 +95,6 @@ def describe_instead(tree: Tree) -> tuple[str, str]:
             say("contains an archive that was not opened ({path}).", path=printable(closed[0])),
             say("Submit the package folder in one plain zip."),
         )
-    if set(suffixes) <= _DOCUMENTS:
-        return (
-            say("contains only documents ({path}).", path=printable(tree.files[0])),
-            say("Submit the package folder, the one with package.xml and setup.py."),
-        )
     return say("contains no package.xml."), say(_ZIP)
 
 
@@ -121,16 +105,11 @@ def _asked(course: Course) -> str:
 
 def _packages(found: Sequence[tuple[str, str]]) -> str:
     """Return the predicate about packages, given as name and kind, none of which can be graded."""
+    shown = some([f"{name} ({say(which)})" for name, which in found], _NAMED)
     if len(found) > 1:
-        shown = some([f"{name} ({say(which)})" for name, which in found], _NAMED)
         words = mark("contains {count} packages, and none with a node in Python: {packages}.")
         return say(words, count=len(found), packages=shown)
-    name, which = found[0]
-    if which == ROS1:
-        return say("contains a ROS 1 (catkin) package, {name}.", name=name)
-    if which == CPP:
-        return say("contains a C++ package, {name}.", name=name)
-    return say("contains a package without a node, {name}: {which}.", name=name, which=say(which))
+    return say("contains a package without a node in Python, {package}.", package=shown)
 
 
 def _is_code(path: str, package: str) -> bool:

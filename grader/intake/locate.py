@@ -80,7 +80,7 @@ def survey(root: Path, course: Course) -> Tree:
     files = tuple(sorted(_files(root)))
     ignored = {_parent(path) for path in files if PurePosixPath(path).name in _IGNORE_MARKERS}
     ignored |= _build_trees(files)
-    searched = tuple(path for path in files if not _ignored(path, ignored) and not _installed(path))
+    searched = tuple(path for path in files if not _nearest(path, ignored) and not _installed(path))
     tree = Tree(root, files, searched, course)
     return Tree(root, files, searched, course, tuple(sorted(_candidates(tree), key=lambda candidate: candidate.path)))
 
@@ -93,18 +93,14 @@ def _parent(path: str) -> str:
     return PurePosixPath(path).parent.as_posix()
 
 
-def _ignored(path: str, ignored: set[str]) -> bool:
-    return any(parent.as_posix() in ignored for parent in PurePosixPath(path).parents)
-
-
 def _build_trees(files: tuple[str, ...]) -> set[str]:
     """Return the build folders: those of a workspace are beside its src."""
     folders = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
-    return {f for f in folders if PurePosixPath(f).name in BUILD_NAMES and _sibling(f, "src") in folders}
-
-
-def _sibling(path: str, name: str) -> str:
-    return PurePosixPath(path).with_name(name).as_posix()
+    return {
+        f
+        for f in folders
+        if PurePosixPath(f).name in BUILD_NAMES and PurePosixPath(f).with_name("src").as_posix() in folders
+    }
 
 
 def _installed(path: str) -> bool:

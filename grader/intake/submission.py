@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -14,19 +15,26 @@ from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
 from grader.intake.choose import Choice, choose, choose_named, find_named, interfaces_beside
-from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
+from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, Entry, Kind
 from grader.intake.copy_plan import SizeLimits
 from grader.intake.locate import Candidate, Tree, survey
-from grader.intake.several import refuse_export, refuse_several
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
-from grader.words import mark, say, say_count
+from grader.words import mark, say, say_count, some
 
 DEFAULT_LIMITS = SizeLimits()
 MAX_NESTED = 2  # archives inside one another
 MAX_SIDE_BY_SIDE = 5
 MAX_OTHERS = 20
 _ARCHIVES = (*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES)
+# As learning platforms name the submissions in an export; the group is whose it is.
+_EXPORTED = (
+    re.compile(r".+?_(\d+)_assignsubmission_.*", re.DOTALL),  # Moodle
+    re.compile(
+        rf"[^_]+(?:_late)?_(\d{{3,}})_\d{{3,}}_.+(?:{'|'.join(map(re.escape, _ARCHIVES))})", re.DOTALL | re.I
+    ),  # Canvas
+    re.compile(r"submission_(\d{4,})", re.DOTALL),  # Gradescope
+)
 
 
 @dataclass(frozen=True)
@@ -62,7 +70,7 @@ def open_submission(
     """
     name = source.resolve().name
     with _emptied_on_failure(into):
-        opened = _Opened(unpack(source, into, limits, leave_out=leave_out, check=None if package else refuse_export))
+        opened = _Opened(unpack(source, into, limits, leave_out=leave_out, check=None if package else _refuse_export))
         tree = survey(into, course)
         for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
             if not tree.candidates or (package and not find_named(tree, package)):
@@ -80,21 +88,42 @@ def open_submission(
                     ),
                     say("Zip the package folder again with an ordinary program."),
                 )
-            if not package:
-                refuse_several(tree, name, opened.folders, folder=source.is_dir())
             return _describe(name, tree, choose_named(tree, name, package) if package else choose(tree, name), opened)
         except SubmissionError as error:
             error.remarks = [*opened.remarks(), *opened.closed(tree)]
             raise
 
 
+def _refuse_export(name: str, entries: Sequence[Entry]) -> None:
+    """Check before anything is copied that a container is not a learning platform's export of several people.
+
+    Raises:
+        SubmissionError: its topmost names are those of such an export.
+    """
+    paths = [entry.name.replace("\\", "/").removeprefix("./") for entry in entries if entry.kind is Kind.FILE]
+    tops = [path.lstrip("/").split("/")[:2] for path in paths]
+    if any(parts[-1] == "package.xml" for parts in tops):
+        return
+    for pattern in _EXPORTED:
+        whose = {found[1]: part for parts in tops for part in parts if (found := pattern.fullmatch(part))}
+        if len(whose) > 1:
+            shown = some([printable(part, 60) for part in sorted(whose.values())], 5)
+            words = mark("{name} holds the submissions of several people: {parts}. `grader grade` takes one.")
+            raise SubmissionError(
+                say(words, name=printable(name), parts=shown),
+                say(
+                    "Name one of them, or grade all with `grader batch`. "
+                    "If all are one student's, choose with `grader grade --package-path PATH`."
+                ),
+            )
+
+
 class _Opened:
-    """What was unpacked so far: the submission, and archives inside it with the folders that they went to."""
+    """What was unpacked so far: the submission, and archives inside it."""
 
     def __init__(self, whole: Unpacked) -> None:
         self.notes = list(whole.notes)
         self.flags = list(whole.flags)
-        self.folders: dict[str, str] = {}
         self.refused: list[SubmissionError] = []
         self._failed: set[str] = set()
         self._left = whole.left
@@ -116,7 +145,6 @@ class _Opened:
                 self.notes.append(say("{path} was not opened: {why}", path=printable(path), why=error))
                 continue
             (tree.root / path).unlink()
-            self.folders[folder.relative_to(tree.root).as_posix()] = path
             self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.notes]
             self.flags += inner.flags
             self._left = inner.left

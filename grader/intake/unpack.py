@@ -42,13 +42,13 @@ def unpack(
     limits: SizeLimits,
     *,
     leave_out: Path | None = None,
-    check: Callable[[str, Sequence[Entry], int], None] | None = None,
+    check: Callable[[str, Sequence[Entry]], None] | None = None,
     export: bool = False,
 ) -> Unpacked:
     """Copy the files of the folder or archive `source` into the empty folder `into`.
 
     The folder `leave_out` inside `source` is not copied. `check` is called with the name and the entries before
-    anything is copied, and with the bytes that are allowed. `export` is as for `plan_copy`.
+    anything is copied. `export` is as for `plan_copy`.
 
     Raises:
         SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
@@ -58,7 +58,7 @@ def unpack(
     packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
     entries = container.entries()
     if check is not None:
-        check(container.name, entries, limits.total_bytes)
+        check(container.name, entries)
     plan = plan_copy(container.name, entries, limits, packed_bytes, export=export)
     with _disk_errors(into):
         into.mkdir(parents=True, exist_ok=True)

@@ -116,7 +116,8 @@ def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
             key=lambda score: score.points - score.max,
         )[:DEAREST],
         "first_steps": _first_steps(left),
-        "first_said": _first_said(clean.losses),
+        # For each reason why checks were not reached the first requirement that it kept from points.
+        "first_said": {loss.result.because: loss.requirement.id for loss in clean.losses[::-1] if loss.result.because},
         "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         "trials": [_row(trial) for trial in grading.evidence.trials.values()],
         "graded": graded,
@@ -128,11 +129,6 @@ def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
         "is_open": is_open,
         "share": share,
     }
-
-
-def _first_said(losses: Sequence[Loss]) -> dict[str, str]:
-    """Return for each reason why checks were not reached the first requirement that it kept from points."""
-    return {loss.result.because: loss.requirement.id for loss in reversed(losses) if loss.result.because}
 
 
 def _first_steps(losses: Sequence[Loss]) -> list[Loss]:

@@ -19,8 +19,8 @@ from submissions import edits
 from containers import situations
 from containers.situations import DOCKER, PYTHON, UNCONFINED, command_line
 from grader.classroom import batch, gradebook, overview
-from grader.classroom.batch import Options
 from grader.classroom.class_folder import ClassFolder
+from grader.classroom.class_settings import Options
 from grader.scoring import rubric
 
 pytestmark = [

@@ -108,10 +108,10 @@ FAULTS = (
         "",
     ),
     Fault(
-        "a_folder_of_two_people_is_graded_as_one",
-        "grader/intake/several.py",
-        "(2 if folder else _MANY)",
-        "(_MANY if folder else 2)",
+        "of_two_different_packages_the_first_is_graded",
+        "grader/intake/choose.py",
+        "for candidate in pool}) > 1:",
+        "for candidate in pool}) > 2:",
     ),
     # -- sandbox -------------------------------------------------------------------------------------------------------
     Fault(

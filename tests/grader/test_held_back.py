@@ -17,10 +17,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import yaml
 
-from grader import KIT, building, cli, evidence, pipeline, report
-from grader.authoring import check_course, package_edits
+from grader import KIT, cli, evidence, pipeline, report
+from grader.authoring import check_course
 from grader.authoring.release import TOP
 from grader.checks import checks_run
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
@@ -294,14 +293,14 @@ def touched(course: Course, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return graded(course, tmp_path_factory.mktemp("graded"), TOUCHED)
 
 
-def test_a_students_report_says_what_was_seen_and_not_where(touched: Path):
+def test_a_students_report_says_the_points_and_not_what_was_seen(touched: Path):
     own = touched / "for_student"
     page = (own / "report.html").read_text()
     assert {path.name: told(path.read_bytes(), path.name) for path in own.iterdir()} == {
         "report.html": [],
         "report.json": [],
     }
-    assert "touched … at … m, … ahead" in page
+    assert "not shown: the requirement is held back" in page
     assert "It keeps its distance from whatever stands in the hall." in page
     assert "touched end at 7.2 s" in page, "what is not held back is said as ever"
     requirement = next(
@@ -328,9 +327,7 @@ def test_a_node_that_prints_what_it_sees_and_dies_tells_nothing_by_it(course: Co
     own = graded(course, tmp_path, DIED) / "for_student"
     assert "KeyError" in (tmp_path / "report.html").read_text()
     assert not any(told(path.read_bytes()) for path in own.iterdir())
-    page = (own / "report.html").read_text()
-    assert "the node ended at … s with exit status …" in page
-    assert "KeyError" not in page
+    assert "KeyError" not in (own / "report.html").read_text()
 
 
 IN_WORDS = "wall ahead at three point two metres"
@@ -339,23 +336,13 @@ LOGS = replace(TOUCHED, touches=[], calls=[], messages=[Message(1.0, "rosout", {
 ENDS = replace(DIED, ended=Reason(Kind.HANGS, seconds=10.0, place=f"{IN_WORDS}.py:7, in `three`", nodes=(IN_WORDS,)))
 
 
-@pytest.mark.parametrize(
-    ("secret", "shown"),
-    [
-        (SAYS, "patrol answered … and drove on"),
-        pytest.param(LOGS, "…", marks=pytest.mark.slow),  # reason: one more grading of the same kind
-        (ENDS, "the node did not answer for … s: a callback hangs"),
-    ],
-    ids=["a service", "the log", "the names of its files"],
-)
-def test_what_a_node_says_in_words_is_not_quoted(course: Course, tmp_path: Path, secret: Trial, shown: str):
+@pytest.mark.parametrize("secret", [SAYS, LOGS, ENDS], ids=["a service", "the log", "the names of its files"])
+def test_what_a_node_says_in_words_is_not_quoted(course: Course, tmp_path: Path, secret: Trial):
     """Only digits and names were hidden."""
     own = graded(course, tmp_path, secret) / "for_student"
     assert IN_WORDS in (tmp_path / "report.json").read_text()
     for path in own.iterdir():
         assert not re.search("wall ahead|at three|three point|two metres", path.read_text()), path.name
-    (found,) = [r for r in json.loads((own / "report.json").read_text())["requirements"] if r["id"] == "X1"]
-    assert f': "{shown}' in json.dumps(found, ensure_ascii=False)
 
 
 def test_where_a_sandboxes_files_come_from_does_not_name_the_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -371,23 +358,6 @@ def test_where_a_sandboxes_files_come_from_does_not_name_the_trial(tmp_path: Pat
         box, _ = worker._sandbox(load(HALL), plan, request, notes)
     assert any(path.name == "a.yaml" for path in box.read_only)
     assert not any("alcove" in str(path) for path in box.read_only)
-
-
-@pytest.mark.slow  # a build and a trial
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_a_package_that_hits_it_in_the_real_trial_is_told_so_and_no_more(course: Course, tmp_path: Path):
-    edit = yaml.safe_load((HALL / "known_bad" / "hits_the_wall.yaml").read_text())
-    package = package_edits.copy(course.solution, tmp_path / "student")
-    package_edits.replace(edit["file"], edit["old"], edit["new"])(package)
-    whole = rubric.load(course.rubric, checks_run.known(course))
-    settings = pipeline.Settings(whole, building.cache_folder(), course, requirements=("B3", "X1"))
-    graded = pipeline.grade(package, tmp_path / "out", settings, write=report.write)
-    assert graded.scorecard.points == 0
-    assert "touched alcove_post" in (tmp_path / "out" / "report.html").read_text()
-    own = tmp_path / "out" / "for_student"
-    assert {path.name: told(path.read_bytes()) for path in own.iterdir()} == {"report.html": [], "report.json": []}
-    assert "touched … at … m, … ahead" in (own / "report.html").read_text()
 
 
 def test_a_flag_that_only_such_a_trial_raised_is_the_instructors(touched: Path):
@@ -443,7 +413,7 @@ def test_a_grading_of_its_own_tells_a_platform_nothing_of_it(
     assert cli.main(["gradebook", str(touched), "--for", "gradescope", "--out", str(tmp_path)]) == 0
     (found,) = tmp_path.rglob("results.json")
     assert not told(found.read_bytes())
-    assert "touched … at" in json.dumps(json.loads(found.read_text()), ensure_ascii=False)
+    assert "not shown: the requirement is held back" in json.dumps(json.loads(found.read_text()), ensure_ascii=False)
 
 
 # -- a student's checks ------------------------------------------------------------------------------------------------

@@ -24,7 +24,6 @@ FLAGS = {"MULTILINE": re.MULTILINE, "DOTALL": re.DOTALL, "VERBOSE": re.VERBOSE, 
 BOUNDED = {
     "causes._CUT": "a report's sentence has been cut to a few hundred characters",
     "causes._NUMBER": "as causes._CUT",
-    "sections._HEADING": "the course's own notebooks",
     "cells.84": "a sheet that the learning platform exported",
 }
 """Patterns that would be slow on a long text and do not get one, with the reason."""

@@ -11,7 +11,6 @@ from typing import Any
 
 from grader import evidence, pipeline
 from grader import report as report_room
-from grader.classroom.batch import Progress
 from grader.classroom.class_folder import Record, Status
 from grader.classroom.one_grading import Ending, Order
 from grader.classroom.plan import Plan
@@ -108,15 +107,13 @@ class Silent:
 
     def __init__(self) -> None:
         self.records: list[Record] = []
-        self.left: list[float | None] = []
         self.plans: list[Plan] = []
 
     def planned(self, planned: Plan) -> None:
         self.plans.append(planned)
 
-    def finished(self, record: Record, progress: Progress) -> None:
+    def finished(self, record: Record, _done: int, _total: int) -> None:
         self.records.append(record)
-        self.left.append(progress.left_s)
 
-    def going_on(self, progress: Progress) -> None:
+    def going_on(self, *_: object) -> None:
         pass

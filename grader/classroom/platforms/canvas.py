@@ -173,12 +173,9 @@ def _said(name: str, number: str) -> tuple[Claim, ...]:
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     """Return whether most of what may be a submission is named as Canvas names it."""
-    named = [bool(_readings(entry.name)) for entry in entries if _may_be_submission(entry)]
-    return 2 * sum(named) > len(named)
-
-
-def _may_be_submission(entry: Path) -> bool:
-    return entry.is_dir() or is_archive(entry) or bool(_readings(entry.name))
+    named = [bool(_readings(entry.name)) for entry in entries]
+    others = sum(not each and (entry.is_dir() or is_archive(entry)) for entry, each in zip(entries, named, strict=True))
+    return sum(named) > others
 
 
 def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:

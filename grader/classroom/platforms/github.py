@@ -6,16 +6,19 @@ Formats: GitHub's "Workflow commands", and classroom-resources/autograding-gradi
 from __future__ import annotations
 
 import base64
+import datetime as dt
 import json
 import os
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from grader import sandbox
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.identity import Claim
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, has, others
-from grader.classroom.words import comment, losses
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, comment, has, losses, others
+from grader.host import submission_user, tempdir
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable, prose
 from grader.scoring.rubric import Rubric
@@ -23,6 +26,9 @@ from grader.scoring.rubric import Rubric
 MOST_ANNOTATIONS = 10  # of one kind are shown for a step; the rest is in the summary
 MOST_SUMMARY_BYTES = 1024 * 1024
 _TEXT = 300
+_INSIDE = "/repository"
+_ENVIRONMENT = {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "GIT_CONFIG_NOSYSTEM": "1"}
+_GIT = ("git", "--no-pager", "-c", "safe.directory=*", f"--git-dir={_INSIDE}")
 
 
 def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
@@ -140,11 +146,35 @@ def _read(root: Path, entries: Sequence[Path]) -> Export:
         common = os.path.commonprefix(names) if len(names) > 1 else names[0]  # noqa: RUF071  # characters are meant
         prefix = common[: common.rfind("-") + 1]
     hand_ins = [
-        HandIn(clone, clone.name.removeprefix(prefix), _claims(clone.name, prefix, guessed), repository=True)
+        HandIn(clone, clone.name.removeprefix(prefix), _claims(clone.name, prefix, guessed), _last_commit(clone))
         for clone in clones
     ]
     more, notes = others(entry for entry in entries if entry not in clones)
     return Export("git", (*hand_ins, *more), tuple(notes))
+
+
+def _last_commit(repository: Path) -> dt.datetime | None:
+    """Return when the last commit was made, as its author's machine said, or None if there is none.
+
+    git runs in the sandbox: a repository's settings can start programs.
+    """
+    with tempdir.folder("repository") as scratch, submission_user.readable_by_sandboxes():
+        # A copy, because a clone may be readable by its owner alone, and the sandbox's user is another one.
+        copy = scratch / "git"
+        try:
+            if not (repository / ".git").is_dir():
+                return None
+            shutil.copytree(repository / ".git", copy, symlinks=True, copy_function=shutil.copyfile)
+        except OSError:  # the grading of this one says what cannot be read
+            return None
+        scratch.chmod(0o755)
+        box = sandbox.Sandbox(read_only={copy: _INSIDE}, environment=_ENVIRONMENT)
+        command = [*_GIT, "log", "-1", "--format=%cI", "--no-show-signature"]
+        ended = sandbox.run(command, box, sandbox.Limits(wall_seconds=20.0))
+    try:
+        return dt.datetime.fromisoformat(ended.output.strip()) if ended.ok else None
+    except ValueError:
+        return None
 
 
 def _claims(name: str, prefix: str, guessed: bool) -> tuple[tuple[Claim, ...], ...]:

@@ -19,12 +19,13 @@ from grader.classroom.platform import (
     HandIn,
     Lost,
     Platform,
+    comment,
+    losses,
     one_of,
     only_archives,
     others,
     unfolded,
 )
-from grader.classroom.words import comment, losses
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
 from grader.scoring.rubric import FLAGS, Rubric

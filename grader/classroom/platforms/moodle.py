@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from grader.classroom import cells, words, worksheet
+from grader.classroom import cells, worksheet
 from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.identity import Claim, key
@@ -27,6 +27,7 @@ from grader.classroom.platform import (
     others,
     rows_of,
     same_number,
+    short,
     unfolded,
 )
 from grader.errors import GraderError
@@ -48,8 +49,8 @@ def write(delivery: Delivery) -> list[str]:
     rows += [(*(getattr(r.person, field) for _, field in _IDENTITY), *_grade_and_comment(r, delivery)) for r in known]
     cells.write(delivery.out, rows)
     left = [row.person.label for row in book.rows if row not in known]
-    words = "left out, for Moodle finds people by an id, an e-mail or a login; fill in the worksheet with --sheet, or "
-    return [f"{words}give the class a roster: {', '.join(left)}"] * bool(left) + _too_many(book)
+    lead = "left out, for Moodle finds people by an id, an e-mail or a login; fill in the worksheet with --sheet, or "
+    return [f"{lead}give the class a roster: {', '.join(left)}"] * bool(left) + _too_many(book)
 
 
 def fill(delivery: Delivery, path: Path) -> list[str]:
@@ -120,7 +121,7 @@ def _grade_and_comment(row: Row, delivery: Delivery) -> tuple[str, str]:
     Moodle skips a grade above the maximum, so a bonus ends there.
     """
     grade = "" if row.total is None or not row.final else str(min(row.total, delivery.book.max))
-    said = [html.escape(line, quote=False) for line in words.short(row, delivery.reports.get(row.submission))]
+    said = [html.escape(line, quote=False) for line in short(row, delivery.reports.get(row.submission))]
     return grade, f"{_BEGIN}{'<br>'.join(said).translate(_ROUND)}]" if said else ""
 
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from helpers.course import COURSE
 
-from grader import KIT, building, cli
+from grader import KIT, cli
 from grader.authoring import check_course, course_trials
 from grader.authoring.package_edits import replace
 from grader.course import load
@@ -237,48 +237,3 @@ def test_an_edit_is_not_compared_in_what_the_solution_loses(
 def test_the_template_gets_the_points_that_it_should(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["check-course", str(GOOD)]) == 0
     assert capsys.readouterr().out == f"{GOOD}: nothing is wrong\n"
-
-
-@pytest.mark.slow  # grades a solution and an edit of it
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_an_edit_that_loses_something_else_and_a_check_that_none_fails_are_named(folder: Path):
-    rubric = (folder / "rubric.yaml").read_text()
-    (folder / "rubric.yaml").write_text(rubric[: rubric.index("  - id: package")])
-    (folder / "known_bad" / "accepts_any_parameter.yaml").unlink()
-    (folder / "known_bad" / "cannot_be_called_back.yaml").unlink()
-    edit(folder, "known_bad/hits_the_wall.yaml", "{B3: 15}", "{B3: 14}")
-    found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None)
-    assert len(found.problems) == 1
-    wrong = (
-        "known_bad/hits_the_wall.yaml: B3 should lose 14 and loses 15: check_wall::test_stops_before_the_wall: failed"
-    )
-    assert found.problems[0].startswith(wrong)
-    lacking = "check_patrol::test_stands_when_it_is_called_back"
-    assert found.notes == (f"no known-bad edit fails {lacking}, so nothing shows that it can fail",)
-
-
-@pytest.mark.slow  # trials for several seeds
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_a_trial_whose_outcome_depends_on_the_seed_is_named(folder: Path):
-    rubric = (folder / "rubric.yaml").read_text()
-    (folder / "rubric.yaml").write_text(rubric[: rubric.index("      - id: B2")])
-    shutil.rmtree(folder / "known_bad")  # about other requirements
-    edit(
-        folder,
-        "trials/patrol.py",
-        "    stage.run(1.0)  # seconds",
-        '    stage.between("x", 0, 1)\n    stage.run(1.0)  # seconds',
-    )
-    edit(
-        folder,
-        "checks/check_patrol.py",
-        "complete=False)\n",
-        'complete=False)\n    judge.expect(trial.choices["x"] > 0.5, "x is small", "")\n',
-    )
-    found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None)
-    assert found.problems[0] == (
-        "the trial on_and_off depends on the seed: check_patrol::test_stands_until_it_is_sent: "
-        "passed with seed 0, with seed 1 failed: x is small"
-    )

@@ -95,29 +95,6 @@ def test_the_kit_holds_no_solved_exercise(kit: Path):
             assert longest not in readable, path
 
 
-def longest_quotation(solution: str, text: str) -> list[str]:
-    """Return the longest run of lines of a solution, without the blank ones, that `text` also holds."""
-    lines, longest = solution.splitlines(), []
-    for begin in range(len(lines)):
-        end = begin
-        while end < len(lines) and "\n".join(lines[begin : end + 1]) in text:
-            end += 1
-        longest = max(longest, [line for line in lines[begin:end] if line.strip()], key=len)
-    return longest
-
-
-@pytest.mark.slow  # reads all of the kit against all of the solution
-def test_the_code_of_the_kit_quotes_no_solution(kit: Path):
-    """Seven lines at most: the kit builds the contract's interfaces itself, and that takes the same CMake command."""
-    programs = {name: (kit / name).read_text() for name in names(kit) if name.endswith((".py", ".txt", ".yaml"))}
-    assert "grader/notebook/checkpoints.py" in programs
-    for notebook in checkpoints.table():
-        for path in checkpoints.checkpoint(notebook).exercises:
-            for name, text in programs.items():
-                quoted = longest_quotation(checkpoint_texts.solution(notebook, path), text)
-                assert len(quoted) <= 7, f"{name} quotes {path}:\n" + "\n".join(quoted)
-
-
 def test_without_solutions_none_are_packed(tmp_path: Path):
     release.release(tmp_path / "kit.zip", COURSE, solutions=False)
     with zipfile.ZipFile(tmp_path / "kit.zip") as opened:

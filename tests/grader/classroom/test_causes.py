@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
-import pytest
-
-from grader.classroom import causes, sections
+from grader.classroom import causes
 from grader.scoring import rubric
 
 RUBRIC = rubric.load(rubric.RUBRIC)
@@ -81,26 +78,3 @@ def test_first_causes_are_counted_by_submission_and_the_most_common_is_first():
 def test_a_submission_that_cannot_be_graded_counts_with_its_reason():
     (topic,) = causes.count({"ann": {"refused": {"because": "a.zip holds no package.xml."}}}, RUBRIC).first
     assert topic.title == "a.zip holds no package.xml."
-
-
-@pytest.mark.parametrize("requirement", RUBRIC.requirements, ids=lambda requirement: requirement.id)
-def test_the_section_of_every_requirement_can_be_read_from_the_class(requirement):
-    section = sections.read([requirement.section])[requirement.section]
-    kind, text = section.parts[0]
-    assert kind == "markdown"
-    assert text.startswith("<h")
-
-
-def test_a_section_ends_at_the_next_heading_that_is_as_high(tmp_path):
-    cells = [
-        {"cell_type": "markdown", "source": "# Book\n## One\nfirst <b>bold</b>\n### Inside\nmore"},
-        {"cell_type": "code", "source": ["x = 1\n", "y = 2"]},
-        {"cell_type": "markdown", "source": "end\n## Two\nother"},
-    ]
-    (tmp_path / "01_book.ipynb").write_text(json.dumps({"cells": cells}))
-    section = sections.read(["01_book#One"], tmp_path)["01_book#One"]
-    assert [kind for kind, _ in section.parts] == ["markdown", "code", "markdown"]
-    text = "".join(text for _, text in section.parts)
-    assert "&lt;b&gt;" in text
-    assert "end" in text
-    assert "other" not in text

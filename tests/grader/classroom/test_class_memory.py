@@ -8,16 +8,13 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.class_reports import GRADED, Silent, report
+from helpers.class_reports import GRADED, report
 
 from grader import cli
-from grader.classroom import batch, gradebook, overview
-from grader.classroom.batch import Options
+from grader.classroom import gradebook, overview
 from grader.classroom.class_folder import ClassFolder, Status
 from grader.classroom.gradebook import State
 from grader.classroom.one_grading import Ending, Order
-from grader.classroom.roster import Person
-from grader.errors import GraderError, UsageError
 from grader.host import provenance
 from grader.scoring import rubric
 
@@ -89,18 +86,6 @@ def test_another_value_is_refused_with_what_it_would_make_void(
     said = capsys.readouterr().err
     assert all(word in said for word in words), said
     assert (tmp_path / "class" / "class.yaml").read_bytes() == before
-
-
-@pytest.mark.slow  # three runs of a class
-def test_a_changed_seed_regrades_all_and_a_changed_deadline_nobody(tmp_path, source, workers):
-    workers(graded)
-    first_run(tmp_path)
-    second = workers(graded)
-    assert again(tmp_path, "--deadline", "2026-11-22T23:59", "--change", "deadline") == 0
-    assert second.orders == []
-    assert str(ClassFolder(tmp_path / "class").facts().deadline).startswith("2026-11-22")
-    assert again(tmp_path, "--seed", "8", "--change", "seed") == 0
-    assert second.orders == ["team01", "team02", "team03"]
 
 
 def test_a_change_without_its_value_is_wrong_usage(tmp_path, source, workers, capsys):
@@ -231,15 +216,6 @@ def test_a_first_run_without_a_source_writes_nothing(tmp_path, capsys):
     assert again(tmp_path) == 3
     assert "is not a class: it has no class.yaml" in capsys.readouterr().err
     assert not (tmp_path / "class").exists()
-
-
-def test_a_person_who_left_the_roster_changes_nothing_for_the_others(tmp_path, source, workers):
-    workers(graded)
-    batch.run(source, tmp_path / "class", [Person("s1", login="team01")], Options(despite_doubts=True), Silent())
-    with pytest.raises(UsageError, match="--change roster"):
-        batch.run(None, tmp_path / "class", [], Options(), Silent())
-    with pytest.raises(GraderError, match="is not a late rule"):
-        batch.run(None, tmp_path / "class", None, Options(late_rule="soon", change=frozenset({"late"})), Silent())
 
 
 def test_a_doubt_that_was_accepted_does_not_stop_the_class_once_more(tmp_path, source, workers, capsys):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import re
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,16 +10,15 @@ from pathlib import Path
 import pytest
 from helpers.class_reports import Silent
 from helpers.dask_cluster import dask_cluster, wait_until
-from submissions import edits
 
 from grader import KIT
-from grader.classroom import batch, cluster, gradebook, overview
-from grader.classroom.batch import Options
+from grader.classroom import batch, cluster
 from grader.classroom.class_folder import ClassFolder, Status
-from grader.classroom.one_grading import Order
+from grader.classroom.class_settings import Options
+from grader.classroom.one_grading import Order, Workforce
 from grader.course import kits_own
 from grader.errors import GraderError
-from grader.host import procfs, provenance, submission_user
+from grader.host import procfs, provenance
 from grader.scoring import rubric
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]  # a cluster of three processes
@@ -48,27 +45,6 @@ def test_submissions_travel_to_the_workers_and_results_come_back(scheduler, tmp_
     assert (folder.submission("team02") / "report.html").exists(), "a refusal's report comes back too"
 
 
-@pytest.mark.sandbox
-@pytest.mark.skipif(os.geteuid() != 0 or bool(submission_user.lacks()), reason=f"root's: {submission_user.lacks()}")
-def test_a_class_says_which_sandbox_graded_each_submission(tmp_path):
-    """One worker has no namespaces, so its submission has a weaker sandbox; that was said in its own report alone."""
-    for name in ("team01", "team02"):
-        package = edits.apply(None, tmp_path / "source" / name)
-        (package / "CMakeLists.txt").write_text("broken(\n")
-    without = {"ROS2_COURSE_KIT_NAMESPACES": "this test forbids them"}
-    (tmp_path / "dask").mkdir()
-    with dask_cluster(tmp_path / "dask", 2, of_one=without) as (address, _):
-        summary = batch.run(tmp_path / "source", tmp_path / "class", [], Options(scheduler=address), Silent())
-    assert (summary.graded, summary.errors) == (2, 0)
-    folder = ClassFolder(tmp_path / "class")
-    book = gradebook.read(folder)
-    assert sorted(row.confinement for row in book.rows) == ["namespaces", "users"]
-    (weaker,) = (row.submission for row in book.rows if row.confinement == "users")
-    page = overview.write(folder, book).read_text()
-    assert re.search(rf'Graded without namespaces</strong>.*<a href="submissions/{weaker}/report.html">', page)
-    assert page.count("confinement: users") == 1
-
-
 def test_workers_with_another_kit_are_refused(scheduler):
     with pytest.raises(GraderError, match="another version of the kit"), cluster.workforce(scheduler, "0" * 16):
         pass
@@ -81,13 +57,8 @@ def test_a_scheduler_that_does_not_answer_is_a_sentence(monkeypatch):
         pass
 
 
-def test_a_cluster_takes_as_many_submissions_as_it_has_threads(scheduler):
-    with cluster.workforce(scheduler, provenance.kit_hash(kits_own().layers)) as found:
-        assert found.slots == 2
-
-
 @contextmanager
-def grading(folder: Path) -> Iterator[tuple[cluster.Cluster, subprocess.Popen[bytes], set[int]]]:
+def grading(folder: Path) -> Iterator[tuple[Workforce, subprocess.Popen[bytes], set[int]]]:
     """Yield a cluster whose only worker is grading the reference, the worker, and the processes below it."""
     (folder / "out").mkdir()
     package = KIT / "solution_pkg" / "ros2_robot_controller"
@@ -133,14 +104,4 @@ def test_ctrl_c_let_the_workers_grade_on_for_nobody(tmp_path):
     with grading(tmp_path) as (found, worker, _):
         found.stop()
         wait_until("the grading has ended", lambda: not procfs.descendants(worker.pid))
-        wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))
-
-
-@pytest.mark.sandbox
-def test_a_worker_that_is_stopped_ends_its_grading(tmp_path):
-    """SIGTERM, as systemd and batch systems send it: it went on grading, and was killed in the end."""
-    with grading(tmp_path) as (_, worker, below):
-        worker.terminate()
-        worker.wait(60)
-        wait_until("all processes have ended", lambda: not alive(below))
         wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))

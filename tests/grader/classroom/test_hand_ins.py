@@ -21,7 +21,6 @@ from grader.classroom.rescore import rescore
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring import rubric
-from grader.scoring.grading import HandIn
 from grader.settings import Settings
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
@@ -128,19 +127,6 @@ def test_the_figure_on_the_page_is_the_gradebooks(graded: ClassFolder):
     assert "2 started days late" in page
 
 
-@pytest.mark.slow  # each verb on a class
-@pytest.mark.parametrize("again", [after_grading.write_pages, lambda folder: rescore(folder, jobs=1)])
-def test_every_verb_that_changes_the_gradebook_writes_the_pages_with_it(graded: ClassFolder, again):
-    graded.overrides.write_text("submissions: {team07: {adjust: {total: 12.5, why: x, by: Ada}}}")
-    again(graded)
-    after_grading.write_pages(graded)
-    assert finals(graded) == [([], 12.5)]
-    assert "total of 12.5 points by Ada (x)" in (graded.submission("team07") / report.PAGE).read_text()
-    graded.overrides.unlink()
-    after_grading.write_pages(graded)
-    assert finals(graded) == [([], float(gradebook.read(graded).rows[0].total or 0))]
-
-
 def test_a_members_extension_is_a_figure_of_their_own_and_no_reason_on_the_teams_page(graded: ClassFolder):
     graded.overrides.write_text(
         'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had the flu", by: "A. L."}\n'
@@ -189,12 +175,3 @@ def test_the_reports_stay_while_another_run_writes_to_the_class(graded: ClassFol
         after_grading._refresh(graded)
     assert "note: the reports were left as they are" in capsys.readouterr().err
     assert said(graded)["hand_in"]["decisions"] == []
-
-
-def test_a_single_grading_knows_nothing_of_people(graded: ClassFolder, tmp_path: Path):
-    report.write(REFUSED, tmp_path / "out")
-    found = json.loads((tmp_path / "out" / "report.json").read_text())["hand_in"]
-    assert found == {"people": [], "decisions": [], "comments": [], "finals": []} | dict.fromkeys(
-        ("team", "name", "submitted", "deadline", "late"), ""
-    )
-    assert HandIn().on("F4") is None

@@ -1,7 +1,4 @@
-"""A class of hostile normality through each platform and back: nobody has another's grade, and every doubt is listed.
-
-`pytest -s` shows a table: for each layout and roster how many are right, refused and listed, wrong, and lost.
-"""
+"""A class of hostile normality through each platform and back: nobody has another's grade; every doubt is listed."""
 
 from __future__ import annotations
 
@@ -304,10 +301,6 @@ def listed(who: Student, text: str) -> bool:
     return any(unicodedata.normalize("NFC", word) in doubts for word in words if word.strip())
 
 
-KINDS = ("right", "listed", "refused", "wrong", "lost")
-TABLE: list[str] = []
-
-
 # `make test` runs the two with a sheet of the platform's own.
 OFTEN = {("moodle", "sheet"), ("canvas", "sheet")}
 SELDOM = pytest.mark.slow  # 21 classes of 50
@@ -320,22 +313,10 @@ SELDOM = pytest.mark.slow  # 21 classes of 50
 def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, monkeypatch, capsys):
     outcome = run(layout, roster, tmp_path, monkeypatch, capsys)
     verdicts = {who: judge(who, outcome, layout, roster) for who in CLASS}
-    count = Counter(verdict.split(":")[0] for verdict in verdicts.values())
-    line = f"{layout:<16} {roster:<6}" + "".join(f"{count[kind]:>8}" for kind in KINDS)
-    TABLE.append(line)
-    print(line)
     bad = [
         f"{who.n} {who.name or '(anonymous)'}: {v}" for who, v in verdicts.items() if v.startswith(("wrong", "lost"))
     ]
     assert not [*outcome.faults, *bad], "\n" + "\n".join([*outcome.faults, *bad])
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _table():
-    """Print the table at the end of the file's tests; `pytest -s` shows it."""
-    yield
-    print("\n" + f"{'layout':<16} {'roster':<6}" + "".join(f"{k:>8}" for k in KINDS))
-    print("\n".join(TABLE))
 
 
 @pytest.mark.slow  # a class of 50 more

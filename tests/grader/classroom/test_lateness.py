@@ -37,11 +37,6 @@ def test_percent_are_of_the_points_reached_unless_it_says_of_the_maximum():
         assert lateness.parse(text).deduction(after(days=2), DEADLINE, reached, maximum) == points
 
 
-def test_no_deduction_takes_more_than_there_is():
-    rule = lateness.parse("50 points per started day")
-    assert rule.deduction(after(days=3), DEADLINE, Decimal("80"), Decimal("100")) == 80
-
-
 def test_after_the_last_day_nothing_is_accepted():
     rule = lateness.parse("10 % per started day, at most 3 days")
     taken = [rule.deduction(after(days=days), DEADLINE, Decimal("80"), Decimal("100")) for days in (3, 4)]
@@ -81,12 +76,6 @@ def test_a_rule_is_printed_back_with_three_examples_that_it_computes_itself():
 def test_grace_costs_nothing_and_then_counts_from_its_end():
     rule = lateness.parse("5 % per started hour, at most 24 hours, 15 minutes of grace")
     assert [rule.units(after(minutes=minutes), DEADLINE) for minutes in (15, 16, 75, 76)] == [0, 1, 1, 2]
-
-
-def test_times_of_other_zones_are_compared_as_moments():
-    berlin = dt.timezone(dt.timedelta(hours=1))
-    submitted = dt.datetime(2026, 11, 21, 0, 59, tzinfo=berlin)
-    assert lateness.parse("10 % per started day").units(submitted, DEADLINE) == 0
 
 
 @pytest.mark.parametrize("text", ["10 %", "ten percent per day", "", "-5 % per started day"])

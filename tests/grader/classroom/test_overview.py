@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import datetime as dt
 import json
 import re
 from dataclasses import replace
@@ -16,8 +15,6 @@ from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.platforms import plain
 from grader.classroom.similarity import Pair
 from grader.scoring import rubric
-
-DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)  # of the class in conftest.py
 
 
 @pytest.fixture
@@ -61,12 +58,11 @@ def test_the_page_is_there_while_the_class_is_graded(class_of_four):
     assert (folder.path / "index.html").read_text() == after
 
 
-def test_what_the_class_lost_is_linked_to_the_section_and_to_the_submissions(page, tmp_path):
+def test_what_the_class_lost_is_shown_with_the_section_and_linked_to_the_submissions(page):
     (teach,) = re.findall(r'id="teach".*?</section>', page, re.DOTALL)
     assert "touched it at … s" in teach
     assert '<a href="submissions/team07/report.html">team07</a>' in teach
-    anchor = re.search(r'href="sections.html#(\w+)">05_moving_safely: Stop before the wall', teach)[1]
-    assert f'id="{anchor}"' in (tmp_path / "class" / "sections.html").read_text()
+    assert "05_moving_safely: Stop before the wall" in teach
 
 
 def test_a_class_that_shares_no_loss_has_each_in_sight(page):
@@ -90,20 +86,6 @@ def test_doubts_and_misfits_are_at_the_top_and_said_once(class_of_four):
     assert "x.txt" not in after
 
 
-def test_points_are_shown_over_the_time_of_hand_in(class_of_four):
-    folder = class_of_four(submitted=DEADLINE + dt.timedelta(hours=1), zero_missing=True)
-    facts = folder.facts()
-    assert overview.summarise(folder, gradebook.read(folder)).plot is None  # one time alone shows nothing
-    early = replace(facts.entries[0], submitted=DEADLINE - dt.timedelta(hours=1))
-    folder.write_facts(replace(facts, entries=(early, facts.entries[1])))
-    plot = overview.summarise(folder, gradebook.read(folder)).plot
-    assert [(dot.submission, dot.x, dot.y, dot.late) for dot in plot.dots] == [
-        ("boek", 0.0, 0.0, False),
-        ("team07", 100.0, 98.0, True),
-    ]
-    assert plot.deadline == 50.0
-
-
 def test_packages_that_are_alike_are_on_the_page_once_they_were_looked_for(class_of_four):
     folder = class_of_four()
     assert "Alike" not in overview.write(folder, gradebook.read(folder)).read_text()
@@ -116,11 +98,6 @@ def test_packages_that_are_alike_are_on_the_page_once_they_were_looked_for(class
     page = overview.write(folder, gradebook.read(folder)).read_text()
     assert "90 % of one is in the other; most of it in boek: a.py 3 to 40</li>" in page
     assert page.count("of one is in the other") == 1
-
-
-def test_flags_and_who_handed_in_nothing_are_named(page):
-    assert "tried &lt;b&gt;to&lt;/b&gt; reach 10.0.0.1" in page
-    assert "Eva Ost" in page
 
 
 def test_a_submission_that_was_graded_without_namespaces_is_named(class_of_four):
@@ -175,7 +152,3 @@ def test_a_class_is_ranked_by_points_and_then_by_the_figures_of_its_rubric(class
     assert ranked == [(1, "quick"), (2, "near"), (3, "slow"), (4, "lost"), (5, "team07"), (6, "boek")]
     (league,) = re.findall(r'id="league".*?</section>', page, re.DOTALL)
     assert '<td class="num">30.00</td><td class="num">0.30</td>' in " ".join(league.split()).replace("> <", "><")
-
-
-def test_a_class_without_figures_has_no_league(page):
-    assert 'id="league"' not in page

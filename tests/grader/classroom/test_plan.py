@@ -11,7 +11,8 @@ from helpers.class_reports import graded
 
 from grader import cli
 from grader.classroom import batch
-from grader.classroom.class_folder import ClassFolder, Status
+from grader.classroom.class_folder import Status
+from grader.classroom.class_settings import Options
 from grader.classroom.one_grading import Ending, Order
 
 ROSTER = """id,name,email,login,team
@@ -148,11 +149,11 @@ def test_a_later_plan_says_what_is_kept_and_why_the_rest_is_graded(tmp_path, exp
 
 
 def test_the_estimate_is_that_of_the_class_as_soon_as_it_has_grades(tmp_path, export, workers):
-    first = batch.look(tmp_path / "export", tmp_path / "class", None, batch.Options(jobs=1))
+    first = batch.look(tmp_path / "export", tmp_path / "class", None, Options(jobs=1))
     assert first.seconds == 45.0 * len(first.rows)
     workers(graded)
     cli.main(export)
-    planned = batch.look(None, tmp_path / "class", None, batch.Options(jobs=2, fresh=True))
+    planned = batch.look(None, tmp_path / "class", None, Options(jobs=2, fresh=True))
     assert planned.seconds == 10.0 * 3 / 2
 
 
@@ -166,20 +167,6 @@ def test_the_log_of_a_class_has_every_run_with_times(tmp_path, export, workers):
     assert said[0].startswith("3 submissions: 0 kept, 3 to be graded, about ")
     assert any(re.match(r" +1/3  jdoe +cannot be graded, 0 s: is empty", line) for line in said)
     assert any(line.startswith("3 submissions: 3 kept, 0 to be graded") for line in said)
-
-
-def test_an_interrupted_run_says_so_in_the_log(tmp_path, export, workers):
-    def interrupt(_order: Order) -> Ending:
-        raise KeyboardInterrupt
-
-    workers(interrupt)
-    assert cli.main(export) == 130
-    assert "interrupted; what is finished is kept" in (tmp_path / "class" / "batch.log").read_text(encoding="utf-8")
-
-
-def test_a_plan_is_shown_while_another_run_has_the_class(tmp_path, export):
-    with ClassFolder(tmp_path / "class").locked():
-        assert cli.main([*export, "--plan"]) == 0
 
 
 def test_cells_of_the_plan_are_no_formulas(tmp_path, source, workers):

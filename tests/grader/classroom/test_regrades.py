@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from grader import cli
-from grader.classroom import gradebook, hand_ins, overrides, regrades
+from grader.classroom import gradebook, regrades
 from grader.errors import GraderError
 from grader.scoring import rubric
 
@@ -46,18 +46,6 @@ def test_a_decision_changes_points_gradebook_and_page(class_of_four):
     assert "so it did; asked because: the wall stood" in comment
     assert "not decided yet" not in (folder.path / "index.html").read_text()
     assert "4.50" in (folder.path / "gradebook.csv").read_text()
-
-
-def test_request_and_decision_are_in_the_report(class_of_four):
-    folder = class_of_four()
-    run(folder.path, "team07", "F4", "--reason", REASON)
-    run(folder.path, "team07", "F2", "--reason", "it drove")
-    run(folder.path, "team07", "F4", "--points", "4.5", "--why", "so it did", "--by", "A. Lee")
-    facts, whole = folder.facts(), rubric.load(rubric.RUBRIC)
-    known = hand_ins.hand_in(facts.entries[1], facts, overrides.of_class(folder, facts, whole))
-    (decision,) = known.decisions
-    assert (decision.requirement, decision.points, decision.by) == ("F4", 4.5, "A. Lee")
-    assert known.comments == ('F2 is to be looked at again, because "it drove": not decided yet',)
 
 
 def test_points_that_stay_are_answered_too(class_of_four):

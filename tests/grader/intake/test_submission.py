@@ -79,10 +79,6 @@ def test_a_damaged_zip_beside_an_intact_one_is_noted(handed_in: Path, into: Path
     assert opened.intake.notes[0].startswith("a.zip was not opened: a.zip is not a folder, zip or tar.")
 
 
-def test_a_damaged_zip_alone_is_the_reason_of_the_refusal(handed_in: Path, into: Path):
-    assert refusal(write(handed_in, {"a.zip": "no zip"}), into).startswith("a.zip is not a folder, zip or tar.")
-
-
 def test_a_zip_beside_a_package_stays_closed(handed_in: Path, into: Path):
     write(handed_in, PACKAGE)
     zipped(handed_in / "old.zip", below("old/"))

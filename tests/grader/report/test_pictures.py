@@ -3,13 +3,11 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from helpers.course import COURSE
 from helpers.report_examples import drive_at_a_wall, drive_to_a_goal
-from matplotlib.figure import Figure
 
-from grader.evidence import Command, Goal, Trial
+from grader.evidence import Command, Goal
 from grader.report import pictures
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -37,18 +35,13 @@ def test_a_picture_comes_out(trial):
     assert pictures.describe(trial)
 
 
-def lines_of(trial: Trial) -> list[float]:
-    """Return the heights of the level lines in the plot of ranges."""
-    axes = Figure().add_subplot()
-    pictures._draw_ranges(axes, trial)
-    drawn = [np.array(line.get_data()).tolist() for line in axes.lines]
-    return [high[0] for places, high in drawn if places == [0, 1]]
-
-
-def test_a_plot_has_a_line_for_the_thresholds_of_its_own_trial_only():
+def test_a_plot_has_a_line_for_the_thresholds_of_its_own_trial_only(monkeypatch):
     """Every plot of another course had the line of the kit's own, and a trial with another threshold the default's."""
-    assert lines_of(replace(WALL, thresholds={})) == []
-    assert lines_of(replace(WALL, thresholds={"stop": 0.75, "back off": 0.3})) == [0.75, 0.3]
+    drawn = []
+    monkeypatch.setattr(pictures, "draw_distances", lambda _axes, _run, thresholds: drawn.append(thresholds))
+    for thresholds in ({}, {"stop": 0.75, "back off": 0.3}):
+        pictures.png(replace(WALL, thresholds=thresholds))
+    assert drawn == [{}, {"stop": 0.75, "back off": 0.3}]
 
 
 def test_thresholds_are_what_the_contract_says_is_drawn_with_the_trials_own_values():

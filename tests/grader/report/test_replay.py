@@ -18,6 +18,7 @@ from rosbags.rosbag2 import Reader
 from grader import evidence, report
 from grader.evidence import Command, Evidence
 from grader.report import bags, html, replay
+from grader.report.recording import recording
 from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
 
@@ -71,7 +72,7 @@ def test_obstacles_are_drawn_by_their_shapes_and_until_they_were_taken_away():
 def test_an_obstacle_is_there_from_when_the_robot_lost_room_by_it():
     """The evidence does not say when one was put down; `blocked` is the script's own mark of that."""
     trial = recordings.load("reference").trials["blocked_goal"]
-    post, circle = replay.presences(trial)
+    post, circle = recording(trial).presences
     assert post.since == 0
     assert trial.marks["blocked"] <= circle.since <= trial.marks["blocked"] + 0.1
 
