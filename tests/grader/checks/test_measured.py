@@ -7,6 +7,8 @@ from dataclasses import replace
 from helpers.course import COURSE
 from helpers.judging import evidence_with
 
+from grader.checks import package_text
+from grader.checks.judge import Judge
 from grader.checks.measured import Measured, measure
 from grader.evidence import Manifest, Quality, Ran, SourceFile, Trial
 
@@ -96,3 +98,15 @@ def test_a_node_of_which_no_file_ran_is_not_there():
     assert measured(nothing, FUSES).of_node.keys() == {"sensor_processor"}
     off = replace(DRIVES, ran=Ran(unseen=["notes turned off: it noted nothing"], of_functions=False))
     assert measured(off, FUSES).of_node.keys() == {"robot_controller", "sensor_processor"}
+
+
+def test_what_a_check_gives_counts_for_the_nodes_that_are_there():
+    stub = [SourceFile(f"{P}/robot_controller.py", 1, "", 1), *FILES[1:]]
+    judge = Judge(evidence_with(quality=Quality(Manifest(found=True), files=stub)), COURSE)
+    package_text.weigh(judge)
+    assert (judge.fraction, judge.seen) == (
+        0.5,
+        "robot_controller is not there, and each of the two nodes is half of these points",
+    )
+    judge.share(0.6, "six of ten", "")
+    assert judge.fraction == 0.3
