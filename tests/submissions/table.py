@@ -17,17 +17,22 @@ from grader import KIT, building, pipeline
 from grader.mutation.source import Mutants
 from grader.quality.source import PackageText
 from grader.scoring import rubric
+from grader.scoring.scorecard import RequirementScore, earned
 from grader.student_tests.source import StudentTestRuns
 from submissions.edits import EDITS, apply
 
 
 def costs(name: str, settings: pipeline.Settings) -> dict[str, float]:
-    """Return the points that an edit costs, by requirement."""
+    """Return the points that an edit costs, by requirement, with those below a tenth, which are shown and not taken."""
     with tempfile.TemporaryDirectory() as folder:
         package = apply(EDITS[name], Path(folder))
         grading = pipeline.grade(package, Path(folder) / "out", settings)
-    scores = grading.scorecard.requirements
-    return {s.requirement.id: s.max - s.points for s in scores if s.max > s.points + 1e-9}
+    return {s.requirement.id: lost for s in grading.scorecard.requirements if (lost := _lost(s)) > 1e-9}
+
+
+def _lost(score: RequirementScore) -> float:
+    pairs = zip(score.requirement.checks, score.results, strict=True)
+    return sum(check.points - earned(check, result) for check, result in pairs)
 
 
 def judged_by_trial(whole: rubric.Rubric) -> tuple[str, ...]:
@@ -50,7 +55,7 @@ def main(names: list[str]) -> int:
     for name in names or list(EDITS):
         edit = EDITS[name]
         lost = costs(name, dataclasses.replace(settings, requirements=(*always, *sorted(edit.costs - set(always)))))
-        cells = [f"{-lost[r]:>4g}" if r in lost else "   ." for r in columns]
+        cells = [f"{-round(lost[r], 2):>4g}" if r in lost else "   ." for r in columns]
         verdict = "" if set(lost) == edit.costs else f"  expected {' '.join(sorted(edit.costs))}"
         wrong += bool(verdict)
         print(f"{name:<{width}}", *cells, verdict, flush=True)
