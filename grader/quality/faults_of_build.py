@@ -169,17 +169,7 @@ def _uninstalled(sources: PackageSources) -> Iterator[Fault]:
 
 def _in_setup(sources: PackageSources) -> Iterator[Fault]:
     """Yield the faults of a package that setup.py builds."""
-    setup = sources.setup
-    if setup is None:
+    if sources.setup is None:
         text = "it is not there, or does not call setup(); without it colcon cannot build the package"
         cure = "compare it with the one that `ros2 pkg create` writes"
         yield Fault(_SETUP, 0, "build", text, cure, shown_as=["can't open file 'setup.py'", "SyntaxError"])
-        return
-    for folder in ("launch", "config"):
-        has = any(path.startswith(f"{folder}/") for path in sources.paths)
-        if has and folder not in (setup.data_files or ""):
-            cure = f"data_files: (os.path.join('share', '{sources.name}', '{folder}'), glob('{folder}/*'))"
-            shared = sources.course.shared
-            lost = [path for path in shared if path.startswith(f"{folder}/") and path in sources.paths]
-            text = f"its data_files do not install `{folder}/`"
-            yield Fault(_SETUP, setup.line, "install", text, cure, lacks=lost)

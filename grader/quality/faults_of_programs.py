@@ -46,9 +46,7 @@ def programs(sources: PackageSources) -> set[str] | None:
             return None
         return _made_by(sources, _installs(sources))
     setup, elsewhere = sources.setup, sources.read("setup.cfg") + sources.read("pyproject.toml")
-    if setup is None or not setup.complete or _SCRIPTS.search(elsewhere):
-        return None
-    return set(setup.programs)
+    return None if setup is None or setup.programs is None or _SCRIPTS.search(elsewhere) else set(setup.programs)
 
 
 def _names(text: str, word: str) -> bool:
@@ -85,7 +83,7 @@ def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Coll
         yield Fault(_CMAKE, line, "install", text, cure, lacks=[node])
     if left := [node for node in files if f"{node}.py" not in made]:
         text = f"nothing installs {_executables(left)}"
-        if sources.setup is not None and not {*left}.isdisjoint(sources.setup.programs):
+        if sources.setup is not None and {*left} & (sources.setup.programs or frozenset()):
             text += "; entry points of setup.py make executables in ament_python packages only"
         install = "install(PROGRAMS {} DESTINATION lib/${{PROJECT_NAME}}{})"
         cures = [install.format(files[n], "" if files[n].endswith(f"/{n}") else f" RENAME {n}") for n in left]

@@ -24,19 +24,13 @@ _MAX_TEXT = 256 * 1024
 
 @dataclass(frozen=True)
 class SetupPy:
-    """What the call of setup() in a setup.py says, as far as it is written out.
+    """What the call of setup() in a setup.py says: on which line the package's name is, and which programs it makes.
 
-    Attributes:
-        line: of the package's name.
-        programs: the names of the entry points of console_scripts.
-        complete: whether these are all programs: written out, not made by a loop, and with no `scripts` beside them.
-        data_files: the text of this argument, that of the whole file if it is not written out; None if there is none.
+    `programs` are the names of the entry points of console_scripts, None where they are not all written out.
     """
 
     line: int
-    programs: tuple[str, ...]
-    complete: bool
-    data_files: str | None
+    programs: frozenset[str] | None
 
 
 @dataclass(frozen=True)
@@ -137,35 +131,18 @@ def _setup_py(text: str) -> SetupPy | None:
     if tree is None or call is None:
         return None
     named = {keyword.arg: keyword.value for keyword in call.keywords}
-    name, data_files = named.get("name"), named.get("data_files")
-    programs, complete = _programs(named.get("entry_points"))
-    return SetupPy(
-        line=name.lineno if name is not None else call.lineno,
-        programs=tuple(programs),
-        complete=complete and not {None, "scripts"} & set(named),
-        data_files=_data_files(text, data_files),
-    )
+    name = named.get("name")
+    programs = None if {None, "scripts"} & set(named) else _programs(named.get("entry_points"))
+    return SetupPy(name.lineno if name is not None else call.lineno, programs)
 
 
-def _data_files(text: str, node: ast.expr | None) -> str | None:
-    """Return the text that says which data are installed: a list as it stands, else all that may have made it."""
+def _programs(node: ast.expr | None) -> frozenset[str] | None:
+    """Return the names of the entry points, None where they are not all written out."""
     if node is None:
-        return None
-    written = isinstance(node, ast.List) and not any(isinstance(part, ast.Starred) for part in node.elts)
-    return (ast.get_source_segment(text, node) or "") if written else text
-
-
-def _programs(node: ast.expr | None) -> tuple[list[str], bool]:
-    """Return the names of the entry points that are written out, and whether these are all."""
-    if node is None:
-        return [], True
+        return frozenset()
     if not isinstance(node, ast.Dict):
-        return [], False
-    scripts = next(
-        (value for key, value in zip(node.keys, node.values, strict=True) if literal_string(key) == "console_scripts"),
-        None,
-    )
-    entries = scripts.elts if isinstance(scripts, ast.List | ast.Tuple) else []
-    texts = [text for entry in entries if (text := literal_string(entry))]
-    every = isinstance(scripts, ast.List | ast.Tuple | None) and None not in node.keys
-    return [text.partition("=")[0].strip() for text in texts], every and len(texts) == len(entries)
+        return None
+    tables = dict(zip(map(literal_string, node.keys), node.values, strict=True))
+    texts = [literal_string(entry) for entry in getattr(tables.get("console_scripts", ast.List([])), "elts", [None])]
+    is_whole = "" not in tables and all(texts)
+    return frozenset(text.partition("=")[0].strip() for text in texts) if is_whole else None

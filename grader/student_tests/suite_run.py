@@ -122,11 +122,8 @@ def _run_to_the_end(workers: WorkerPool, request: ModuleRequest) -> ModuleRun:
 
 
 def _without_culprit(ran: ModuleRun, excluded: int) -> list[str]:
-    """Return what to run again without the test that hung or crashed; after some of those, what is known to end."""
+    """Return what to run again without the test that hung or crashed; after some of those, only what has ended."""
     if excluded > _EXCLUDED_AT_MOST:
         return []
-    left = [name for name in ran.collected if name != ran.culprit]
-    if excluded == _EXCLUDED_AT_MOST:
-        ended = {test.id for test in ran.tests}
-        left = [name for name in left if name in ended]
-    return left
+    known = {test.id for test in ran.tests} if excluded == _EXCLUDED_AT_MOST else set(ran.collected)
+    return [name for name in ran.collected if name != ran.culprit and name in known]

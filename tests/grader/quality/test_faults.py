@@ -205,7 +205,6 @@ def ament_python(folder: Path, old: str, new: str) -> tuple[Path, Path]:
         ("'robot_controller = ros2_robot_controller.robot_controller:main',", "",
          "no entry point makes the executable `robot_controller`",
          "'robot_controller = ros2_robot_controller.robot_controller:main' in console_scripts"),
-        ("('share/' + NAME + '/config', glob('config/*.yaml')),", "", "do not install `config/`", "data_files"),
     ],
 )  # fmt: skip
 def test_a_fault_of_setup_py_is_found_where_it_builds_the_package(tmp_path: Path, old, new, words, cure):

@@ -132,21 +132,6 @@ def test_entry_points_that_cannot_be_read_off_are_not_said_to_be_missing(tmp_pat
     assert faults(lab(tmp_path, entry, files)) == []
 
 
-@pytest.mark.parametrize(
-    "data_files", ["data_files", "[*data_files]", "[(f'share/{package_name}/{d}', glob(f'{d}/*')) for d in FOLDERS]"]
-)
-def test_data_files_that_are_made_above_the_call_are_not_said_to_be_missing(tmp_path: Path, data_files: str):
-    """They were looked for in the text of the argument alone, which was a name."""
-    entries = "'robot_controller = lab5_31.robot_controller:main', 'sensor_processor = lab5_31.sensor_processor:main'"
-    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE, "launch/robot.launch.py": ""}
-    package = lab(tmp_path, entries, files)
-    setup = (package / "setup.py").read_text()
-    made = "FOLDERS = ('launch', 'config')\ndata_files = [('share/lab5_31/launch', glob('launch/*'))]\n"
-    setup = setup.replace("setup(\n", f"{made}setup(\n    data_files={data_files},\n")
-    (package / "setup.py").write_text(setup)
-    assert not [fault.text for fault in faults(package) if "data_files" in fault.text]
-
-
 def test_what_the_run_said_goes_before_what_was_guessed_from_the_text(tmp_path: Path):
     """The executable is installed, and its traceback names a package of interfaces."""
     files = {"lab5_31/robot_controller.py": "from robot_interfaces.srv import SetSpeed\n" + NODE}
