@@ -55,7 +55,8 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     asked = {r.id: whole.requirement(stand_ins[r.id].requirement) if r.id in stand_ins else r for r in wanted}
     gaps = {r.id: prerequisites.first_gap(workspace.package, asked[r.id].id, notebook) for r in wanted}
     answers = {r.id: _lacking(r, gap) for r in wanted if (gap := gaps[r.id])}
-    answers |= {r.id: _elsewhere(r) for r in wanted if not r.can_be_checked}
+    # No check here judges these.
+    answers |= {r.id: replace(_answer(r, ()), elsewhere=r.waits) for r in wanted if not r.can_be_checked}
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
@@ -139,11 +140,6 @@ def _answer(
 def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
     rows = ((say("seen"), gap.seen), (say("expected"), gap.expected), (say("try"), gap.try_))
     return _answer(requirement, (Note(requirement.text, rows),))
-
-
-def _elsewhere(requirement: Requirement) -> Answer:
-    """Return the answer for a requirement that no check here judges."""
-    return replace(_answer(requirement, ()), elsewhere=requirement.waits)
 
 
 def _unjudged(requirement: Requirement, reason: str) -> Answer:

@@ -18,7 +18,6 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from grader.course import Course
 from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook.file_backups import FileBackups
@@ -48,12 +47,7 @@ class Checkpoint:
 
 def table() -> Mapping[str, Checkpoint]:
     """Return the course's notebooks, each with its files."""
-    return _table(course())
-
-
-@cache
-def _table(course: Course) -> Mapping[str, Checkpoint]:
-    rows = course.notebook_table["notebooks"]
+    rows = course().notebook_table["notebooks"]
     return {name: Checkpoint(**{kind: tuple(paths) for kind, paths in row.items()}) for name, row in rows.items()}
 
 

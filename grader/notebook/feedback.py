@@ -136,7 +136,9 @@ def _card(answer: Answer) -> str:
         f' <span style="font-weight:600">{html.escape(answer.title)}</span></div>'
     )
     body = "".join(_note(note, len(answer.notes) > 1) for note in answer.notes)
-    foot = "" if answer.passed or answer.elsewhere or not answer.section else _foot(answer.section)
+    foot = f'<div style="color:{SOFT};font-size:.9em">{html.escape(answer.section)}</div>'
+    if answer.passed or answer.elsewhere or not answer.section:
+        foot = ""
     return (
         f'<div style="border-left:4px solid {colour};padding:.2em 0 .2em .9em;margin:.7em 0;line-height:1.45">'
         f"{head}{body}{foot}</div>"
@@ -156,10 +158,6 @@ def _note(note: Note, several: bool) -> str:
 
 
 _CELL = "text-align:left;vertical-align:top;padding:.1em .8em .1em 0;border:0"
-
-
-def _foot(section: str) -> str:
-    return f'<div style="color:{SOFT};font-size:.9em">{html.escape(section)}</div>'
 
 
 def _figure(picture: Picture) -> str:
@@ -227,7 +225,9 @@ class Progress:
 
     def say(self, step: str) -> None:
         """Show the current step."""
-        if not _in_a_cell():
+        shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+        in_a_thread = threading.current_thread() is not threading.main_thread()
+        if not hasattr(shell, "kernel") or in_a_thread:  # no cell is running this code
             return
         self._step, self._began = step, time.monotonic()
         if self._handle is None:
@@ -263,9 +263,3 @@ class Progress:
 
 
 _COUNTED_S = 2.0  # a shorter step needs no clock
-
-
-def _in_a_cell() -> bool:
-    """Return whether a cell of a notebook is running this code, and not a thread beside it."""
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    return shell is not None and hasattr(shell, "kernel") and threading.current_thread() is threading.main_thread()

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from statistics import fmean
 from typing import Any
 
 from grader.words import say
@@ -137,7 +138,7 @@ def _draw(view: GraphView) -> Any:
 
     topics = sorted(
         {link.topic for link in view.links},
-        key=lambda topic: (_mean([view.nodes.index(k.node) for k in view.links if k.topic == topic]), topic),
+        key=lambda topic: (fmean(view.nodes.index(k.node) for k in view.links if k.topic == topic), topic),
     )
     shown = list(dict.fromkeys(view.nodes))
     rows = max(1.4 * len(topics), len(shown), 1.0)
@@ -170,7 +171,3 @@ def _draw(view: GraphView) -> Any:
 def _label(axes: Any, x: float, y: float, text: str, kind: str, shape: str, side: str) -> None:
     box = {"boxstyle": shape, "facecolor": "white", "edgecolor": _COLORS[kind]}
     axes.text(x, y, text, ha=side, va="center", fontsize=9, color=_COLORS[kind], bbox=box)
-
-
-def _mean(values: list[int]) -> float:
-    return sum(values) / len(values)

@@ -42,7 +42,10 @@ def load(workspace: Workspace) -> None:
         for kind in _KINDS:
             if any(type_.startswith(kind) for type_ in course().interfaces):
                 importlib.import_module(f"{package}.{kind}")
-        _load_type_support()
+        from grader.trials.interfaces import interface
+
+        for type_ in course().interfaces:
+            interface(type_).__class__.__import_type_support__()
 
 
 def check_fields() -> None:
@@ -108,10 +111,3 @@ def _importing_from(site: Path, own_modules: Path) -> Iterator[None]:
         sys.modules.update(hidden)
         sys.modules[course().package].__path__.insert(0, str(own_modules))
         importlib.invalidate_caches()
-
-
-def _load_type_support() -> None:
-    from grader.trials.interfaces import interface
-
-    for type_ in course().interfaces:
-        interface(type_).__class__.__import_type_support__()

@@ -103,7 +103,8 @@ def submit(
         SubmissionError: there is no package to hand in, or it is too large.
         GraderError: the zip cannot be written, or this host cannot check.
     """
-    package = (package or _workspace_package()).resolve()
+    here = Path.cwd()
+    package = (package or (here if (here / "package.xml").is_file() else workspace.find().package)).resolve()
     if not (package / "package.xml").is_file():
         raise SubmissionError(
             say(
@@ -113,7 +114,8 @@ def submit(
             )
         )
     course = workspace.course()
-    target = (out or _beside(package) / f"{course.package}.zip").resolve()
+    beside = package.parent.parent if package.parent.name == "src" else package.parent  # never the package itself
+    target = (out or beside / f"{course.package}.zip").resolve()
     sizes = _pack(package, target)
     with tempfile.TemporaryDirectory(prefix="submit-") as scratch:
         taken = open_submission(target, Path(scratch) / "submission", course)
@@ -138,17 +140,6 @@ def needed() -> tuple[str, ...]:
     """Return the paths of the files without which no package can be graded."""
     found = workspace.course()
     return (*found.builds, *(node.module for node in found.nodes.values()))
-
-
-def _workspace_package() -> Path:
-    """Return the current folder if it holds a package, else the workspace's package."""
-    here = Path.cwd()
-    return here if (here / "package.xml").is_file() else workspace.find().package
-
-
-def _beside(package: Path) -> Path:
-    """Return the folder for the archive: the workspace, or the package's parent. Never the package itself."""
-    return package.parent.parent if package.parent.name == "src" else package.parent
 
 
 def _pack(package: Path, target: Path) -> dict[str, int]:

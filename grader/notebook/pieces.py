@@ -85,13 +85,11 @@ def left_over(text: str, piece: str, added: Mapping[str, list[str]]) -> set[str]
     """
     now = {found.name for found in definitions(piece)}
     names = {found.name for found in definitions(text)} & {name for name in added if now & {*added[name]}} - now
-    while used := {name for name in names if _is_named(name, without(text, names))}:
+    while used := {
+        name for name in names if re.search(rf"\b{name.rpartition('.')[2]}\b", without(text, names)) is not None
+    }:
         names -= used
     return names
-
-
-def _is_named(name: str, text: str) -> bool:
-    return re.search(rf"\b{name.rpartition('.')[2]}\b", text) is not None
 
 
 def without(text: str, names: Container[str]) -> str:

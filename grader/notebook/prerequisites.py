@@ -90,13 +90,15 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
 
     Where they have to be `finished`, a stub counts as a gap.
     """
-    if not package.is_dir() or not any(_is_student_file(path) for path in package.iterdir()):
+    own = (path.name for path in package.iterdir()) if package.is_dir() else ()
+    if not any(not name.startswith(".") and name != "__pycache__" for name in own):
         return Gap(say("your package is empty"), _expected("package.xml"), _how_to_get("package.xml", notebook))
     folders = (package, *interfaces_beside(package))
     for name in wanted:
         if not any((folder / name).is_file() for folder in folders):
             return Gap(say("there is no {name}", name=name), _expected(name), _how_to_get(name, notebook))
-    if finished and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
+    texts = ((name, (package / name).read_text(encoding="utf-8", errors="replace")) for name in wanted)
+    if finished and (stub := next((name for name, text in texts if re.search(r"\bTODO\b", text)), "")):
         try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
         return Gap(
             say("{stub} is still a stub: it has a `TODO`", stub=stub),
@@ -112,14 +114,6 @@ def interfaces_beside(package: Path) -> list[Path]:
     wanted = [path for path in map(course().interface_file, course().interfaces) if not (package / path).is_file()]
     others = sorted(path.parent for path in package.parent.glob("*/package.xml") if path.parent != package)
     return [folder for folder in others if any((folder / path).is_file() for path in wanted)][:1]
-
-
-def _is_stub(path: Path) -> bool:
-    return re.search(r"\bTODO\b", path.read_text(encoding="utf-8", errors="replace")) is not None
-
-
-def _is_student_file(path: Path) -> bool:
-    return not path.name.startswith(".") and path.name != "__pycache__"
 
 
 def first_error(found: Build) -> str:

@@ -378,7 +378,9 @@ class Run:
     def _why(self, ended: Reason) -> str:
         """Return why a run is over, with the line that holds a deaf node up, or with the last words of another."""
         if ended.kind is not Kind.HANGS:
-            return f"{ended}{_last_line(self._process)}"
+            process = self._process
+            said = last_words(process.output) if process is not None and process.exit_code() is not None else ""
+            return f"{ended}" + (say("; its last output: {said}", said=said) if said else "")
         from grader.quality.analyse import analyse_package
 
         text = analyse_package(self._workspace.package, course(), lint=False)
@@ -405,13 +407,6 @@ def _sources(package: Path) -> dict[Path, int]:
 def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     process.kill()
     stage.close()
-
-
-def _last_line(process: NodeProcess | None) -> str:
-    """Return the last line that the node printed and where it was, if it has ended by itself."""
-    if process is None or process.exit_code() is None or not (said := last_words(process.output)):
-        return ""
-    return say("; its last output: {said}", said=said)
 
 
 def _published() -> list[str]:

@@ -41,7 +41,7 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
     if of and (why := _read_in(Path(of), names)):
         print(say("NOT YET  {of} cannot be run: {why}", of=of, why=why))
         return
-    width = max(map(len, table))
+    width, verdicts = max(map(len, table)), (say("right"), say("NOT YET"))
     right, hung = 0, False
     for call, wanted in table.items():
         try:
@@ -58,16 +58,9 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
         except Exception as error:  # of the student's function; the other rows are still of interest
             fits, seen = False, _said(error, names)
         right += fits
-        print(
-            f"{_verdict(fits)}  {call:{width}}  {seen}" + ("" if fits else say(", wanted {shown}", shown=shown(wanted)))
-        )
+        verdict = f"{verdicts[not fits]:{max(map(len, verdicts))}}"
+        print(f"{verdict}  {call:{width}}  {seen}" + ("" if fits else say(", wanted {shown}", shown=shown(wanted))))
     print(say("{right} of {n} right", right=right, n=len(table)))
-
-
-def _verdict(fits: bool) -> str:
-    """Return whether a call is right, as wide as the other verdict."""
-    words = say("right"), say("NOT YET")
-    return f"{words[not fits]:{max(map(len, words))}}"
 
 
 def _said(error: Exception, names: Mapping[str, object]) -> str:

@@ -59,7 +59,10 @@ def main(argv: list[str] | None = None) -> int:
     if not completing:
         environment.step_aside(words)
     environment.complete()
-    name = _command(_typed() if completing else words)
+    typed = words
+    if completing:  # the words so far, without the last one: it is being completed
+        typed = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))].split(" ")[1:-1]
+    name = next((word for word in typed if not word.startswith("-")), None)
     if name in ("action", "bag", "node", "param", "service", "topic") and not environment.libraries_loaded():
         environment.start_again()
     if hasattr(sys.stdout, "reconfigure"):
@@ -124,15 +127,6 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return code
-
-
-def _command(words: list[str]) -> str | None:
-    return next((word for word in words if not word.startswith("-")), None)
-
-
-def _typed() -> list[str]:
-    """Return the words typed so far, without the last one: it is being completed."""
-    return os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))].split(" ")[1:-1]
 
 
 def _parser(name: str | None) -> argparse.ArgumentParser:

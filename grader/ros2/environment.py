@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
@@ -69,16 +70,11 @@ def real_command() -> Path | None:
     mine = {Path(sys.argv[0]).resolve(), Path(sys.prefix).resolve() / "bin" / "ros2"}
     for folder in os.environ.get("PATH", "").split(os.pathsep):
         path = Path(folder or ".") / "ros2"
-        if path.is_file() and os.access(path, os.X_OK) and path.resolve() not in mine and _is_real(path):
-            return path
+        if path.is_file() and os.access(path, os.X_OK) and path.resolve() not in mine:
+            with contextlib.suppress(OSError):
+                if b"ros2cli" in path.read_bytes()[:4096]:
+                    return path
     return None
-
-
-def _is_real(path: Path) -> bool:
-    try:
-        return b"ros2cli" in path.read_bytes()[:4096]
-    except OSError:
-        return False
 
 
 def step_aside(words: list[str]) -> None:

@@ -54,17 +54,14 @@ def run_show(args: argparse.Namespace) -> int:
 def _lines(package: str, kind: str, name: str, depth: int) -> Iterator[str]:
     """Yield the lines of a definition and of those of its fields' types; of the latter without comments."""
     for line in packages.definition(package, kind, name).read_text().splitlines():
-        code = line.split("#", 1)[0].rstrip() if not _quoted_hash(line) else line.rstrip()
+        quoted_hash = re.search(r"[\"'][^\"']*#[^\"']*[\"']", line)
+        code = (line if quoted_hash else line.split("#", 1)[0]).rstrip()
         if depth == 0:
             yield line
         elif code:
             yield "\t" * depth + code
         if code and (inner := nested(package, code)):
             yield from _lines(inner[0], "msg", inner[1], depth + 1)
-
-
-def _quoted_hash(line: str) -> bool:
-    return bool(re.search(r"[\"'][^\"']*#[^\"']*[\"']", line))
 
 
 def nested(package: str, code: str) -> tuple[str, str] | None:

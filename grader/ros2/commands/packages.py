@@ -64,7 +64,8 @@ def advice(package: str) -> str:
         instead = f"; {ELSEWHERE[package]}" if ELSEWHERE[package] else ""
         return f"\n{package} cannot be installed with pip{instead}"
     for workspace in _workspaces():
-        if any((prefix / _MARKER / package).is_file() for prefix in _prefixes_in(workspace / "install", package)):
+        install = workspace / "install"  # built with --merge-install, all packages share one prefix
+        if any((prefix / _MARKER / package).is_file() for prefix in (install / package, install)):
             return f"\nIt is built in {workspace}, but not sourced in this terminal: {_lines(workspace, build=False)}"
         if (workspace / "src" / package / "package.xml").is_file():
             return f"\nIt is not built yet; its source is in {workspace / 'src'}: {_lines(workspace, build=True)}"
@@ -77,10 +78,6 @@ def _workspaces() -> Iterator[Path]:
     for folder in (here, *here.parents):
         yield folder
         yield folder / "ws"
-
-
-def _prefixes_in(install: Path, package: str) -> tuple[Path, Path]:
-    return install / package, install  # built with --merge-install, all packages share one
 
 
 def _lines(workspace: Path, *, build: bool) -> str:

@@ -53,23 +53,6 @@ def cure(case: str) -> None:
     forget_changed_modules(find().package)
 
 
-@pytest.mark.ros
-@pytest.mark.sandbox
-@pytest.mark.slow  # ten builds; the two editions of the notebook do the same in test_notebook_runs
-@pytest.mark.parametrize("case", CASES)
-def test_a_patient_is_ill_until_it_is_cured(case: str, ward: Workspace):
-    clinic.admit(case)
-    before = clinic.check(case, diagnosis(case))
-    assert not before.passed
-    assert "seen" in repr(before)
-    assert "diagnosis" not in {note.heading for note in before.answers[0].notes}
-    cure(case)
-    after = clinic.check(case, diagnosis(case))
-    assert after.passed, repr(after)
-    assert repr(after) == f"{case} passed"
-    assert not clinic.check(case, "setup.py:1").passed
-
-
 def test_every_case_has_its_edits_and_its_signs():
     assert list(clinic._signs()) == CASES
 

@@ -166,12 +166,9 @@ def test_tab_completes(beside_the_robot, typed, completed):
 @pytest.mark.parametrize(
     ("line", "until", "code"),
     [
-        ("ros2 topic echo /odom", "---", 2),
         ("ros2 topic pub -r 50 /chatter std_msgs/msg/String", "#3", 2),
         ("ros2 topic hz /nobody", "WARNING", 2),
         ("ros2 bag record -o early /odom", "Listening", 0),
-        ("ros2 action send_goal /navigate_to_position ros2_robot_controller/action/NavigateToPosition "
-         "'{target_pose: {position: {x: 6.0}}, tolerance: 0.1}'", "Goal accepted", 2),
     ],
 )  # fmt: skip
 def test_ctrl_c_ends_a_line(beside_the_robot, line, until, code):
@@ -181,8 +178,6 @@ def test_ctrl_c_ends_a_line(beside_the_robot, line, until, code):
     said = beside_the_robot.interrupt()
     assert "Traceback" not in said
     assert beside_the_robot.code == code
-    if "Goal accepted" in said:
-        assert said.endswith("Goal finished with status: CANCELED\n")
 
 
 @pytest.mark.parametrize("shell", ["bash", needs_zsh("zsh")])
