@@ -75,7 +75,7 @@ def png(trial: Trial) -> bytes:
         figure = Figure(figsize=(9.6, 3.9), dpi=120, facecolor="#fcfcfa")
         FigureCanvasAgg(figure)
         grid = figure.add_gridspec(
-            2, 2, width_ratios=(1.0, 1.5), left=0.06, right=0.99, bottom=0.12, top=0.9, wspace=0.14, hspace=0.3
+            2, 2, width_ratios=(1.0, 1.5), left=0.06, right=0.98, bottom=0.12, top=0.9, wspace=0.14, hspace=0.3
         )
         chart, speeds = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
         ranges = figure.add_subplot(grid[1, 1], sharex=speeds)

@@ -140,11 +140,6 @@ def test_a_folder_that_cannot_be_written_is_a_sentence(tmp_path, source):
         batch.run(source, tmp_path / "file" / "class", [], Options(), Silent())
 
 
-def test_a_folder_that_is_no_class_is_a_sentence(tmp_path):
-    with pytest.raises(GraderError, match="is not a class"):
-        ClassFolder(tmp_path).facts()
-
-
 def test_class_yaml_is_read_back_as_it_was_written(tmp_path, source, workers):
     workers(lambda _order: GRADED)
     batch.run(source, tmp_path / "class", [Person("s1", "Jane", team="team01")], Options(despite_doubts=True), Silent())

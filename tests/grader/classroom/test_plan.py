@@ -175,18 +175,3 @@ def test_cells_of_the_plan_are_no_formulas(tmp_path, source, workers):
     assert cli.main(["batch", str(source), "--out", str(tmp_path / "class"), "--plan"]) == 0
     assert "\n" in (text := (tmp_path / "class" / "plan.csv").read_text(encoding="utf-8"))
     assert ",'=1+1," in text
-
-
-def test_the_late_rule_is_printed_back_with_examples(tmp_path, export, capsys):
-    """A rule that was read otherwise than it was meant showed only when 80 points were gone."""
-    assert cli.main([*export, "--plan"]) == 0
-    said = capsys.readouterr().out
-    assert "late rule: 10 % per started day\n" in said
-    assert (
-        len(
-            re.findall(
-                r"^    handed in 2026-11-2\d .* after the deadline: \d started days?; of .* are left$", said, re.M
-            )
-        )
-        == 3
-    )

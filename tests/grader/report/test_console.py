@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from helpers.report_examples import BUILD, CHOSEN, INTAKE, TOUCHED, grading, results, small_rubric
 
-from grader.evidence import Evidence, Flag
+from grader.evidence import Evidence
 from grader.report import console, html
 from grader.scoring.scorecard import CheckResult, Outcome
 
@@ -89,12 +89,6 @@ def test_what_to_do_about_a_check_that_was_not_reached_is_said_once(rubric):
     assert len(waits) > 1
     assert "not reached  F4\n        because   a callback spins\n        try       `await` it\n" in console.render(made)
     assert html.render(made).count("<dt>try</dt><dd><code>await</code> it</dd>") == 1
-
-
-def test_integrity_flags_come_before_the_points(rubric):
-    evidence = Evidence(INTAKE, BUILD, flags=[Flag("network", "tried to reach 10.0.0.1", "setup.py")])
-    text = console.render(grading(rubric, results(rubric), evidence))
-    assert text.index("network: tried to reach 10.0.0.1 (setup.py)") < text.index("Functionality")
 
 
 def test_points_have_two_decimals_half_up_and_add_up(rubric):

@@ -83,12 +83,6 @@ def test_the_packages_that_were_not_graded_and_the_reason_are_in_the_data(rubric
     }
 
 
-def test_hostile_words_of_a_refusal_are_spelt_out():
-    report = data.as_data(replace(REFUSED, submission="a\x1b[2J.zip", because="b\u202e", notes=["\x07"]))
-    assert (report["submission"], report["refused"]["because"]) == (r"a\x1b[2J.zip", r"b\u202e")
-    assert report["notes"] == [r"\x07"]
-
-
 def test_full_marks_of_what_is_graded_say_out_of_how_many(rubric):
     report = data.as_data(grading(rubric, results(rubric)))
     assert (report["total"], report["max"], report["worth"], report["complete"]) == (8, 8, 12, True)

@@ -26,7 +26,7 @@ from helpers.report_examples import (
 )
 
 from grader.evidence import Evidence, Flag, Kind, Reason
-from grader.report import console, data, figures, html, write
+from grader.report import console, data, figures, html
 from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -233,12 +233,6 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_grade(rubric, monkeypatch):
     assert "<img " not in text
 
 
-def test_flags_come_first(rubric):
-    evidence = Evidence(INTAKE, BUILD, flags=[Flag("network", "tried to reach 10.0.0.1")])
-    text = html.render(grading(rubric, results(rubric), evidence))
-    assert text.index("tried to reach 10.0.0.1") < text.index('aria-label="Score"')
-
-
 def test_a_build_that_failed_shows_the_end_of_its_log_at_the_top():
     text = html.render(broken(load(RUBRIC)))
     assert text.index("The package does not build") < text.index("CMake Error at") < text.index('id="requirements"')
@@ -372,12 +366,6 @@ def test_a_report_is_titled_by_person_and_assignment(rubric):
     page = html.render(replace(REFUSED, rubric_title=rubric.title), HandIn(("Jane Doe",)))
     assert "<title>could not be graded · Jane Doe · A small rubric</title>" in page
     assert "<h1>Jane Doe</h1>" in page
-
-
-def test_both_files_are_written_beside_each_other(rubric, tmp_path):
-    as_json, as_html = write(grading(rubric, results(rubric)), tmp_path / "out")
-    assert (as_json.name, as_html.name) == ("report.json", "report.html")
-    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
 
 
 def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
