@@ -51,7 +51,7 @@ test-notebooks: setup  ## Run the notebooks of both editions, but for the two sh
 test-all: setup  ## Run all tests
 	@$(PYTEST) $(ARGS)
 
-faults: setup  ## Put forty faults into a copy of the kit, and print which tests notice each (takes an hour)
+faults: setup  ## Put forty faults into a copy of the kit, and print which tests notice each
 	@PYTHONPATH=.:tests $(BIN)/python -m faults.table
 
 known-bad: setup  ## Grade every known-bad submission and print what each loses (takes an hour)

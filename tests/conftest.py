@@ -12,6 +12,10 @@ from helpers.sharing import (
     pytest_xdist_auto_num_workers,
     pytest_xdist_make_scheduler,
 )
+from hypothesis import settings
+
+settings.register_profile("kit", deadline=None)  # a limit by the clock fails on a busy machine
+settings.load_profile("kit")
 
 __all__ = [
     "pytest_collection",

@@ -18,6 +18,13 @@ def test_a_fault_has_one_place_and_leaves_a_program(fault: Fault):
     compile(text.replace(fault.old, fault.new), fault.file, "exec")
 
 
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_the_test_that_noticed_a_fault_is_there_still(fault: Fault):
+    """Whoever removes it runs `make faults FAULT`, or names another."""
+    file, name = fault.seen_by.split("::")
+    assert f"def {name}(" in (KIT / file).read_text()
+
+
 def test_there_are_forty_from_all_rooms():
     rooms = Counter("/".join(fault.file.split("/")[: 1 if fault.file.startswith("sim") else 2]) for fault in FAULTS)
     of_trials = sum(rooms[f"grader/{room}"] for room in ("checks", "trials", "courses"))

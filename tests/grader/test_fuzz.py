@@ -214,9 +214,7 @@ READERS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], None]]] = {
 
 def fuzz(name: str, count: int) -> None:
     strategy, reader = READERS[name]
-    loosened = settings(
-        max_examples=count, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True
-    )
+    loosened = settings(max_examples=count, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
     loosened(given(strategy)(reader))()
 
 

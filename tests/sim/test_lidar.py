@@ -106,20 +106,20 @@ sensors = st.builds(Pose, coordinate, coordinate, angle)
 BEAMS = Beams(count=45, increment=math.tau / 45)
 
 
-@settings(max_examples=250, deadline=None, derandomize=True, database=None)
+@settings(max_examples=250, derandomize=True, database=None)
 @given(scenes, sensors)
 def test_every_beam_equals_pymunks_segment_query_first(obstacles: list[Obstacle], sensor: Pose) -> None:
     assert_same(obstacles, sensor, BEAMS)
 
 
 @pytest.mark.slow  # thousands of scenes
-@settings(max_examples=5000, deadline=None, derandomize=True, database=None)
+@settings(max_examples=5000, derandomize=True, database=None)
 @given(scenes, sensors)
 def test_every_beam_equals_pymunks_in_thousands_of_scenes(obstacles: list[Obstacle], sensor: Pose) -> None:
     assert_same(obstacles, sensor, BEAMS)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@settings(max_examples=60, derandomize=True, database=None)
 @given(scenes, sensors, angle, st.floats(0.1, 6.0))
 def test_a_lidar_with_a_partial_field_of_view_equals_pymunk_too(
     obstacles: list[Obstacle], sensor: Pose, first: float, width: float

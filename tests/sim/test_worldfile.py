@@ -118,7 +118,7 @@ keys = st.sampled_from(
 )
 
 
-@settings(max_examples=150, deadline=None, derandomize=True, database=None)
+@settings(max_examples=150, derandomize=True, database=None)
 @given(st.dictionaries(keys, values | st.lists(values, max_size=2), max_size=3))
 def test_any_content_gives_a_world_or_a_world_error(document: object) -> None:
     with contextlib.suppress(WorldError):

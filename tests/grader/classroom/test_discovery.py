@@ -77,7 +77,7 @@ LABELS = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(labels=LABELS, later=LABELS)
 def test_no_two_submissions_share_an_id_and_none_loses_its_own(labels, later):
     """`Team`, `team` and `team-2` had two ids; with one more folder in the next run, grades changed their owner."""

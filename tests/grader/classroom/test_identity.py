@@ -420,7 +420,7 @@ def matched(hand_ins: list[HandIn], people: list[Person]) -> dict[str, set[Perso
     return {found.hand_in.path.name: set(found.people) for found in matching.match(hand_ins, people)}
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     students=CLASSES,
     numbers=st.booleans(),
@@ -441,7 +441,7 @@ def test_no_submission_is_ever_matched_with_another_person(students, numbers, pl
     assert matched(hand_ins, people) == before
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(students=CLASSES, kept=st.integers(min_value=1, max_value=255), platform=st.sampled_from(["moodle", "canvas"]))
 def test_who_is_not_in_the_roster_is_none_of_the_people_in_it(students, kept, platform):
     """With the platform's numbers in the roster: a namesake of somebody in it is still somebody else."""

@@ -69,7 +69,7 @@ def strict(text):
 
 
 @pytest.mark.parametrize("kind", [Sample, Call, Goal, Message, Build, Intake, Flag, StudentTests])
-@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_a_fact_comes_back_as_it_was(kind, data):
     fact = data.draw(facts(kind))

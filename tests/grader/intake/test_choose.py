@@ -155,7 +155,7 @@ def outcome(files: dict[str, str | bytes]) -> Submission | str:
 
 
 @given(TREES)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_package_of_the_right_name_with_its_modules_is_never_passed_over(trees: dict[str, tuple]):
     """A package of that name is graded, or several are named between which nothing decides."""
     files = {

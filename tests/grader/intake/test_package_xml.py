@@ -47,7 +47,7 @@ def test_what_a_false_condition_leaves_out_is_not_declared(tmp_path: Path, condi
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_any_bytes_as_package_xml_give_an_answer(data: bytes):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "package.xml")
