@@ -121,7 +121,7 @@ def test_hz_measures_the_rate_of_a_topic(ros2):
 def test_services_are_listed_and_called(ros2):
     until(lambda: f"/set_speed [{TYPE}/srv/SetSpeed]\n" in ros2("service", "list", "-t").out)
     assert ros2("service", "type", "/set_speed").out == f"{TYPE}/srv/SetSpeed\n"
-    assert ros2("service", "find", f"{TYPE}/srv/SetSpeed").out == "/set_speed\n"
+    until(lambda: ros2("service", "find", f"{TYPE}/srv/SetSpeed").out == "/set_speed\n")
     called = ros2("service", "call", "/set_speed", f"{TYPE}/srv/SetSpeed", "{speed: 9.0}").out
     assert f"requester: making request: {TYPE}.srv.SetSpeed_Request(speed=9.0)\n\nresponse:\n" in called
     assert f"{TYPE}.srv.SetSpeed_Response(success=False, message=" in called
