@@ -15,8 +15,10 @@ from grader.words import mark, say, some
 _ZIP = mark("Zip the package folder itself (the one with package.xml and setup.py) and submit again.")
 
 _CPP = frozenset({".cpp", ".cc", ".cxx", ".c", ".hpp", ".hh"})
-_INTERFACES = frozenset({".msg", ".srv", ".action"})
-_DESCRIPTION = frozenset({".launch", ".urdf", ".xacro", ".sdf", ".world", ".rviz", ".stl", ".dae"})
+_NO_CODE = frozenset(
+    {".msg", ".srv", ".action", ".launch", ".urdf", ".xacro", ".sdf", ".world", ".rviz", ".stl", ".dae"}
+)
+_LAUNCH_FILES = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml")
 _ARCHIVES = frozenset({*CLOSED_ARCHIVES, ".gz", *(suffix for suffix in ARCHIVE_SUFFIXES if suffix.count(".") == 1)})
 _NAMED = 4  # packages named in a refusal
 
@@ -28,12 +30,7 @@ _ROS1 = re.compile(
     rb"^[ \t]*(?:import|from)[ \t]+rospy\b|find_package\(\s*catkin\b|#include\s*<ros/ros\.h>", re.MULTILINE
 )
 
-ROS1, CPP, BARE = "ROS 1", "C++", mark("no code")
-MESSAGES, INTERFACES, LAUNCH = (
-    mark("messages only"),
-    mark("interfaces only"),
-    mark("launch and description files only"),
-)
+ROS1, CPP, BARE, NO_NODE = "ROS 1", "C++", mark("no code"), mark("messages, launch or description files only")
 
 
 def kind(tree: Tree, candidate: Candidate) -> str:
@@ -54,12 +51,8 @@ def kind(tree: Tree, candidate: Candidate) -> str:
         return CPP
     if named or code:
         return ""
-    if found := suffixes & _INTERFACES:
-        return MESSAGES if found == {".msg"} else INTERFACES
-    launches = any(
-        path.endswith((".launch.py", "_launch.py", ".launch.xml", ".launch.yaml")) for path in candidate.files
-    )
-    return LAUNCH if launches or suffixes & _DESCRIPTION else BARE
+    launches = any(path.endswith(_LAUNCH_FILES) for path in candidate.files)
+    return NO_NODE if launches or suffixes & _NO_CODE else BARE
 
 
 def describe_instead(tree: Tree) -> tuple[str, str]:
@@ -114,7 +107,7 @@ def _packages(found: Sequence[tuple[str, str]]) -> str:
 
 def _is_code(path: str, package: str) -> bool:
     inside = PurePosixPath(path).relative_to(package)
-    beside = inside.name in _BESIDE or inside.name.endswith((".launch.py", "_launch.py"))
+    beside = inside.name in _BESIDE or inside.name.endswith(_LAUNCH_FILES)
     return inside.suffix == ".py" and not beside and not _BESIDE_FOLDERS & set(inside.parts[:-1])
 
 

@@ -118,7 +118,7 @@ def archive_inside(place: Path) -> Path:
 HANDED_IN = [
     (empty_file, ["team07.zip ist eine leere Datei.", "Packe den Ordner des Pakets in ein Zip-Archiv, und gib noch"]),
     (wrong_kind, ["team07.zip ist weder ein Ordner noch ein Zip- oder Tar-Archiv."]),
-    (documents_only, ["team07 enthält nur Dokumente (README.md).", "Gib den Ordner des Pakets ab, den mit"]),
+    (documents_only, ["team07 enthält keine package.xml."]),
     (
         archive_inside,
         [
@@ -158,7 +158,7 @@ def test_the_choice_between_packages_is_explained_in_german(german_course: Path,
     }
     intake = open_submission(zipped(tmp_path / "team07.zip", files), tmp_path / "in", COURSE).intake
     assert intake.chosen_because == "es den Namen hat, den die Aufgabe verlangt"
-    assert intake.others == ["b (my_old_robot)", "c (my_messages; nur Nachrichten)"]
+    assert intake.others == ["b (my_old_robot)", "c (my_messages; nur Nachrichten, Launch- oder Beschreibungsdateien)"]
     assert intake.notes == ["a/data.zip wurde nicht geöffnet: Es gibt ein Paket außerhalb davon."]
 
 

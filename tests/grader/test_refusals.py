@@ -92,10 +92,9 @@ def test_a_missing_submission_leaves_the_reports_alone(tmp_path: Path, documents
             {"src/a.cpp": "int main(){}", "scripts/plot.py": "import math\n"},
             "contains a package without a node in Python, mine (C++).",
         ),
-        ({"msg/A.msg": "int32 a"}, "in Python, mine (messages only)."),
-        ({"msg/A.msg": "int32 a", "srv/A.srv": "---"}, "in Python, mine (interfaces only)."),
-        ({"launch/a.launch.py": "import launch\n", "setup.py": ""}, "mine (launch and description files only)."),
-        ({"urdf/a.urdf": "", "test/test_a.py": ""}, "mine (launch and description files only)."),
+        ({"msg/A.msg": "int32 a"}, "in Python, mine (messages, launch or description files only)."),
+        ({"launch/a.launch.py": "import launch\n", "setup.py": ""}, "mine (messages, launch or description"),
+        ({"urdf/a.urdf": "", "test/test_a.py": ""}, "mine (messages, launch or description"),
     ],
 )
 def test_what_is_no_ros2_python_package_is_told_so_before_anything_is_built(
