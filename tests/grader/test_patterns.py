@@ -112,6 +112,7 @@ def is_slow(pattern: str | bytes, flags: int, method: str) -> str:
     return slow(pattern, flags, searched=method not in ("match", "fullmatch"), complete=method == "fullmatch")
 
 
+@pytest.mark.slow  # examines each pattern of the kit
 def test_every_pattern_takes_linear_time():
     found = [use for path in files() for use in patterns(path)]
     found += [("build_log._KNOWN", pattern, 0, "search") for pattern, _ in build_log._KNOWN]

@@ -137,6 +137,7 @@ def test_the_published_example_keeps_the_rule(rule: Rule, example: Path):
     assert list(rule(published_in(example))) == []
 
 
+@pytest.mark.slow  # one more kernel
 @pytest.mark.parametrize("rule", OF_UNTOUCHED_RUNS, ids=lambda rule: rule.__name__)
 def test_the_untouched_run_of_the_example_keeps_the_rule(rule: Rule, example: Path, rubric: Rubric):
     run = book.run_untouched(NAME, rubric, example)

@@ -182,6 +182,7 @@ def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):
     assert [c for c in first if c[0] > 0] == [c for c in second if c[0] > 0]
 
 
+@pytest.mark.slow  # one more node
 def test_the_robot_follows_the_nodes_commands(tmp_path: Path):
     found = run(tmp_path, "timer")
     assert found["x"] != 0.0

@@ -253,6 +253,7 @@ def test_an_output_in_a_students_notebook_is_noticed(example: Path, rubric: Rubr
     assert len(book.differences(NAME, rubric, example, answer)) == 1
 
 
+@pytest.mark.slow  # one more kernel
 def test_an_exception_keeps_the_old_notebook_and_is_reported(
     example: Path, rubric: Rubric, answer: notebook_run.Solutions
 ):

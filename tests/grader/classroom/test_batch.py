@@ -193,6 +193,7 @@ def test_without_namespaces_no_more_gradings_run_at_a_time_than_can_be_kept_apar
         batch.run(source, tmp_path / "class", [], Options(jobs=12), Silent())
 
 
+@pytest.mark.slow  # one more process for a submission
 @pytest.mark.sandbox
 def test_a_submission_may_travel_as_bytes(tmp_path, source):
     sent = json.loads(json.dumps(order(tmp_path, source / "team01").__dict__)) | {

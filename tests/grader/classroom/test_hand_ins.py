@@ -129,7 +129,7 @@ def test_the_figure_on_the_page_is_the_gradebooks(graded: ClassFolder):
 
 def test_a_members_extension_is_a_figure_of_their_own_and_no_reason_on_the_teams_page(graded: ClassFolder):
     graded.overrides.write_text(
-        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had the flu", by: "A. L."}\n'
+        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had influenza", by: "A. L."}\n'
     )
     hand_ins.refresh(graded)
     measured = said(graded)["total"]
@@ -139,7 +139,7 @@ def test_a_members_extension_is_a_figure_of_their_own_and_no_reason_on_the_teams
     assert said(graded)["hand_in"]["deadline"] == "2026-11-20 23:59:00+00:00"
     page = (graded.submission("team07") / report.PAGE).read_text()
     assert "Final, Li Wu" in page
-    assert "flu" not in page
+    assert "influenza" not in page
 
 
 def test_the_only_member_reads_their_own_extension(graded: ClassFolder):
@@ -147,13 +147,13 @@ def test_the_only_member_reads_their_own_extension(graded: ClassFolder):
     entries = (replace(facts.entries[0], people=(JANE,)), *facts.entries[1:])
     graded.write_facts(replace(facts, entries=entries))
     graded.overrides.write_text(
-        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had the flu", by: "A. L."}\n'
+        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had influenza", by: "A. L."}\n'
     )
     hand_ins.refresh(graded)
     known = said(graded)["hand_in"]
     assert known["deadline"] == "2026-11-20 23:59:00+00:00; extended to 2026-11-25 23:59:00+00:00"
     assert known["late"] == ""
-    assert "had the flu" in known["finals"][0]["because"][0]
+    assert "had influenza" in known["finals"][0]["because"][0]
 
 
 @pytest.mark.slow  # a class is judged

@@ -420,7 +420,7 @@ def matched(hand_ins: list[HandIn], people: list[Person]) -> dict[str, set[Perso
     return {found.hand_in.path.name: set(found.people) for found in matching.match(hand_ins, people)}
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(
     students=CLASSES,
     numbers=st.booleans(),

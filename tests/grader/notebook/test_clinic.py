@@ -89,6 +89,7 @@ def test_a_stale_install_is_diagnosed_in_the_installed_file_alone():
     assert not clinic._judge("../../install/p/lib/python3.11/site-packages/ros2_robot_controller/driver.py:29", where)
 
 
+@pytest.mark.slow  # a patient more
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_treated_patient_comes_back_as_it_was_left(ward: Workspace, capsys: pytest.CaptureFixture[str]):

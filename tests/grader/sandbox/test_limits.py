@@ -90,6 +90,7 @@ def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
     assert python(code, box, disk_bytes=10 * MIB).stopped == "disk"
 
 
+@pytest.mark.slow  # makes thousands of folders
 @pytest.mark.sandbox
 @pytest.mark.parametrize(("name", "depth"), [("d", 3000), ("d" * 250, 30)])
 def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path, name: str, depth: int):

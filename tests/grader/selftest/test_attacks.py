@@ -200,6 +200,7 @@ def test_the_documentation_lists_what_the_users_sandbox_does_not_hold():
     }
 
 
+@pytest.mark.slow  # collects evidence once more
 def test_an_attack_that_does_not_apply_is_named_with_its_reason(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["self-test", "--only", "edits_the_database"]) == 0
     printed = capsys.readouterr().out
@@ -207,6 +208,7 @@ def test_an_attack_that_does_not_apply_is_named_with_its_reason(capsys: pytest.C
     assert "has no database" in printed
 
 
+@pytest.mark.slow  # collects evidence once more
 def test_a_self_test_can_be_continued_and_says_how_far_it_is(capsys: pytest.CaptureFixture[str]):
     last = list(ATTACKS)[-2:]
     assert cli.main(["self-test", "--list", "--from", last[0]]) == 0

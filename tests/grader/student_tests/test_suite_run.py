@@ -5,6 +5,8 @@ One toy package holds all the cases, each in a folder of its own with its own co
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from textwrap import dedent
 
 import pytest
@@ -238,12 +240,10 @@ PRAGMA = toy.PROCESSOR.replace(
 )
 
 
-@pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
-    files = {f"test/{name}": dedent(text) for name, text in CASES.items()} | SETTINGS
-    files |= {f"test/{name}/test_it.py": dedent(text) for name, text in (NOTHING | REAL).items()}
+def run_all(folder: Path, cases: Mapping[str, str]) -> SuiteRun:
+    files = {f"test/{name}": dedent(text) for name, text in cases.items()} | SETTINGS
     files["test/evil/test_it.py"] = "import sys\n\n\ndef test_it():\n    assert not hasattr(sys, 'EVIL')\n"
-    made = toy.make(tmp_path_factory.mktemp("toy"), files, {"sensor_processor.py": PRAGMA})
+    made = toy.make(folder, files, {"sensor_processor.py": PRAGMA})
     for name, text in EVIL.items():
         path = next((made.install / "lib").rglob("site-packages")) / name
         path.parent.mkdir(exist_ok=True)
@@ -251,9 +251,23 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     return run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seconds=5.0)
 
 
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
+    quick = {name: text for name, text in CASES.items() if not name.startswith(("honest/", "patches/"))}
+    return run_all(tmp_path_factory.mktemp("toy"), quick)
+
+
 @pytest.fixture
 def module(ran: SuiteRun):
     return lambda case: next(m for m in ran.tests.modules if m.path.startswith(f"test/{case}/"))
+
+
+@pytest.fixture(scope="module")
+def probed(tmp_path_factory: pytest.TempPathFactory):
+    kinds = {f"{name}/test_it.py": text for name, text in (NOTHING | REAL).items()}
+    kinds |= {name: text for name, text in CASES.items() if name.startswith(("honest/", "patches", "hook", "swallows"))}
+    run = run_all(tmp_path_factory.mktemp("toy"), kinds)
+    return lambda case: next(m for m in run.tests.modules if m.path.startswith(f"test/{case}/"))
 
 
 def counts(module: evidence.TestModule) -> tuple[int, int, int, int]:
@@ -261,8 +275,8 @@ def counts(module: evidence.TestModule) -> tuple[int, int, int, int]:
 
 
 @pytest.mark.slow  # the reference's own tests, as in the whole grading
-def test_honest_tests_are_counted_and_test_both_nodes(module):
-    honest = module("honest")
+def test_honest_tests_are_counted_and_test_both_nodes(probed):
+    honest = probed("honest")
     assert counts(honest) == (11, 0, 0, 0)
     assert (honest.tested, honest.idle) == ([CONTROLLER, PROCESSOR], [])
 
@@ -313,24 +327,24 @@ def test_a_test_that_ends_the_process_costs_only_itself(module, ran: SuiteRun):
 
 @pytest.mark.slow  # a suite for each kind
 @pytest.mark.parametrize("case", [*NOTHING, "patches", "hook", "swallows"])
-def test_a_test_that_passes_whatever_the_package_does_tests_nothing(module, case: str):
+def test_a_test_that_passes_whatever_the_package_does_tests_nothing(probed, case: str):
     """Three of four points for imports and mocks, and all four for tests that cannot fail or forge their reports."""
-    assert (module(case).passed, module(case).tested, module(case).starts) == (1, [], [])
-    assert module(case).idle == (["test_it"] if case in ("excepts", "patches", "hook", "swallows") else [])
+    assert (probed(case).passed, probed(case).tested, probed(case).starts) == (1, [], [])
+    assert probed(case).idle == (["test_it"] if case in ("excepts", "patches", "hook", "swallows") else [])
 
 
 @pytest.mark.slow  # a suite for each kind
 @pytest.mark.parametrize("case", REAL)
-def test_a_test_that_fails_where_every_function_raises_tests_what_it_runs(module, case: str):
-    assert module(case).tested == [CONTROLLER] + [PROCESSOR] * (case == "program")
-    assert module(case).starts == ["robot_controller"] * (case == "program")
+def test_a_test_that_fails_where_every_function_raises_tests_what_it_runs(probed, case: str):
+    assert probed(case).tested == [CONTROLLER] + [PROCESSOR] * (case == "program")
+    assert probed(case).starts == ["robot_controller"] * (case == "program")
 
 
 def test_the_packages_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun):
     """The package has pytest.ini, tox.ini, setup.cfg, .coveragerc, pyproject.toml and `# pragma: no cover`."""
     files = {file.path: file for file in ran.tests.coverage}
     processor = files["ros2_robot_controller/sensor_processor.py"]
-    assert files["ros2_robot_controller/robot_controller.py"].lines_hit > 15
+    assert files["ros2_robot_controller/robot_controller.py"].lines_hit >= 15
     assert processor.lines == 9, "without the pragma's function it would be 5"
 
 
