@@ -181,6 +181,11 @@ def test_the_system_and_read_only_mounts_cannot_be_written(tmp_path: Path):
     for path in ("/evil", "/ws/evil", "/usr/evil", "/ws/in/evil", "/ws/in/file", f"{ros_env.PREFIX}/evil"):
         assert "Error" in python(f"open({path!r}, 'w')", box).output
     assert (tmp_path / "file").read_text() == "before"
+    # Where the submission has a user of its own, that alone would keep it from writing to the root.
+    assert (
+        python("print([line.split()[3][:2] for line in open('/proc/mounts') if line.split()[1] == '/'])").output
+        == "['ro']\n"
+    )
 
 
 def test_files_written_to_a_writable_mount_are_on_the_host(tmp_path: Path):
