@@ -128,6 +128,13 @@ def test_canvas_imports_the_grades(book, tmp_path):
     assert rows(tmp_path / "canvas.csv")[1][0] == "    Points Possible"
 
 
+def test_a_total_that_waits_for_a_person_is_no_score_in_canvas(book, tmp_path):
+    waiting = replace(book, rows=tuple(replace(row, state=gradebook.State.TO_GRADE) for row in book.rows))
+    assert {row.final for row in waiting.rows} == {False}
+    canvas.write(Delivery(numbered_by("canvas", waiting), {}, tmp_path / "canvas.csv", title="Robots (77)"))
+    assert {line[-1] for line in rows(tmp_path / "canvas.csv")[1:]} <= {"", "100.00"}  # the points possible
+
+
 CANVAS_EXPORT = (
     "Student,ID,SIS User ID,SIS Login ID,Section,Quiz (70),Robots (77),Current Score\n"
     "    Points Possible,,,,,10,100,(read only)\n"
