@@ -872,7 +872,7 @@ _EDITS = (
     # -- I3, I4 ---------------------------------------------------------------------------------------------------
     _edit(
         "misnames_set_speed",
-        "F2 F3 F4 F5 F6 F7 F11 I3 I4 I6",
+        "F2 F3 F4 F5 F6 F7 F11 I4 I6",
         "The service is called set_velocity.",
         (_SPEED_SERVER, "SetSpeed, 'set_speed'", "SetSpeed, 'set_velocity'"),
         says=("expected service set_speed (SetSpeed); found set_velocity (",),
