@@ -162,7 +162,8 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     named = next((word for word in words if not word.startswith("-")), "")
     for module, lines in _OTHERS.items():
         if named in lines and _exists(module):
-            importlib.import_module(module).add(verbs, *[_course_texts] * ("gradebook" in lines))
+            given = [_course_texts] if module == "grader.classroom.command" else []
+            importlib.import_module(module).add(verbs, *given)
         elif _exists(module):
             for verb, line in lines.items():
                 verbs.add_parser(verb, help=line)

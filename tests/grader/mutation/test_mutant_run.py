@@ -144,7 +144,9 @@ def test_equivalent_mutants_are_among_the_mutants_and_pass(mutated: Mutate):
 
 
 def test_a_mutant_names_the_test_that_noticed_it_or_those_that_passed(mutated: Mutate):
-    for mutant in mutated("thorough", count=6).mutants + mutated("silent", count=6).mutants:
+    mutants = mutated("thorough", count=6).mutants + mutated("silent", count=6).mutants
+    assert {"noticed", "unnoticed"} <= {mutant.outcome for mutant in mutants}
+    for mutant in mutants:
         if mutant.outcome == "noticed":
             assert mutant.by.startswith("test/")
         if mutant.outcome == "unnoticed":
