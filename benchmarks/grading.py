@@ -20,6 +20,7 @@ from pathlib import Path
 from benchmarks.sandbox_cost import REFERENCE
 from grader import building, pipeline
 from grader.scoring import rubric
+from grader.settings import Reuse
 
 _PARTS = {
     "whole": (), "F and I": ("F", "I"), "Q": ("Q",), "T1 and T2": ("T1", "T2"), "T3": ("T3",),
@@ -68,7 +69,7 @@ def grade(package: Path, wanted: Sequence[str], *, fresh: bool) -> Cost:
     """Grade the requirements whose ids begin with one of `wanted`, all if it is empty, and return what that took."""
     whole = rubric.load(rubric.RUBRIC)
     ids = tuple(r.id for r in whole.requirements if r.id in wanted or r.id[0] in wanted)
-    settings = pipeline.Settings(whole, building.cache_folder(), keep=True, fresh=fresh)
+    settings = pipeline.Settings(whole, building.cache_folder(), reuse=Reuse.unless(fresh))
     with tempfile.TemporaryDirectory() as folder:
         began, used = time.monotonic(), cpu_s()
         grading = pipeline.grade(package, Path(folder), replace(settings, requirements=ids))

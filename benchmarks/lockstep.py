@@ -30,7 +30,7 @@ from pathlib import Path
 from grader import building, evidence
 from grader.course import kits_own
 from grader.host import namespaces
-from grader.trials import scheduler
+from grader.trials import observers
 from grader.trials.plan import TrialPlan
 from grader.trials.request import TrialRequest
 
@@ -146,7 +146,7 @@ def _run(what: str, package: str, contract: Path, seconds: float, seed: int, hom
     inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", what, "--package", package]
     done = subprocess.run(
         namespaces.private_network([*inside, "--seconds", str(seconds), "--seed", str(seed)]),
-        env=scheduler.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
+        env=observers.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
         raise RuntimeError((done.stdout + done.stderr).strip())

@@ -24,9 +24,10 @@ from grader.errors import (
     SubmissionError,
     UsageError,
 )
-from grader.host import atomic, namespaces, ros_env, shortage, supervised
+from grader.host import atomic, namespaces, ros_env, shortage
+from grader.processes import supervised
 from grader.progress import Progress
-from grader.settings import MUTATION_BUDGET_S
+from grader.settings import MUTATION_BUDGET_S, Reuse
 from grader.words import counted, mark, say
 
 if TYPE_CHECKING:
@@ -191,13 +192,16 @@ def _add_grade(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
-    parser.add_argument("--out", type=Path, required=True, help="the folder for the reports and the evidence")
+    parser.add_argument("--out", type=Path, help="the folder for the reports and the evidence")
     parser.add_argument(
         "--package-path",
         metavar="PATH",
         help="the package to grade, if the submission has several: its folder in there",
     )
     parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
+    parser.add_argument(
+        "--explain", action="store_true", help="build, and then print what a grading would do instead of doing it"
+    )
     parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
     add_course(parser)
     seconds = _number(1, 3600, "seconds")
@@ -351,6 +355,8 @@ def _grade(options: argparse.Namespace) -> int:
     from grader.report import console
     from grader.scoring import rubric
 
+    if options.out is None and not options.explain:
+        raise UsageError(say("There is no place for the report."), say("Give one: --out FOLDER."))
     course = find(options.course)
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
@@ -363,13 +369,16 @@ def _grade(options: argparse.Namespace) -> int:
         build_seconds=options.build_timeout,
         mutation_budget_s=options.mutation_budget,
         package_path=options.package_path or "",
-        keep=True,
-        fresh=options.fresh,
-        overwrite=options.force,
+        reuse=Reuse.unless(options.fresh),
         progress=progress.say,
     )
     try:
-        grading = pipeline.grade(options.submission, options.out, settings, write=report.write)
+        if options.explain:
+            listed = pipeline.explain(options.submission, settings)
+            progress.done()
+            print(console.jobs(listed))
+            return EXIT_GRADED
+        grading = pipeline.grade(options.submission, options.out, settings, write=report.write, overwrite=options.force)
     except SubmissionError as error:
         progress.done()
         for remark in error.remarks:
@@ -423,8 +432,7 @@ def _check(options: argparse.Namespace) -> int:
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         requirements=tuple(judged),
-        keep=True,
-        fresh=options.fresh,
+        reuse=Reuse.unless(options.fresh),
         progress=progress.say,
     )
     with tempfile.TemporaryDirectory(prefix="check-") as scratch:

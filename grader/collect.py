@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from grader import building
 from grader.building import Built
 from grader.evidence import Build, Evidence
-from grader.evidence.kept import Kept, NotKept, forget_old
 from grader.functions.source import FunctionCalls
 from grader.host import namespaces, provenance
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
+from grader.processes import jobs
+from grader.processes.jobs import Job, Where
+from grader.processes.kept import NOTHING_KEPT, Kept, forget_old
 from grader.quality.source import PackageText
-from grader.settings import Settings
-from grader.source import Collected, Phase, Source, Subject
+from grader.settings import Reuse, Settings
+from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
 from grader.words import mark, say
@@ -26,55 +28,111 @@ from grader.words import mark, say
 SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
 
+_CONTRACT, _BUILD = mark("the contract's build"), mark("the package's build")
+
 
 def collect(submission: Submission, folder: Path, settings: Settings) -> Evidence:
     """Build the submission where that is needed, ask every source that serves a wanted requirement, and merge.
 
-    `folder` is an empty one, for what the sources keep while they work.
+    `folder` is an empty one, for what the jobs write.
 
     Raises:
         GraderError: this host cannot build or run the submission.
-        NotKept: something would have to be collected, and the settings want only what is kept.
     """
-    # The text is always read: it says why a package does not build, or why no node comes up.
-    kept = kept_evidence(settings)
-    wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves(settings) & settings.checked]
-    of_text = [source for source in wanted if source.phase is Phase.TEXT]
-    to_run = [source for source in wanted if source.phase is Phase.RUN]
-    found: dict[str, Collected] = {}
-    with ThreadPoolExecutor(1) as pool:
-        # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
-        texts = pool.submit(_ask, of_text, Subject(submission, settings, folder, kept))
-        built = None
-        if needs_build(settings):
-            contract = _contract(submission, settings)
-            built, own = _build(submission, contract, settings)
+    found = _Found(kept_evidence(settings), settings.progress)
+    with ExitStack() as closing:
+        subject = Subject(submission, settings, folder, closing)
+        text = _asked(Phase.TEXT, subject)
+        built, contract = found.of(text, builds(subject)).get(_BUILD, (None, None))
         if built is not None and built.facts.ok:
-            subject = Subject(submission, settings, folder, kept, built, own)
-            found |= _ask(to_run, subject)
-        found |= texts.result()
-        if "trials" in found and (left := found["trials"].handover):
-            again = folder / "left by the build"
-            again.mkdir()
-            found |= _ask(of_text, replace(subject, folder=again, earlier={"trials": left}))
+            subject = replace(subject, built=built, contract=contract)
+            found.of(_asked(Phase.RUN, subject))
+            if left := {path: file for each in found.collected.values() for path, file in each.left.items()}:
+                found.of(_asked(Phase.TEXT, replace(subject, left=left)))
     facts = built.facts if built is not None else Build.not_tried(settings.course.package)
     return _merged(submission, facts, found)
 
 
+@dataclass(frozen=True)
+class _Found:
+    """What was collected by now, by its source, and when that was of what is kept."""
+
+    known: Kept
+    progress: Callable[[str], None]
+    collected: dict[str, Collected] = field(default_factory=dict)
+    since: dict[str, str] = field(default_factory=dict)
+
+    def of(self, asked: Mapping[str, Asked], beside: Sequence[Job[Any]] = ()) -> Mapping[str, Any]:
+        """Do the jobs of sources, and others beside them; return the results of these all."""
+        done = jobs.run([*beside, *_jobs(asked)], self.known, self.progress)
+        self.collected.update({name: each.collected(done.results) for name, each in asked.items()})
+        self.since.update(done.kept)
+        return done.results
+
+
+def builds(subject: Subject) -> list[Job[Any]]:
+    """Return the builds, if any wanted requirement needs them. Reading the text goes on beside them."""
+    settings = subject.settings
+    if not needs_build(settings):
+        return []
+    first = "" if building.contract_is_built(settings.cache, settings.course) else say(building.FIRST_TIME)
+    contract = Job(
+        _CONTRACT, Where.SANDBOX, Built, lambda: building.build_contract(settings.cache, settings.course),
+        lasting=_kept_by_itself, says=first,
+    )  # fmt: skip
+    package = Job(
+        _BUILD, Where.SANDBOX, tuple[Built, Built], lambda built: _build(subject.submission, built, settings),
+        after=_CONTRACT, lasting=_kept_by_itself, says=say("building the package"),
+    )  # fmt: skip
+    return [contract, package]
+
+
+def explain(submission: Submission, folder: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
+    """Return the jobs of a grading, each with the time at which its kept result was made, "" if it would be done.
+
+    The submission is built, if need be; nothing else is done.
+    """
+    kept = kept_evidence(settings)
+    with ExitStack() as closing:
+        subject = Subject(submission, settings, folder, closing)
+        listed = [*_jobs(_asked(Phase.TEXT, subject)), *builds(subject)]
+        built, contract = jobs.run(builds(subject), kept, settings.progress).results.get(_BUILD, (None, None))
+        if built is not None and built.facts.ok:
+            listed += _jobs(_asked(Phase.RUN, replace(subject, built=built, contract=contract)))
+        return [(job, (jobs.find(job, kept) or ("", ""))[1]) for job in listed]
+
+
+def _asked(phase: Phase, subject: Subject) -> dict[str, Asked]:
+    """Return what the sources of a phase want done. The text is always read: it says why nothing builds or comes up."""
+    settings = subject.settings
+    of_phase = [source for source in SOURCES if source.phase is phase]
+    wanted = [each for each in of_phase if phase is Phase.TEXT or each.serves(settings) & settings.checked]
+    return {source.name: source.ask(subject) for source in wanted}
+
+
+def _jobs(asked: Mapping[str, Asked]) -> list[Job[Any]]:
+    """Return the jobs, each once."""
+    return list({job.name: job for each in asked.values() for job in each.jobs}.values())
+
+
+def _kept_by_itself(_built: object) -> bool:
+    """Return that a build is not to be kept: building/cache.py does it."""
+    return False
+
+
 def kept_evidence(settings: Settings) -> Kept:
     """Return the evidence of earlier gradings with this kit, machine and seed."""
-    if not settings.keep:
-        return Kept(only=settings.only_kept)
+    if settings.reuse is Reuse.NONE:
+        return NOTHING_KEPT
     folder = settings.cache / "evidence"
-    if not settings.only_kept:
-        forget_old(folder)
+    forget_old(folder)
     common = (
         provenance.kit_hash(settings.course.layers),
         building.toolchain_id(),
         str(settings.seed),
         namespaces.confinement().value,
     )
-    return Kept(folder, common, settings.fresh, settings.only_kept)
+    return Kept(folder, common, settings.reuse is Reuse.ANEW)
 
 
 def needs_build(settings: Settings) -> bool:
@@ -90,26 +148,11 @@ def _folders(submission: Submission) -> list[Path]:
     return [submission.package] + ([submission.interfaces] if submission.interfaces else [])
 
 
-def _contract(submission: Submission, settings: Settings) -> Built:
-    """Return the build of the contract's interfaces."""
-    is_built = building.contract_is_built(settings.cache, settings.course)
-    if settings.only_kept and not (
-        is_built and building.is_built(_folders(submission), settings.cache, settings.course)
-    ):
-        raise NotKept
-    if not is_built:
-        settings.progress(say(building.FIRST_TIME))
-    return building.build_contract(settings.cache, settings.course)
-
-
 def _build(submission: Submission, contract: Built, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
-    settings.progress(say("building the package"))
     main, course = submission.intake.package, settings.course
     built = building.build(_folders(submission), settings.cache, course, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != course.package:
-        if settings.only_kept:  # the contract under that name may have to be built
-            raise NotKept
         words = mark("building the contract as {package}: once on this machine, about a minute, longer on a busy one")
         settings.progress(say(words, package=types))
         contract = building.build_contract(settings.cache, course, types)
@@ -121,30 +164,11 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
     return replace(built, facts=facts), contract
 
 
-def _ask(sources: Sequence[Source], subject: Subject) -> dict[str, Collected]:
-    """Return what the sources find, by their names. They collect at the same time, each after those that it uses."""
-    if not sources:
-        return {}
-    answers: dict[str, Future[Collected]] = {}
-
-    def collect_from(source: Source) -> Collected:
-        own = subject.folder / source.name
-        own.mkdir()
-        earlier = {name: answers[name].result().handover for name in source.uses & answers.keys()}
-        return source.collect(replace(subject, folder=own, earlier={**subject.earlier, **earlier}))
-
-    with ThreadPoolExecutor(len(sources)) as pool:
-        for source in sorted(sources, key=lambda source: bool(source.uses)):
-            answers[source.name] = pool.submit(collect_from, source)
-        return {name: answer.result() for name, answer in answers.items()}
-
-
-def _merged(submission: Submission, facts: Build, found: dict[str, Collected]) -> Evidence:
+def _merged(submission: Submission, facts: Build, found: _Found) -> Evidence:
     fields: dict[str, Any] = {}
     flags = [*submission.flags, *facts.flags]
     for source in SOURCES:
-        if source.name in found:
-            fields |= found[source.name].facts
-            flags += found[source.name].flags
-    kept = {what: when for collected in found.values() for what, when in collected.kept.items()}
-    return Evidence(intake=submission.intake, build=facts, flags=flags, kept=kept, **fields)
+        if collected := found.collected.get(source.name):
+            fields |= collected.facts
+            flags += collected.flags
+    return Evidence(intake=submission.intake, build=facts, flags=flags, kept=found.since, **fields)

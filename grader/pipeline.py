@@ -8,19 +8,23 @@ from __future__ import annotations
 import errno
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
+from grader.collect import explain as explain_jobs
 from grader.course import held_back, name_of, packages
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
-from grader.evidence.kept import NotKept
 from grader.host import atomic, namespaces, provenance, ros_env, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
+from grader.processes import jobs
+from grader.processes.jobs import Job, Where
+from grader.processes.kept import NOTHING_KEPT
 from grader.sanitize import printable
 from grader.scoring.grading import Grading, Refusal
 from grader.scoring.rubric import Rubric
@@ -28,7 +32,7 @@ from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.settings import Settings
 from grader.words import say
 
-__all__ = ["EVIDENCE", "Settings", "check_ids", "checked", "grade", "judge", "observe", "unchanged"]
+__all__ = ["EVIDENCE", "Settings", "check_ids", "explain", "grade", "judge", "observe"]
 
 EVIDENCE = report.EVIDENCE
 
@@ -38,11 +42,14 @@ def grade(
     out: Path,
     settings: Settings,
     write: Callable[[Grading | Refusal, Path], object] = lambda _result, _folder: None,
+    *,
+    overwrite: bool = True,
 ) -> Grading:
     """Grade the submission `source`, leave the evidence in `out`, and return the grading.
 
     `write` puts reports of the grading, or of the refusal to grade, into a folder; they appear in `out` together with
-    the evidence. If anything else fails, nothing appears and what is in `out` stays as it was.
+    the evidence. If anything else fails, nothing appears and what is in `out` stays as it was. Without `overwrite`,
+    reports of another submission stay, too.
 
     Raises:
         SubmissionError: there is nothing in it that could be graded.
@@ -51,20 +58,19 @@ def grade(
         GraderError: this host cannot grade.
     """
     started = time.monotonic()
-    with _room(source, out, settings) as fresh, checks_run.Checks(settings.course, check_ids(settings)) as checks:
+    with _room(source, out, settings) as fresh:
         try:
-            evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
+            evidence.save(_collected(source, out, settings, overwrite=overwrite), fresh / EVIDENCE)
         except SubmissionError as error:
-            _require_own(out, source, settings)
+            if not overwrite:
+                _require_own(out, source)
             write(_refusal(source, error, settings, time.monotonic() - started), fresh)
             if any(fresh.iterdir()):
                 (fresh / EVIDENCE).mkdir()  # takes the place of an earlier grading's
             refused = error
         else:
             settings.progress(say("checking the evidence"))
-            checks.begin(fresh / EVIDENCE)
-            found = _scored(evidence.load(fresh / EVIDENCE), settings, checks.results())
-            grading = replace(found, wall_seconds=time.monotonic() - started)
+            grading = replace(judge(fresh / EVIDENCE, settings), wall_seconds=time.monotonic() - started)
             settings.progress(say("writing the report"))
             write(grading, fresh)
             return grading
@@ -81,34 +87,17 @@ def observe(source: Path, out: Path, settings: Settings) -> None:
         evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
 
 
-def unchanged(source: Path, settings: Settings) -> Grading | None:
-    """Return the grading of a submission of which all evidence and results are kept, None for any other.
-
-    Nothing is run, so it takes some tenths of a second.
+def explain(source: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
+    """Return the jobs of a grading of `source`, each with when its kept result was made, "" if it would be done now.
 
     Raises:
         SubmissionError, GraderError: as by `grade`.
     """
-    only_kept = replace(settings, only_kept=True, progress=lambda _what: None)
-    with suppress(NotKept):
-        found = _collected(source, None, only_kept)
-        if kept := kept_evidence(only_kept).find(list[CheckResult], *_decides_results(found, settings)):
-            return _scored(found, settings, kept[0])
-    return None
-
-
-def checked(folder: Path, checks: checks_run.Checks, settings: Settings) -> Grading:
-    """Run the checks over the evidence in `folder`, keep what they find for `unchanged`, and return the grading."""
-    checks.begin(folder)
-    found = evidence.load(folder)
-    results = checks.results()
-    if settings.keep and not any(result.outcome is Outcome.ERROR for result in results):
-        kept_evidence(settings).keep(results, *_decides_results(found, settings))
-    return _scored(found, settings, results)
-
-
-def _decides_results(found: Evidence, settings: Settings) -> tuple[str, ...]:
-    return "results", evidence.digest(found), *check_ids(settings)
+    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
+        packages.require(settings.course)
+        submission = open_submission(source, folder / "submission", settings.course, package=settings.package_path)
+        (folder / "work").mkdir()
+        return explain_jobs(submission, folder / "work", settings)
 
 
 @contextmanager
@@ -133,15 +122,24 @@ def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
         raise
 
 
-def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ()) -> Grading:
+def judge(
+    folder: Path, settings: Settings, earlier: Sequence[CheckResult] = (), *, keep_verdict: bool = False
+) -> Grading:
     """Run the checks over the evidence in `folder`, score what they find, and return the grading.
 
     A check that has an `earlier` result is not run; its requirement should not be among those that the settings want.
+    With `keep_verdict` what the checks found of the same evidence is taken and kept as the evidence is.
     """
     known = {result.id for result in earlier}
     to_run = [check for check in check_ids(settings) if check not in known]
-    results = [*earlier, *checks_run.run(settings.course, folder, to_run)]
-    return _scored(evidence.load(folder), settings, results)
+    found = evidence.load(folder)
+    job = Job(
+        "the checks", Where.HOST, list[CheckResult], lambda: checks_run.run(settings.course, folder, to_run),
+        decided_by=(evidence.digest(found), *to_run),
+        lasting=lambda results: not any(result.outcome is Outcome.ERROR for result in results),
+    )  # fmt: skip
+    done = jobs.run([job], kept_evidence(settings) if keep_verdict else NOTHING_KEPT)
+    return _scored(found, settings, [*earlier, *done.results[job.name]])
 
 
 def check_ids(settings: Settings) -> list[str]:
@@ -190,10 +188,10 @@ def _entries(out: Path) -> Iterator[Path]:
         yield fresh
 
 
-def _require_own(out: Path, source: Path, settings: Settings, sha256: str = "") -> None:
+def _require_own(out: Path, source: Path, sha256: str = "") -> None:
     """Check that `out` has no report, or that of the submission `source` with the content `sha256`."""
     found = report.standing(out)
-    if not settings.overwrite and found is not None and not found.is_of(source, sha256):
+    if found is not None and not found.is_of(source, sha256):
         raise UsageError(
             say("{path} has {found}; nothing was written.", path=printable(str(out)), found=found),
             say("Choose another --out, or replace it with --force."),
@@ -215,16 +213,16 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
     )
 
 
-def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
-    """Take the submission in, collect the evidence, and add what made it. It will go to `out`, if anywhere."""
+def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool = True) -> Evidence:
+    """Take the submission in, collect the evidence, and add what made it. It will go to `out`."""
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         settings.progress(say("taking in {name}", name=printable(source.resolve().name)))
         submission = open_submission(
             source, folder / "submission", settings.course,
-            package=settings.package_path, leave_out=_below(out, source) if out else None,
+            package=settings.package_path, leave_out=_below(out, source),
         )  # fmt: skip
-        if out:
-            _require_own(out, source, settings, submission.intake.sha256)
+        if not overwrite:
+            _require_own(out, source, submission.intake.sha256)
         (folder / "work").mkdir()
         found = collect(submission, folder / "work", settings)
     made = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,19 @@ MODULE_TIMEOUT_S = 90.0
 # Fifty mutants take the course's tests 9 s, and 70 s if no assert of theirs can fail: then each mutant takes them all.
 # With 60 s such a package was tried on 30 or 40 of 50, as the machine was busy or not, and its points differed by it.
 MUTATION_BUDGET_S = 180.0
+
+
+class Reuse(StrEnum):
+    """What a grading does with the evidence of earlier ones of the same content, kit, machine and seed."""
+
+    NONE = "neither takes nor keeps any"
+    KEPT = "takes what is kept, and keeps the rest"
+    ANEW = "collects all of it anew, and keeps that"
+
+    @classmethod
+    def unless(cls, fresh: bool) -> Reuse:
+        """Return KEPT, or ANEW if all is to be `fresh`."""
+        return cls.ANEW if fresh else cls.KEPT
 
 
 @dataclass(frozen=True)
@@ -31,10 +45,7 @@ class Settings:
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
         best_effort: whether the simulated sensors publish best effort, as many drivers do. In a grading they are
             reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
-        keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
-        only_kept: collect nothing, and raise NotKept where something is not kept.
-        fresh: collect everything anew, whatever is kept.
-        overwrite: whether the reports may replace those of another submission.
+        reuse: whether evidence is kept for the next grading, and taken where all that decides it is the same.
         progress: called with a few words whenever something new begins.
     """
 
@@ -48,10 +59,7 @@ class Settings:
     requirements: tuple[str, ...] = ()
     package_path: str = ""
     best_effort: bool = False
-    keep: bool = False
-    only_kept: bool = False
-    fresh: bool = False
-    overwrite: bool = True
+    reuse: Reuse = Reuse.NONE
     progress: Callable[[str], None] = lambda _what: None
 
     def plain(self) -> dict[str, Any]:
@@ -65,6 +73,7 @@ class Settings:
         """Return the settings of which `plain` has returned this, with the course's own rubric."""
         course = named(plain["course"])
         fields_ = {"course": course, "cache": Path(plain["cache"]), "requirements": tuple(plain["requirements"])}
+        fields_["reuse"] = Reuse(plain["reuse"])
         return cls(rubric=rubrics.load(course.rubric), progress=progress, **{**plain, **fields_})
 
     @property

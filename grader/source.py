@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from grader import building
 from grader.building import Built
 from grader.checks import checks_run
 from grader.evidence import Flag
-from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
+from grader.processes.jobs import Job
 from grader.settings import Settings
 
 _NO_SOURCE = ("__pycache__", ".git", ".pytest_cache")
@@ -26,25 +27,25 @@ class Phase(Enum):
     TEXT = (
         "reads the package and runs nothing of it, so it goes on beside a build; again if that has made code that ran"
     )
-    RUN = "needs the build; all sources of this phase collect at the same time, but for those that use others"
+    RUN = "needs the build"
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What a source collects evidence about, and how. `kept` has what was collected earlier.
+    """What a source collects evidence about, and how.
 
-    `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
-    the phase TEXT, but where code ran that the build has made. `earlier` has what the sources that this one `uses`
-    handed over, by their names, and then the trials that code.
+    `folder` is for what jobs write; `closing` closes what they use when all are done. `built` and `contract` (the
+    contract's own interfaces) are None in the phase TEXT. `left` has by their paths the files that the build has made
+    and of which code ran: with these the text is read again.
     """
 
     submission: Submission
     settings: Settings
     folder: Path
-    kept: Kept = field(default_factory=Kept)
+    closing: ExitStack = field(default_factory=ExitStack)
     built: Built | None = None
     contract: Built | None = None
-    earlier: Mapping[str, object] = field(default_factory=dict)
+    left: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def ros_name(self) -> str:
@@ -53,13 +54,13 @@ class Subject:
         return self.built.facts.package
 
     @cached_property
-    def text(self) -> str:
+    def handed_in(self) -> str:
         """Return a hash of everything that was handed in of the package and its interfaces."""
         submission = self.submission
         return building.content_key([path for path in (submission.package, submission.interfaces) if path])
 
     @cached_property
-    def program(self) -> str:
+    def seen_by_nodes(self) -> str:
         """Return a hash of all that nodes can see: what is installed, and the package without its tests."""
         assert self.contract is not None
         trees = (building.checksum(self.install), building.checksum(self.contract.install), self.ros_name)
@@ -74,15 +75,22 @@ class Subject:
 
 @dataclass(frozen=True)
 class Collected:
-    """What a source has found: fields of Evidence by name, flags, and what it hands over to sources that use it.
-
-    `kept` says of what was collected earlier when that was.
-    """
+    """What a source has found: fields of Evidence by name, flags, and files of the build's own that ran, by path."""
 
     facts: Mapping[str, object] = field(default_factory=dict)
     flags: tuple[Flag, ...] = ()
-    handover: object = None
-    kept: Mapping[str, str] = field(default_factory=dict)
+    left: Mapping[str, Path] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The jobs of a source, each of which raises GraderError if this host keeps it from being done.
+
+    `collected` returns the evidence that the results of the jobs, by their names, are.
+    """
+
+    jobs: Sequence[Job[Any]]
+    collected: Callable[[Mapping[str, Any]], Collected]
 
 
 class Source(Protocol):
@@ -90,19 +98,13 @@ class Source(Protocol):
 
     name: str
     phase: Phase = Phase.RUN
-    uses: frozenset[str] = frozenset()
-    """The names of sources that must have collected before it begins. They use none themselves."""
 
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the ids of the requirements that its evidence is for."""
         return served(settings, self.name)
 
-    def collect(self, subject: Subject) -> Collected:
-        """Return what there is to see of the subject.
-
-        Raises:
-            GraderError: this host keeps it from being seen.
-        """
+    def ask(self, subject: Subject) -> Asked:
+        """Return what is to be done to collect its evidence of the subject. Nothing of it is done yet."""
 
 
 def served(settings: Settings, what: str) -> frozenset[str]:

@@ -13,7 +13,7 @@ from grader.course import Course
 from grader.errors import SubmissionError
 from grader.host import tempdir
 from grader.scoring.scorecard import CheckResult, Outcome, Scorecard
-from grader.settings import Settings
+from grader.settings import Reuse, Settings
 
 SEEDS = 2
 """With how many seeds the solution is graded at least."""
@@ -35,7 +35,7 @@ def run(course: Course, cache: Path, progress: Callable[[str], None], seeds: int
     With more `seeds` both are tried with seed 0 and those after it, in what trials and functions serve.
     An edit is graded on all requirements but those of the package's own tests, which are there to notice it.
     """
-    settings = Settings(check_course.read_rubric(course), cache, course, keep=True)
+    settings = Settings(check_course.read_rubric(course), cache, course, reuse=Reuse.KEPT)
     trying = _Trying(settings, progress, seeds)
     problems = list(trying.solution())
     worth = check_course.worth(settings.rubric)

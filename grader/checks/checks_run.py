@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import contextlib
 import os
 import re
 import subprocess
@@ -25,12 +24,7 @@ from grader.words import mark, say
 # All checks together take seconds, and 200 MB. What takes much more is a text that was made to.
 _CHECK_CPU_S, _LIMIT_S, _MEMORY_BYTES = 30.0, 1200.0, 4 << 30
 _FOLDER = Path(__file__).parent
-# Loads pytest and the checks, waits for the folder of the evidence, and runs the checks unless there is to be none.
-# Of standard input pytest leaves nothing to the checks, so they get a descriptor of its own.
-_WAITS = (
-    "import os, sys; sys.path.insert(0, sys.argv.pop(1)); import pytest; "
-    "sys.exit(pytest.main([*sys.argv[1:], '--evidence-from', str(os.dup(0))]))"
-)
+_PYTEST = "import sys; sys.path.insert(0, sys.argv.pop(1)); import pytest; sys.exit(pytest.main(sys.argv[1:]))"
 _NEEDS = re.compile(r"^NEEDS = (\(.*\))$", re.MULTILINE)
 
 
@@ -82,79 +76,43 @@ def _place(course: Course, check: str) -> str:
 def run(course: Course, folder: Path, ids: Sequence[str]) -> list[CheckResult]:
     """Return the results of the checks `ids` ("module::function") over the evidence in `folder`.
 
+    Those that did not end have a result, too.
+
     Raises:
         GraderError: the checks could not be run at all. A single check that breaks has the outcome error.
     """
-    with Checks(course, ids) as checks:
-        checks.begin(folder)
-        return checks.results()
-
-
-class Checks:
-    """A process that is ready to run checks. A context manager: it starts while the evidence is still collected."""
-
-    def __init__(self, course: Course, ids: Sequence[str]) -> None:
-        self._scratch = tempfile.TemporaryDirectory()
-        self._results = Path(self._scratch.name) / "results.json"
+    if not ids:
+        return []
+    with tempfile.TemporaryDirectory() as scratch:
+        results = Path(scratch) / "results.json"
         # -I: no user site, no PYTHONPATH, nothing from the working folder; pytest loads no plugin but ours.
         command = [
-            sys.executable, "-I", "-c", _WAITS, str(KIT), "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
+            sys.executable, "-I", "-c", _PYTEST, str(KIT), "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
             "-p", "no:cacheprovider", "-p", "grader.checks.pytest_plugin", "--course", str(course.folder),
-            "--results", str(self._results),
+            "--evidence", str(folder.resolve()), "--results", str(results),
             "--cpu-seconds", str(_CHECK_CPU_S), "--memory", str(_MEMORY_BYTES),
             *(_place(course, check) for check in ids),
         ]  # fmt: skip
         environment = {"PATH": os.environ.get("PATH", ""), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "LANG": "C.UTF-8"}
         environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # the checks need no ROS
-        self._ids = ids
-        self._process: subprocess.Popen[str] | None = None
-        if ids:
-            self._process = subprocess.Popen(
-                command, env=environment, cwd=self._scratch.name, text=True,
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            )  # fmt: skip
-
-    def __enter__(self) -> Checks:
-        """Return itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """End the process."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.communicate()
-        self._scratch.cleanup()
-
-    def begin(self, folder: Path) -> None:
-        """Let the process run the checks over the evidence in `folder`. Call it once."""
-        if self._process is not None and self._process.stdin is not None:
-            with contextlib.suppress(BrokenPipeError):  # it has ended; what it said tells why
-                self._process.stdin.write(str(folder.resolve()))
-                self._process.stdin.close()
-            self._process.stdin = None
-
-    def results(self) -> list[CheckResult]:
-        """Wait for the checks, which have begun, and return their results; those that did not end have one, too.
-
-        Raises:
-            GraderError: the checks could not be run at all.
-        """
-        if self._process is None:
-            return []
-        how = say("did not end within {minutes:g} minutes", minutes=_LIMIT_S / 60)
-        try:
-            said, _ = self._process.communicate(timeout=_LIMIT_S)
-            how = say("ended the process of the checks with status {status}", status=self._process.returncode)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            said, _ = self._process.communicate()
-        began = self._results.exists()
+        with subprocess.Popen(
+            command, env=environment, cwd=scratch, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        ) as process:  # fmt: skip
+            how = say("did not end within {minutes:g} minutes", minutes=_LIMIT_S / 60)
+            try:
+                said, _ = process.communicate(timeout=_LIMIT_S)
+                how = say("ended the process of the checks with status {status}", status=process.returncode)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                said, _ = process.communicate()
+        began = results.exists()
         # Without a line that is not whole: the process was killed.
-        lines = self._results.read_text().rpartition("\n")[0].splitlines() if began else []
+        lines = results.read_text().rpartition("\n")[0].splitlines() if began else []
         found = [from_json(line, CheckResult) for line in lines]
-        missing = [check for check in self._ids if check not in {result.id for result in found}]
+        missing = [check for check in ids if check not in {result.id for result in found}]
         if missing:
-            cause = shortage.explain_output(said) or shortage.explain_disk(Path(self._scratch.name))
+            cause = shortage.explain_output(said) or shortage.explain_disk(Path(scratch))
             if cause or not began:
                 words = mark("The checks did not run: {check} {how}:\n{said}")
                 raise GraderError(cause or say(words, check=missing[0], how=how, said=said))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import resource
 import signal
 from collections.abc import Iterator
@@ -24,8 +23,8 @@ _EVIDENCE = pytest.StashKey[evidence.Evidence]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options: a descriptor to read the evidence's folder from, the course's folder, the results' file."""
-    parser.addoption("--evidence-from", type=int, required=True)
+    """Add the options: the evidence's and the course's folder, the results' file, and the limits."""
+    parser.addoption("--evidence", type=Path, required=True)
     parser.addoption("--course", type=Path, required=True)
     parser.addoption("--results", type=Path, required=True)
     parser.addoption("--cpu-seconds", type=float, required=True)
@@ -58,12 +57,8 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """Wait for the evidence, and read it once."""
-    with os.fdopen(session.config.getoption("--evidence-from"), encoding="utf-8") as waiting:
-        folder = waiting.read()
-    if not folder:
-        pytest.exit("there is no evidence", returncode=0)
-    session.config.stash[_EVIDENCE] = evidence.load(Path(folder))
+    """Read the evidence once."""
+    session.config.stash[_EVIDENCE] = evidence.load(session.config.getoption("--evidence"))
     session.config.getoption("--results").touch()  # from here on, what goes wrong is about a check
 
 

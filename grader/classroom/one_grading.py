@@ -1,7 +1,7 @@
 """Grade one submission in a process of its own, so that nothing that happens to it reaches another.
 
 The parent writes the order to the child's standard input. When the parent dies, however it dies, the child ends itself
-and its sandboxes, and removes its temporary files (host/supervised.py).
+and its sandboxes, and removes its temporary files (processes/supervised.py).
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ import cattrs
 from grader import KIT
 from grader.classroom.class_folder import Status
 from grader.errors import GraderError, SubmissionError
-from grader.host import shortage, supervised, tempdir
+from grader.host import shortage, tempdir
+from grader.processes import supervised
+from grader.settings import Reuse
 
 _RESULT = "result: "
 
@@ -246,8 +248,7 @@ def _grade(order: Order) -> Ending:
             seed=order.seed,
             mutation_budget_s=order.mutation_budget_s,
             package_path=order.package,
-            keep=True,
-            fresh=order.fresh,
+            reuse=Reuse.unless(order.fresh),
             progress=lambda what: print(what.replace("\n", " "), flush=True),
         )
     try:

@@ -8,7 +8,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from types import UnionType
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import cattrs
 
@@ -52,11 +52,16 @@ def _is_untyped(kind: Any) -> bool:
     return bool(kind == dict[str, Any])
 
 
+def _is_frozenset(kind: Any) -> bool:
+    return get_origin(kind) is frozenset
+
+
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True)
     # JSON has neither inf nor nan; float() reads back the words that str() writes.
     converter.register_unstructure_hook(float, _float_to_json)
     converter.register_unstructure_hook_func(_is_untyped, _plain)
+    converter.register_unstructure_hook_func(_is_frozenset, sorted)
     converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
     return converter
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from grader.evidence import FunctionAnswer
 from grader.functions.call import call_functions
-from grader.source import Collected, Source, Subject
+from grader.processes.jobs import Job, Where
+from grader.source import Asked, Collected, Source, Subject
 
 
 class FunctionCalls(Source):
@@ -12,13 +13,14 @@ class FunctionCalls(Source):
 
     name = "functions"
 
-    def collect(self, subject: Subject) -> Collected:
-        """Return the functions' answers."""
-        decided_by = (self.name, subject.program)
-        if kept := subject.kept.find(list[FunctionAnswer], *decided_by):
-            return Collected({self.name: kept[0]}, kept={self.name: kept[1]})
+    def ask(self, subject: Subject) -> Asked:
+        """Return the one job of calling them all."""
         settings = subject.settings
-        found = call_functions(subject.install, settings.seed, settings.course, subject.ros_name)
-        if not any(answer.problem for answer in found):
-            subject.kept.keep(found, *decided_by)
-        return Collected({self.name: found})
+        job = Job(
+            self.name, Where.SANDBOX, list[FunctionAnswer],
+            lambda: call_functions(subject.install, settings.seed, settings.course, subject.ros_name),
+            decided_by=(subject.seen_by_nodes,),
+            lasting=lambda answers: not any(answer.problem for answer in answers),
+            serves=self.serves(settings),
+        )  # fmt: skip
+        return Asked([job], lambda results: Collected({self.name: results[self.name]}))

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from grader.course import Course
 from grader.evidence import Mutant, Mutation
-from grader.host import turns
 from grader.mutation.examination import examinations, judge
 from grader.mutation.jobs import Job, JobResult, JobRunner, TestedPackage
 from grader.mutation.operators import mutants
@@ -74,7 +73,7 @@ def mutate(
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
         life = _HARD_LIMIT * seconds + 600.0
-        with turns.reserve(size), start_workers(package, install, size, seconds=life) as pool:
+        with start_workers(package, install, size, seconds=life) as pool:
             quiet_seconds = _rounds(verdicts, chosen, JobRunner(pool, tested, until), seconds, progress)
     else:
         for change in chosen:

@@ -4,33 +4,40 @@ from __future__ import annotations
 
 from grader.evidence import Flag, Mutation, short_name
 from grader.mutation.mutant_run import mutate
-from grader.source import Collected, Source, Subject
-from grader.student_tests.source import StudentTestRuns, mutants_key
+from grader.processes.jobs import Job, Turn, Where
+from grader.source import Asked, Collected, Source, Subject
+from grader.student_tests.source import OWN_TESTS, own_tests
 from grader.student_tests.suite_run import SuiteRun
-from grader.words import say
+from grader.words import mark, say
+
+_MUTANTS = mark("mutants")
 
 
 class Mutants(Source):
     """Mutates the package and runs its own tests on the mutants."""
 
     name = "mutation"
-    uses = frozenset({StudentTestRuns.name})
 
-    def collect(self, subject: Subject) -> Collected:
-        """Return which mutants were noticed."""
-        settings, ran = subject.settings, subject.earlier[StudentTestRuns.name]
-        if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
-            return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
-        assert isinstance(ran, SuiteRun)
-        settings.progress(say("mutating the package to see whether its own tests notice"))
-        found = mutate(
-            subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,
-            seconds=settings.mutation_budget_s, progress=settings.progress,
+    def ask(self, subject: Subject) -> Asked:
+        """Return the job of trying the mutants, after that of the own tests."""
+        settings = subject.settings
+
+        def run(ran: SuiteRun) -> Mutation:
+            return mutate(
+                subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,
+                seconds=settings.mutation_budget_s, progress=settings.progress,
+            )  # fmt: skip
+
+        def collected(found: Mutation) -> Collected:
+            return Collected({"mutation": found}, (_told_apart(found),) if found.convicted else ())
+
+        job = Job(
+            _MUTANTS, Where.SANDBOX, Mutation, run, after=OWN_TESTS, turn=Turn.CHAIN,
+            lasting=lambda found: not found.convicted, serves=self.serves(settings),
+            decided_by=(subject.handed_in, subject.seen_by_nodes, str(settings.mutation_budget_s)),
+            says=say("mutating the package to see whether its own tests notice"),
         )  # fmt: skip
-        flags = [_told_apart(found)] if found.convicted else []
-        if not (ran.flags or flags):
-            subject.kept.keep(found, *mutants_key(subject))
-        return Collected({"mutation": found}, tuple(flags))
+        return Asked([own_tests(subject), job], lambda results: collected(results[_MUTANTS]))
 
 
 def _told_apart(mutation: Mutation) -> Flag:

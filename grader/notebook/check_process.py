@@ -1,7 +1,7 @@
 """Grade for `check`, in a process of its own, so that interrupting the cell ends it at once and leaves nothing.
 
-A grading waits in several threads, which a kernel cannot interrupt; see host/supervised.py. The process writes a line
-for each step, and the evidence into a folder, which is judged here.
+A grading waits in several threads, which a kernel cannot interrupt; see processes/supervised.py. The process writes a
+line for each step, and the evidence into a folder, which is judged here.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT, pipeline
-from grader.checks import checks_run
 from grader.errors import GraderError, KitError, SubmissionError
-from grader.host import supervised
+from grader.processes import supervised
 from grader.scoring.grading import Grading
 from grader.settings import Settings
 from grader.words import say
@@ -35,10 +34,9 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
         KeyboardInterrupt: the cell was interrupted. No process and no temporary file is left.
     """
     wanted = {"package": str(package), "out": str(out), "settings": settings.plain()}
-    with checks_run.Checks(settings.course, pipeline.check_ids(settings)) as checks:
-        _observe(json.dumps(wanted), settings)
-        settings.progress(say("checking the evidence"))
-        return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
+    _observe(json.dumps(wanted), settings)
+    settings.progress(say("checking the evidence"))
+    return pipeline.judge(out / pipeline.EVIDENCE, settings, keep_verdict=True)
 
 
 def _observe(wanted: str, settings: Settings) -> None:

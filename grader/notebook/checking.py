@@ -23,7 +23,7 @@ from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, poi
 from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
-from grader.settings import Settings
+from grader.settings import Reuse, Settings
 from grader.words import mark, say
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries fifty
@@ -105,8 +105,8 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
     settings = Settings(
         rubric=whole, course=course(), cache=building.cache_folder(),
         requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True,
-        fresh=fresh or FRESH in os.environ, progress=progress.say,
+        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True,
+        reuse=Reuse.unless(fresh or FRESH in os.environ), progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
     beside = prerequisites.interfaces_beside(package)
@@ -118,7 +118,7 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
                 ignored = shutil.ignore_patterns("__pycache__", ".git")
                 shutil.copytree(folder, together / folder.name, symlinks=True, ignore=ignored)
             package = together
-        return pipeline.unchanged(package, settings) or grade(package, Path(scratch) / "out", settings)
+        return grade(package, Path(scratch) / "out", settings)
 
 
 def _answer(

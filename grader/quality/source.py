@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import cast
-
 from grader import building
 from grader.evidence import Flag, Quality
+from grader.processes.jobs import Job, Where
 from grader.quality.analyse import analyse_package
 from grader.sandbox import untrusted
-from grader.source import Collected, Phase, Source, Subject, served
+from grader.source import Asked, Collected, Phase, Source, Subject, served
 from grader.words import mark
 
+_TEXT = mark("the package's files")
 _HIDDEN_WORDS = 100  # a licence's header may be a comment
 
 
@@ -22,22 +20,18 @@ class PackageText(Source):
     name = "quality"
     phase = Phase.TEXT
 
-    def collect(self, subject: Subject) -> Collected:
-        """Return the facts of the package's text."""
+    def ask(self, subject: Subject) -> Asked:
+        """Return the one job of reading it all."""
         # The linters take most of the time, and package.xml needs none.
-        settings = subject.settings
+        submission, settings, left = subject.submission, subject.settings, subject.left
         lint = bool(settings.checked & served(settings, "linters"))
-        left = cast("Mapping[str, Path]", subject.earlier.get("trials", {}))
         made = [f"{path}\0{building.content_key([], untrusted.read_text(file) or '')}" for path, file in left.items()]
-        decided_by = ("text", str(lint), subject.text, *sorted(made))
-        if kept := subject.kept.find(Quality, *decided_by):
-            return Collected(
-                {"quality": kept[0]}, tuple(hidden_flags(kept[0])), kept={mark("the package's files"): kept[1]}
-            )
-        submission = subject.submission
-        found = analyse_package(submission.package, settings.course, submission.interfaces, left, lint=lint)
-        subject.kept.keep(found, *decided_by)
-        return Collected({"quality": found}, tuple(hidden_flags(found)))
+        job = Job(
+            _TEXT, Where.HOST, Quality,
+            lambda: analyse_package(submission.package, settings.course, submission.interfaces, left, lint=lint),
+            decided_by=(str(lint), subject.handed_in, *sorted(made)), serves=self.serves(settings),
+        )  # fmt: skip
+        return Asked([job], lambda results: Collected({"quality": results[_TEXT]}, tuple(hidden_flags(results[_TEXT]))))
 
 
 def hidden_flags(quality: Quality) -> list[Flag]:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from grader.course import Course
 from grader.evidence import Flag, StudentTests, TestModule
-from grader.host import turns
 from grader.settings import MODULE_TIMEOUT_S
 from grader.student_tests import package_modules
 from grader.student_tests.coverage import combine
@@ -65,7 +64,6 @@ def run_suite(
         # Each module runs three times, and may be run again without the tests that hang.
         life = 60.0 + (2 * _EXCLUDED_AT_MOST + 5) * seconds * len(wanted)
         count = min(WORKERS, len(wanted))
-        stack.enter_context(turns.reserve(count))
         workers = stack.enter_context(start_workers(package, install, count, seconds=life))
 
         def measure(module: TestModule) -> ModuleRuns:

@@ -31,7 +31,7 @@ class TrialPlan:
         beside: other executables that run beside the node, each with its remappings.
         remappings: the node's remappings, old name -> new name.
         real_time: keep simulated time in step with wall time, for a script of the package's own.
-        mostly_waits: it needs little of a core, so it runs beside the others (`scheduler`). It changes no verdict.
+        mostly_waits: it needs little of a core, so it runs beside the others. It changes no verdict.
         takes_long: it begins before the others, so that they do not wait for it in the end. It changes no verdict.
         notes_functions: the node notes which of the package's functions run: on these, quality and tests are measured.
             Of a node without such a trial it is its stock trial `idle_NODE`.

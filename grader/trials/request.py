@@ -1,4 +1,4 @@
-"""What scheduler and worker tell each other. Imported by both, so it needs no ROS."""
+"""What observers and worker tell each other. Imported by both, so it needs no ROS."""
 
 from __future__ import annotations
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 from grader.evidence import Flag, Kind, Trial
 from grader.quality import source_files
 from grader.settings import Settings
-from grader.source import Collected, Source, Subject, served
-from grader.trials import catalog, scheduler, what_ran
+from grader.source import Asked, Collected, Source, Subject, served
+from grader.trials import catalog, observers, what_ran
+from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
 from grader.trials.request import LATE_VARIABLE
 
@@ -25,38 +26,37 @@ class Trials(Source):
         plans = catalog.trials(settings.course).values()
         return frozenset().union(*(serves(plan, settings) for plan in plans))
 
-    def collect(self, subject: Subject) -> Collected:
-        """Return the trials' facts, by name; hand over the files of the build's own of which functions ran."""
+    def ask(self, subject: Subject) -> Asked:
+        """Return a job for each trial."""
         assert subject.contract is not None
-        settings = subject.settings
-        plans = wanted(settings)
-        # LATE_VARIABLE makes trials differ from what they would be without it.
-        kept = subject.kept if LATE_VARIABLE not in os.environ else replace(subject.kept, folder=None)
-        program = (subject.program, "best effort" if settings.best_effort else "reliable")
-        found = {name: each for name in plans if (each := kept.find(Trial, "trial", name, *program))}
-        ran = scheduler.run(
-            [plan for name, plan in plans.items() if name not in found], settings.course,
-            install=subject.install, contract=subject.contract.install, folder=subject.folder,
-            package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
-            best_effort=settings.best_effort,
-            progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
+        settings, plans = subject.settings, wanted(subject.settings)
+        folder = subject.folder / self.name
+        folder.mkdir()
+        running = subject.closing.enter_context(
+            Observers(
+                settings.course, install=subject.install, contract=subject.contract.install, folder=folder,
+                seed=settings.seed, package=subject.submission.package, ros_name=subject.ros_name,
+                best_effort=settings.best_effort,
+            )
         )  # fmt: skip
-        for name, trial in ran.items():
-            if may_be_kept(trial):
-                kept.keep(trial, "trial", name, *program)
-        every = {name: found[name][0] if name in found else ran[name] for name in plans}
-        since = {f"trial {name}": when for name, (_, when) in found.items()}
-        handed_in = source_files.find_in_both(
-            subject.submission.package, subject.submission.interfaces, settings.course
+        reliability = "best effort" if settings.best_effort else "reliable"
+        decided_by = (subject.seen_by_nodes, reliability, os.environ.get(LATE_VARIABLE, ""))
+        return Asked(
+            [
+                replace(job, decided_by=decided_by, lasting=may_be_kept, serves=serves(plan, settings))
+                for plan, job in observers.jobs(running, plans.values())
+            ],
+            lambda results: self._collected(subject, {name: results[observers.job_name(name)] for name in plans}),
         )
+
+    def _collected(self, subject: Subject, every: Mapping[str, Trial]) -> Collected:
+        """Return the trials' facts, by name, and the files of the build's own of which functions ran."""
+        settings, submission = subject.settings, subject.submission
+        handed_in = source_files.find_in_both(submission.package, submission.interfaces, settings.course)
         places = what_ran.places(every, handed_in, subject.install)
         every = {name: what_ran.in_package(trial, places) for name, trial in every.items()}
-        return Collected(
-            {"trials": every},
-            tuple(integrity_flags(every)),
-            handover={path: subject.install / where for path, where in places.left.items()},
-            kept=since,
-        )
+        left = {path: subject.install / where for path, where in places.left.items()}
+        return Collected({"trials": every}, tuple(integrity_flags(every)), left)
 
 
 def wanted(settings: Settings) -> dict[str, TrialPlan]:

@@ -67,7 +67,7 @@ def main() -> int:
 
 
 def _answers() -> TextIO:
-    """Return the channel to the scheduler; whatever else is printed on stdout goes to stderr from now on.
+    """Return the channel to the grader; whatever else is printed on stdout goes to stderr from now on.
 
     Fast DDS prints an error on stdout when a message does not fit the observer's type, as for float64 instead of
     float32. That line was once taken for the answer, and ended the whole grading.
@@ -83,7 +83,7 @@ def _host_problem(error: Exception) -> str:
 
 
 def _save(request: TrialRequest, facts: evidence.Trial) -> None:
-    """Write the facts, whole or not at all: the scheduler believes the file even if this process crashes later."""
+    """Write the facts, whole or not at all: it believes the file even if this process crashes later."""
     part = Path(f"{request.out}.part")
     part.write_text(evidence.to_json(facts))
     part.replace(request.out)

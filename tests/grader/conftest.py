@@ -15,6 +15,7 @@ from submissions.edits import EDITS, REFERENCE, apply
 from grader import KIT, building, pipeline
 from grader.report import data
 from grader.scoring import rubric
+from grader.settings import Reuse
 
 ROOT = KIT
 Graded = dict[str, Any]
@@ -53,7 +54,7 @@ def graded(
         if key not in done:
             folder = tmp_path_factory.mktemp(edit or "reference")
             package = apply(EDITS[edit] if edit else None, folder)
-            chosen = replace(settings, requirements=tuple(requirements), keep=True)
+            chosen = replace(settings, requirements=tuple(requirements), reuse=Reuse.KEPT)
             grading = pipeline.grade(package, folder / "out", chosen)
             done[key] = json.loads(data.as_json(grading))
         return done[key]

@@ -17,8 +17,8 @@ from grader.evidence import Evidence
 from grader.host import provenance
 from grader.intake.submission import open_submission
 from grader.scoring.scorecard import Outcome
-from grader.settings import Settings
-from grader.source import Collected, Phase, Source, Subject
+from grader.settings import Reuse, Settings
+from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.trials.source import wanted as wanted_trials
 
 pytestmark = pytest.mark.slow  # judges four packages twice
@@ -47,20 +47,16 @@ class Recorded:
     def phase(self) -> Phase:
         return self.source.phase
 
-    @property
-    def uses(self) -> frozenset[str]:
-        return self.source.uses
-
     def serves(self, settings: Settings) -> frozenset[str]:
         return self.source.serves(settings)
 
-    def collect(self, subject: Subject) -> Collected:
+    def ask(self, subject: Subject) -> Asked:
         wanted = wanted_trials(subject.settings)
         trials = {name: trial for name, trial in self.evidence.trials.items() if name in wanted}
         facts = {"trials": trials, "tests": self.evidence.tests, "functions": self.evidence.functions}
         facts |= {"mutation": self.evidence.mutation}
         field = {"student tests": "tests"}.get(self.name, self.name)
-        return Collected({field: facts[field]})
+        return Asked([], lambda _results: Collected({field: facts[field]}))
 
 
 @pytest.mark.parametrize(
@@ -82,16 +78,15 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     built = collect.Built(own.build, tmp_path / "install")
     monkeypatch.setattr(collect, "SOURCES", tuple(sources))
     monkeypatch.setattr(provenance, "kit_hash", cache(provenance.kit_hash))  # it is asked for 38 times
-    monkeypatch.setattr(collect, "_contract", lambda *_: built)
+    monkeypatch.setattr(collect.building, "build_contract", lambda *_: built)
     monkeypatch.setattr(collect, "_build", lambda *_: (built, built))
-    monkeypatch.setattr(collect.building, "is_built", lambda *_: True)
     package = apply(EDITS.get(name), tmp_path)
     submission = open_submission(package, tmp_path / "submission", COURSE)
 
     def collected(*requirements: str) -> Evidence:
         folder = tmp_path / "-".join(["work", *requirements])
         folder.mkdir()
-        chosen = replace(settings, cache=tmp_path / "cache", keep=True, requirements=requirements)
+        chosen = replace(settings, cache=tmp_path / "cache", reuse=Reuse.KEPT, requirements=requirements)
         return collect.collect(submission, folder, chosen)
 
     together = collected()
@@ -112,7 +107,7 @@ def test_a_check_of_one_requirement_gives_what_a_grading_gives(name: str, settin
     """Nothing is run twice: a check takes what the grading has kept, where that decides it."""
     variant = (VARIANTS | LAUNCHED).get(name)
     package = make(variant, tmp_path) if variant else apply(EDITS.get(name), tmp_path)
-    keeps = replace(settings, keep=True)
+    keeps = replace(settings, reuse=Reuse.KEPT)
     together = results(pipeline.grade(package, tmp_path / "all", keeps))
     for requirement in settings.rubric.requirements:
         alone = results(pipeline.grade(package, tmp_path / "alone", replace(keeps, requirements=(requirement.id,))))

@@ -1,8 +1,7 @@
-"""Collecting: which sources are asked, in which order, and what is merged."""
+"""Collecting: which sources are done, in which order, and what is merged."""
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,31 +11,34 @@ from helpers.course import PACKAGE
 from grader import KIT, collect
 from grader.evidence import Build, Flag, FunctionAnswer, Intake
 from grader.intake.submission import Submission
+from grader.processes.jobs import Job, Where
+from grader.report import console
 from grader.scoring.rubric import load
 from grader.settings import Settings
-from grader.source import Collected, Phase, Source, Subject
+from grader.source import Asked, Collected, Phase, Source, Subject
 
 RUBRIC = load(KIT / "rubric.yaml")
 
 
 class Answers(Source):
-    """A source that notes when it was asked, and answers what it was made with."""
+    """A source with one job that notes when it was done; what it has collected is what it was made with."""
 
-    def __init__(
-        self, name: str, phase: Phase, serves: str, collected: Collected, asked: list[str], uses: str = ""
-    ) -> None:
+    def __init__(self, name: str, phase: Phase, serves: str, collected: Collected, done: list[str]) -> None:
         self.name, self.phase, self._serves = name, phase, frozenset(serves.split())
-        self.uses = frozenset(uses.split())
-        self._collected, self._asked = collected, asked
+        self._collected, self._done = collected, done
         self.subject: Subject | None = None
 
     def serves(self, _: Settings) -> frozenset[str]:
         return self._serves
 
-    def collect(self, subject: Subject) -> Collected:
+    def ask(self, subject: Subject) -> Asked:
         self.subject = subject
-        self._asked.append(self.name)
-        return self._collected
+        job = Job(self.name, Where.HOST, str, self.work)
+        return Asked([job], lambda _results: self._collected)
+
+    def work(self) -> str:
+        self._done.append(self.name)
+        return ""
 
 
 def asking(*requirements: str) -> Settings:
@@ -63,7 +65,7 @@ def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
         builds.append("built")
         return collect.Built(facts, tmp_path), contract
 
-    monkeypatch.setattr(collect, "_contract", lambda *_: collect.Built(facts, tmp_path))
+    monkeypatch.setattr(collect.building, "build_contract", lambda *_: collect.Built(facts, tmp_path))
     monkeypatch.setattr(collect, "_build", build)
     return builds
 
@@ -77,14 +79,14 @@ def test_a_requirement_of_the_text_alone_needs_no_build(name: str):
 def test_code_of_the_builds_own_that_ran_is_read_with_the_rest(
     monkeypatch, submission, settings, built, tmp_path: Path, left: dict[str, Path]
 ):
-    asked: list[str] = []
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
-    drive = Answers("trials", Phase.RUN, "F4", Collected(handover=left), asked)
+    done: list[str] = []
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
+    drive = Answers("trials", Phase.RUN, "F4", Collected(left=left), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
-    assert sorted(asked) == (["read", "read", "trials"] if left else ["read", "trials"])
+    assert sorted(done) == (["read", "read", "trials"] if left else ["read", "trials"])
     assert read.subject is not None
-    assert read.subject.earlier == ({"trials": left} if left else {})
+    assert read.subject.left == left
 
 
 @pytest.mark.parametrize("name", ["F1", "F14", "I1", "I3", "Q4", "Q5", "Q6", "T1", "T3"])
@@ -98,76 +100,62 @@ def test_every_requirement_is_served_by_a_source_but_what_the_build_shows():
     assert served <= {r.id for r in RUBRIC.requirements}
 
 
-def test_only_sources_of_wanted_requirements_are_asked(monkeypatch, submission, settings, built, tmp_path: Path):
-    asked: list[str] = []
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
+def test_only_sources_of_wanted_requirements_are_done(monkeypatch, submission, settings, built, tmp_path: Path):
+    done: list[str] = []
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
     collect.collect(submission, tmp_path, replace(settings, requirements=("Q1",)))
-    assert (asked, built) == (["read"], [])
+    assert (done, built) == (["read"], [])
 
 
 def test_facts_and_flags_are_merged_in_the_order_of_the_sources(monkeypatch, submission, settings, built, tmp_path):
-    asked: list[str] = []
+    done: list[str] = []
     answers = [FunctionAnswer("clamp", [1.0, 0.0, 1.0], [1.0])]
-    last = Answers("last", Phase.TEXT, "Q1", Collected({}, (Flag("text", "fourth"),)), asked)
-    first = Answers("first", Phase.RUN, "F14", Collected({"functions": answers}, (Flag("run", "third"),)), asked)
+    last = Answers("last", Phase.TEXT, "Q1", Collected({}, (Flag("text", "fourth"),)), done)
+    first = Answers("first", Phase.RUN, "F14", Collected({"functions": answers}, (Flag("run", "third"),)), done)
     monkeypatch.setattr(collect, "SOURCES", (first, last))
     found = collect.collect(submission, tmp_path, replace(settings, requirements=("F14", "Q1")))
     assert [flag.what for flag in found.flags] == ["first", "second", "third", "fourth"]
     assert found.functions == answers
 
 
-def test_what_a_source_hands_over_reaches_those_that_use_it(monkeypatch, submission, settings, built, tmp_path: Path):
-    asked: list[str] = []
-    tests = Answers("tests", Phase.RUN, "T1 T3", Collected(handover="reach"), asked)
-    drive = Answers("drive", Phase.RUN, "F4 T3", Collected(handover="poses"), asked)
-    mutants = Answers("mutants", Phase.RUN, "T3", Collected(), asked, uses="tests")
-    monkeypatch.setattr(collect, "SOURCES", (mutants, drive, tests))
+def test_a_job_of_two_sources_is_done_once(monkeypatch, submission, settings, built, tmp_path: Path):
+    done: list[str] = []
+    sources = [Answers("tests", Phase.RUN, "T3", Collected(), done) for _ in range(2)]
+    monkeypatch.setattr(collect, "SOURCES", tuple(sources))
     collect.collect(submission, tmp_path, replace(settings, requirements=("T3",)))
-    assert asked.index("tests") < asked.index("mutants")
-    assert mutants.subject is not None
-    assert mutants.subject.earlier == {"tests": "reach"}
+    assert done == ["tests"]
 
 
-def test_a_source_waits_only_for_those_that_it_uses(monkeypatch, submission, settings, built, tmp_path: Path):
-    """Mutants are tried while trials go on."""
-    tried = threading.Event()
-
-    class Waits(Answers):
-        def collect(self, subject: Subject) -> Collected:
-            assert tried.wait(60.0)
-            return super().collect(subject)
-
-    class Tells(Answers):
-        def collect(self, subject: Subject) -> Collected:
-            tried.set()
-            return super().collect(subject)
-
-    asked: list[str] = []
-    drive = Waits("drive", Phase.RUN, "F4", Collected(), asked)
-    tests = Answers("tests", Phase.RUN, "T3", Collected(), asked)
-    mutants = Tells("mutants", Phase.RUN, "T3", Collected(), asked, uses="tests")
-    monkeypatch.setattr(collect, "SOURCES", (drive, tests, mutants))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "T3")))
-    assert asked == ["tests", "mutants", "drive"]
+def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission, settings, built, tmp_path: Path):
+    done: list[str] = []
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
+    monkeypatch.setattr(collect, "SOURCES", (drive, read))
+    listed = collect.explain(submission, tmp_path, replace(settings, requirements=("F4",)))
+    assert [job.name for job, _ in listed] == ["read", "the contract's build", "the package's build", "drive"]
+    assert (done, built) == ([], ["built"])
+    words = console.jobs(listed)
+    assert "\n  drive                                   to do" in words
+    assert "the package's build                     to do; after the contract's build" in words
 
 
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
-    asked: list[str] = []
+    done: list[str] = []
     broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
-    monkeypatch.setattr(collect, "_contract", lambda *_: broken)
+    monkeypatch.setattr(collect.building, "build_contract", lambda *_: broken)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
-    assert asked == ["read"]
+    assert done == ["read"]
 
 
 def test_an_error_of_this_host_in_a_source_ends_the_grading(monkeypatch, submission, settings, built, tmp_path: Path):
     class Breaks(Answers):
-        def collect(self, subject: Subject) -> Collected:  # noqa: ARG002 (it breaks whatever the subject is)
+        def work(self) -> str:
             raise OSError("disk full")
 
     monkeypatch.setattr(collect, "SOURCES", (Breaks("drive", Phase.RUN, "F4", Collected(), []),))

@@ -17,10 +17,11 @@ from helpers.notebook_fixtures import workspace
 from grader import cli, notebook
 from grader.course import find as find_course
 from grader.errors import GraderError
-from grader.host import namespaces, shortage, supervised
+from grader.host import namespaces, shortage
 from grader.intake.submission import open_submission
 from grader.notebook import clinic, find, frames, packing, pieces
 from grader.notebook.workspace import Workspace
+from grader.processes import supervised
 from grader.words import say
 
 __all__ = ["german_course", "workspace"]

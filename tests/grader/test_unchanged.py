@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from helpers.course import COURSE
+from helpers import recordings
 
 from grader import KIT, evidence, pipeline
 from grader.checks import checks_run
-from grader.collect import SOURCES
 from grader.evidence import Flag, Mutation, StudentTests
-from grader.evidence.kept import Kept, NotKept
-from grader.host import provenance
 from grader.mutation import source as mutation_source
+from grader.mutation.source import Mutants
+from grader.processes import jobs
+from grader.processes.kept import Kept
 from grader.report import console
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome
-from grader.settings import Settings
+from grader.settings import Reuse, Settings
 from grader.source import Source
 from grader.student_tests import source as tests_source
+from grader.student_tests.module_results import ModuleReach
+from grader.student_tests.source import StudentTestRuns
 from grader.student_tests.suite_run import SuiteRun
-from grader.trials.request import LATE_VARIABLE
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 
@@ -38,7 +40,7 @@ def package(tmp_path: Path) -> Path:
 @pytest.mark.slow  # three gradings
 @pytest.mark.sandbox
 def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path: Path):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
 
     def grade(settings: Settings = settings) -> pipeline.Grading:
         return pipeline.grade(package, tmp_path / "out", settings)
@@ -48,95 +50,59 @@ def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path
     assert second.unchanged.endswith("so earlier results are used for: the package's files.")
     assert second.evidence.quality == first.evidence.quality
     assert "`--fresh` collects" in console.render_checks(second)
-    assert not grade(replace(settings, fresh=True)).unchanged
-    assert not grade(replace(settings, keep=False)).unchanged
+    assert not grade(replace(settings, reuse=Reuse.ANEW)).unchanged
+    assert not grade(replace(settings, reuse=Reuse.NONE)).unchanged
     assert not grade(replace(settings, seed=1)).unchanged
     (package / "README.md").write_text("changed")
     assert not grade().unchanged
 
 
-def checked_in_a_notebook(package: Path, out: Path, settings: Settings) -> pipeline.Grading:
-    with checks_run.Checks(COURSE, pipeline.check_ids(settings)) as checks:
-        pipeline.observe(package, out, settings)
-        return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
+def judge(package: Path, out: Path, settings: Settings, *, keep_verdict: bool = True) -> pipeline.Grading:
+    pipeline.observe(package, out, settings)
+    return pipeline.judge(out / pipeline.EVIDENCE, settings, keep_verdict=keep_verdict)
 
 
-@pytest.mark.slow  # three gradings of one requirement
+@pytest.mark.slow  # gradings of one requirement
 @pytest.mark.sandbox
-def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_path: Path, monkeypatch: Any):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
-    assert pipeline.unchanged(package, settings) is None
-    first = checked_in_a_notebook(package, tmp_path / "out", settings)
-    monkeypatch.setattr(checks_run, "Checks", None)
-    again = pipeline.unchanged(package, settings)
-    assert again is not None
+def test_of_the_same_evidence_the_verdict_is_kept_if_that_is_wanted(package: Path, tmp_path: Path, monkeypatch: Any):
+    """In a notebook. A grading takes no verdict of an earlier one."""
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
+    ran: list[Path] = []
+
+    def run(_course: object, folder: Path, ids: Sequence[str]) -> list[CheckResult]:
+        ran.append(folder)
+        return [CheckResult(each, Outcome.PASSED, 1.0) for each in ids]
+
+    monkeypatch.setattr(checks_run, "run", run)
+    first, again = (judge(package, tmp_path / "out", settings) for _ in range(2))
+    assert len(ran) == 1
     assert again.scorecard == first.scorecard
-    assert again.evidence == replace(first.evidence, kept=again.evidence.kept)
-    assert again.unchanged.endswith("so earlier results are used for: the package's files.")
-    for other in ({"fresh": True}, {"keep": False}, {"seed": 1}, {"requirements": ("I2", "Q2")}):
-        assert pipeline.unchanged(package, replace(settings, **other)) is None
+    judge(package, tmp_path / "out", settings, keep_verdict=False)
+    judge(package, tmp_path / "out", replace(settings, reuse=Reuse.ANEW))
+    judge(package, tmp_path / "out", replace(settings, requirements=("I2", "Q2")))
     (package / "README.md").write_text("changed")
-    assert pipeline.unchanged(package, settings) is None
+    judge(package, tmp_path / "out", settings)
+    assert len(ran) == 5
 
 
-@pytest.mark.slow  # three gradings of one requirement
-@pytest.mark.sandbox
-def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_path: Path, monkeypatch: Any):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
-    checked_in_a_notebook(package, tmp_path / "out", settings)
-    with monkeypatch.context() as patched:
-        patched.setattr(provenance, "kit_hash", lambda _course: "another kit")
-        assert pipeline.unchanged(package, settings) is None
-    with monkeypatch.context() as patched:
-        patched.setattr(provenance, "environment", lambda: {"python": "another"})
-        assert pipeline.unchanged(package, settings) is None
-    assert pipeline.unchanged(package, settings) is not None
-
-
-@pytest.mark.slow  # two gradings
 @pytest.mark.sandbox
 def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypatch: Any):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
-    broken = [CheckResult(check, Outcome.ERROR, 0.0) for check in pipeline.check_ids(settings)]
-    with monkeypatch.context() as patched:
-        patched.setattr(checks_run.Checks, "results", lambda _: broken)
-        checked_in_a_notebook(package, tmp_path / "out", settings)
-    assert pipeline.unchanged(package, settings) is None
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
+    ran: list[str] = []
 
+    def run(_course: object, _folder: Path, ids: Sequence[str]) -> list[CheckResult]:
+        ran.extend(ids)
+        return [CheckResult(each, Outcome.ERROR, 0.0) for each in ids]
 
-@pytest.mark.slow  # two gradings
-@pytest.mark.sandbox
-def test_a_grading_keeps_no_verdict(package: Path, tmp_path: Path):
-    """None of a grading is taken from an earlier one."""
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
-    pipeline.grade(package, tmp_path / "out", settings)
-    assert pipeline.unchanged(package, settings) is None
-
-
-@pytest.mark.parametrize("source", SOURCES, ids=lambda source: source.name)
-@pytest.mark.parametrize("late", ["", "0.1"])
-def test_no_source_runs_anything_where_only_what_is_kept_is_wanted(
-    source: Source, late: str, subject: Any, monkeypatch: Any
-):
-    if late:  # then no trial is taken from what is kept
-        monkeypatch.setenv(LATE_VARIABLE, late)
-    for runs in ("trials.scheduler.run", "student_tests.source.run_suite", "mutation.source.mutate"):
-        monkeypatch.setattr(f"grader.{runs}", None)
-    subject.kept = Kept(subject.kept.folder, only=True)
-    subject.settings = replace(subject.settings, requirements=())
-    subject.built = subject.contract = SimpleNamespace(install=subject.install)
-    with pytest.raises(NotKept):
-        source.collect(subject)
-
-
-def test_nothing_is_built_where_only_what_is_kept_is_wanted(package: Path, tmp_path: Path, monkeypatch: Any):
-    monkeypatch.setattr("grader.building.build", None)
-    monkeypatch.setattr("grader.building.build_contract", None)
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I1",), keep=True)
-    assert pipeline.unchanged(package, settings) is None
+    monkeypatch.setattr(checks_run, "run", run)
+    evidence.save(recordings.load("reference"), tmp_path / "evidence")
+    for _ in range(2):
+        pipeline.judge(tmp_path / "evidence", settings, keep_verdict=True)
+    assert len(ran) == 2 * len(set(ran))
 
 
 STEADY = evidence.TestModule("test/test_a.py", stub=False, tests=1, asserting=1, passed=1)
+REACH = ModuleReach("test/test_a.py", {"test_a": 0.1}, {"p/a.py": {3: frozenset({"test_a", ""})}})
 
 
 @pytest.fixture
@@ -144,22 +110,23 @@ def subject(package: Path, tmp_path: Path) -> Any:
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path, requirements=("T1", "T3"))
     submission = SimpleNamespace(package=package)
     return SimpleNamespace(
-        submission=submission, settings=settings, install=tmp_path, kept=Kept(tmp_path / "kept"), text="t", program="p",
-        earlier={"student tests": None},
+        submission=submission, settings=settings, install=tmp_path, kept=Kept(tmp_path / "kept"),
+        handed_in="t", seen_by_nodes="p",
     )  # fmt: skip
 
 
 @pytest.fixture
 def runs(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     """Stand in for the runs of the tests and the mutants; `count` says how often each was run."""
-    found = SimpleNamespace(modules=[STEADY], flags=[], count=[0, 0])
+    found = SimpleNamespace(modules=[STEADY], flags=[], count=[0, 0], reach=[])
 
     def run_suite(*_: Any, **__: Any) -> SuiteRun:
         found.count[0] += 1
-        return SuiteRun(StudentTests(modules=found.modules), flags=found.flags)
+        return SuiteRun(StudentTests(modules=found.modules), [REACH], found.flags)
 
-    def mutate(*_: Any, **__: Any) -> Mutation:
+    def mutate(_package: object, _install: object, reach: Any, *_: Any, **__: Any) -> Mutation:
         found.count[1] += 1
+        found.reach = reach
         return Mutation(seed=0, possible=1)
 
     monkeypatch.setattr(tests_source, "run_suite", run_suite)
@@ -167,33 +134,31 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     return found
 
 
-def collect(subject: Any) -> tuple[Any, Any]:
-    tests = tests_source.StudentTestRuns().collect(subject)
-    subject.earlier["student tests"] = tests.handover
-    return tests, mutation_source.Mutants().collect(subject)
+def collect(subject: Any, *sources: Source) -> list[str]:
+    """Ask the sources, by default for the own tests and the mutants; return what was kept."""
+    listed = [job for source in sources or (StudentTestRuns(), Mutants()) for job in source.ask(subject).jobs]
+    return list(jobs.run(list({job.name: job for job in listed}.values()), subject.kept).kept)
 
 
 def test_unchanged_tests_and_mutants_are_not_run_again(subject: Any, runs: SimpleNamespace):
     first, second = collect(subject), collect(subject)
     assert runs.count == [1, 1]
-    assert [found.facts for found in first] == [found.facts for found in second]
-    assert [list(found.kept) for found in second] == [["the package's own tests"], ["mutants"]]
+    assert first == []
+    assert second == ["the package's own tests", "mutants"]
 
 
-def test_tests_are_run_again_for_mutants_that_were_not_tried_yet(subject: Any, runs: SimpleNamespace):
-    only_tests: Any = SimpleNamespace(**vars(subject) | {"settings": replace(subject.settings, requirements=("T1",))})
-    tests_source.StudentTestRuns().collect(only_tests)
+def test_mutants_are_tried_with_tests_that_were_run_before(subject: Any, runs: SimpleNamespace):
+    collect(subject, StudentTestRuns())
     collect(subject)
-    assert runs.count == [2, 1]
-    tests_source.StudentTestRuns().collect(only_tests)
-    assert runs.count == [2, 1]
+    assert runs.count == [1, 1]
+    assert runs.reach == [REACH]
 
 
 def test_another_budget_tries_mutants_again(subject: Any, runs: SimpleNamespace):
     collect(subject)
     subject.settings = replace(subject.settings, mutation_budget_s=3.0)
     collect(subject)
-    assert runs.count == [2, 2]
+    assert runs.count == [1, 2]
 
 
 @pytest.mark.parametrize("odd", [{"failed": 1}, {"errors": 1}, {"timed_out": True}, {"unsteady": ["test_a"]}])

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE
+from helpers.short_nodes import run_trials
 from submissions.edits import REFERENCE
 from submissions.reports import words
 from variants import LAUNCHED, VARIANTS, Variant, make
@@ -16,7 +17,6 @@ from grader import building, evidence, pipeline
 from grader.report import data
 from grader.selftest.flakiness import load_on_every_core
 from grader.trials import catalog
-from grader.trials import scheduler as trials
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # F and I of each variant
 
@@ -112,6 +112,4 @@ def play(variant: Variant | None, settings, contract, folder: Path, names: list[
         packages = sorted(path.parent for path in make(variant, folder).glob("*/package.xml"))
     install = building.build(packages, settings.cache, COURSE).install
     plans = [catalog.trials(COURSE)[name] for name in names]
-    return trials.run(
-        plans, COURSE, install=install, contract=contract.install, folder=folder, seed=3, package=packages[0]
-    )
+    return run_trials(plans, install=install, contract=contract.install, folder=folder, seed=3, package=packages[0])

@@ -35,7 +35,7 @@ DEAR = (
     "tests/grader/building/test_colcon.py",
     "tests/grader/classroom/test_class_memory.py",
     "tests/grader/test_held_back.py",
-    "tests/grader/trials/test_scheduler.py",
+    "tests/grader/trials/test_observers.py",
     "tests/grader/trials/test_late_discovery.py",
     "tests/grader/classroom/test_batch.py",
 )

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from grader import building
 from grader.evidence import Trial
-from grader.trials import catalog, scheduler
+from grader.processes import jobs
+from grader.trials import catalog, observers
+from grader.trials.observers import Observers
+from grader.trials.plan import TrialPlan
 from helpers.course import COURSE, PACKAGE
 
 NODE = """#!{python}
@@ -59,6 +63,15 @@ ODOMETRY = 'node.create_subscription(Odometry, "odom", lambda m: None, 10)\n'
 Run = Callable[..., Trial]
 
 
+def run_trials(plans: Sequence[TrialPlan], *, folder: Path, **how: Any) -> dict[str, Trial]:
+    """Return the facts of trials of the kit's course by name; `how` has the other arguments of Observers."""
+    folder.mkdir(exist_ok=True)
+    with Observers(COURSE, folder=folder, **how) as running:
+        listed = observers.jobs(running, plans)
+        results = jobs.run([job for _, job in listed]).results
+        return {plan.name: results[job.name] for plan, job in listed}
+
+
 @pytest.fixture
 def run(contract: building.Built, tmp_path: Path) -> Run:
     """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
@@ -72,15 +85,8 @@ def run(contract: building.Built, tmp_path: Path) -> Run:
         text = NODE.format(python="/usr/bin/env python3", node=plan.node, services=services, body=body)
         executable.write_text(text)
         executable.chmod(0o755)
-        found = scheduler.run(
-            [plan],
-            COURSE,
-            install=install,
-            contract=contract.install,
-            folder=tmp_path / "trials",
-            seed=1,
-            workers=1,
-            package=package,
+        found = run_trials(
+            [plan], install=install, contract=contract.install, folder=tmp_path / "trials", seed=1, package=package
         )[trial]
         assert found.script_error == ""
         assert found.ready, f"{found.ended}{found.process.output_tail if found.process else ''}"

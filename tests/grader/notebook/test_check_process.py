@@ -9,7 +9,7 @@ from helpers.ros2_runs import until
 
 from grader.notebook import check_process
 from grader.scoring.rubric import RUBRIC, load
-from grader.settings import Settings
+from grader.settings import Reuse, Settings
 
 READS_STANDARD_INPUT = "0 0x0 "  # read(2) and its first argument, as in /proc/PID/syscall
 
@@ -18,8 +18,7 @@ def test_all_settings_reach_the_process():
     """Three of them did not: the seed, and the limits for the build and for tests."""
     asked = Settings(
         load(RUBRIC), Path("/c"), seed=7, build_seconds=1.0, test_seconds=2.0, mutation_budget_s=3.0,
-        requirements=("F1",), package_path="p", best_effort=True, keep=True,
-        only_kept=True, fresh=True, overwrite=False,
+        requirements=("F1",), package_path="p", best_effort=True, reuse=Reuse.ANEW,
     )  # fmt: skip
     usual = Settings(asked.rubric, Path("/d"))
     same = [name for name, value in usual.plain().items() if asked.plain()[name] == value]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,14 +13,14 @@ from helpers.course import PACKAGE
 
 from grader import KIT, building, evidence
 from grader.building import Built
-from grader.course import Course
 from grader.evidence import Intake, Kind, Reason, Trial
-from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
+from grader.processes import jobs
+from grader.processes.kept import Kept
 from grader.scoring.rubric import load
 from grader.settings import Settings
 from grader.source import Subject
-from grader.trials import source
+from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
 from grader.trials.source import Trials, may_be_kept
 
@@ -32,13 +32,21 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the names of the trials that were run; each shows what one of the reference's trials showed."""
     names: list[str] = []
 
-    def run(plans: Iterable[TrialPlan], _course: Course, **_: Any) -> dict[str, Trial]:
-        found = {plan.name: replace(TRIAL, name=plan.name) for plan in plans}
-        names.extend(found)
-        return found
+    def run(_: Observers, plan: TrialPlan) -> Trial:
+        names.append(plan.name)
+        return replace(TRIAL, name=plan.name)
 
-    monkeypatch.setattr(source.scheduler, "run", run)
+    monkeypatch.setattr(Observers, "run", run)
     return names
+
+
+def collect(subject: Subject) -> tuple[dict[str, Trial], dict[str, str]]:
+    """Return the trials of the subject as a new process would collect them, and since when each is kept."""
+    folder = Path(tempfile.mkdtemp(dir=subject.folder))
+    asked = Trials().ask(replace(subject, folder=folder))
+    done = jobs.run(asked.jobs, Kept(subject.folder / "kept"))
+    trials: Any = asked.collected(done.results).facts["trials"]
+    return trials, dict(done.kept)
 
 
 @pytest.fixture
@@ -57,53 +65,46 @@ def subject(tmp_path: Path) -> Subject:
     )
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("F4",))
     submission = Submission(Intake("p.zip", "ab", "p", "."), tmp_path, package, None, ())
-    return Subject(submission, settings, tmp_path, Kept(tmp_path / "kept"), own, contract)
-
-
-def again(subject: Subject) -> Subject:
-    """Return the same subject as a new process would read it."""
-    return replace(subject)
+    return Subject(submission, settings, tmp_path, built=own, contract=contract)
 
 
 def test_what_has_not_changed_is_not_run_again(subject: Subject, ran: list[str]):
-    first = Trials().collect(subject)
-    trials: Any = first.facts["trials"]
-    assert len(ran) == len(trials) > 3
-    assert not first.kept
-    second = Trials().collect(again(subject))
-    assert len(ran) == len(second.kept) == len(trials)
-    assert second.facts == first.facts
-    assert set(second.kept) == {f"trial {name}" for name in ran}
+    first, kept = collect(subject)
+    assert len(ran) == len(first) > 3
+    assert not kept
+    second, kept = collect(subject)
+    assert len(ran) == len(first)
+    assert second == first
+    assert set(kept) == {f"trial {name}" for name in ran}
 
 
 def test_only_what_another_requirement_needs_besides_is_run(subject: Subject, ran: list[str]):
-    Trials().collect(subject)
+    collect(subject)
     before = set(ran)
     ran.clear()
     both = replace(subject, settings=replace(subject.settings, requirements=("F4", "F8")))
-    found = Trials().collect(both)
+    found, _ = collect(both)
     assert before.isdisjoint(ran)
-    trials: Any = found.facts["trials"]
-    assert set(trials) == before | set(ran)
+    assert set(found) == before | set(ran)
 
 
 def test_an_edit_of_a_node_runs_all_again_and_one_of_a_test_none(subject: Subject, ran: list[str]):
-    Trials().collect(subject)
+    collect(subject)
     ran.clear()
     (subject.submission.package / "test" / "test_node.py").write_text("2\n")
-    Trials().collect(again(subject))
+    collect(subject)
     assert not ran
     (subject.submission.package / "node.py").write_text("2\n")
-    Trials().collect(again(subject))
+    collect(subject)
     assert ran
 
 
 def test_what_was_installed_decides_too(subject: Subject, ran: list[str]):
-    Trials().collect(subject)
+    collect(subject)
     ran.clear()
     (subject.install / "changed").touch()
     building.cache.write_checksum(subject.install, subject.install)
-    Trials().collect(again(subject))
+    collect(subject)
     assert ran
 
 

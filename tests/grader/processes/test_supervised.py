@@ -15,7 +15,7 @@ from grader import KIT
 PROGRAM = """
 import os, signal, subprocess, sys, tempfile, threading
 from grader.errors import GraderError
-from grader.host import supervised
+from grader.processes import supervised
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored if the tests run in the background
 

@@ -18,13 +18,15 @@ from typing import Any
 import pytest
 from helpers import ros2_runs
 from helpers.course import COURSE
+from helpers.short_nodes import run_trials
 
 from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import procfs
-from grader.trials import catalog, scheduler
+from grader.trials import catalog, observers
 from grader.trials.node_under_test import NodeUnderTest, TrialOver
+from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
 from grader.trials.request import BEHIND_S, PATIENCE_S, not_started
 from grader.trials.source import integrity_flags
@@ -41,11 +43,11 @@ def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
         shell = ["sh", "-c", f"read line; {command}"]
         pipe = subprocess.PIPE
         monkeypatch.setattr(
-            scheduler,
+            observers,
             "start_worker",
             lambda *_: subprocess.Popen(shell, stdin=pipe, stdout=pipe, text=True, cwd=tmp_path),
         )
-        return scheduler.run([plan], COURSE, install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
+        return run_trials([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
 
     return run
 
@@ -65,8 +67,8 @@ def test_a_worker_killed_by_the_kernel_is_an_error_of_the_grader(run_with, endin
 
 
 def test_a_worker_that_answers_nonsense_is_not_taken_for_killed_by_the_kernel(run_with, monkeypatch):
-    """It is ended by the scheduler itself, and costs that trial only."""
-    monkeypatch.setattr(scheduler, "_STOP_S", 0.1)
+    """It is ended by ours, and costs that trial only."""
+    monkeypatch.setattr(observers, "_STOP_S", 0.1)
     assert "answer 'nonsense'" in run_with("echo nonsense; sleep 60").script_error
 
 
@@ -99,35 +101,28 @@ def test_long_trials_begin_first_and_those_of_a_file_are_spread_evenly():
 
     names = {"a": "speed", "b": "speed", "c": "speed", "d": "speed", "e": "goals", "f": "goals"}
     plans = [TrialPlan(name, "", of(file), takes_long=name == "d") for name, file in names.items()]
-    assert "".join(plan.name for plan in scheduler._mixed(plans)) == "daebcf"
+    assert "".join(plan.name for plan in observers._mixed(plans)) == "daebcf"
 
 
 def test_every_trial_is_in_the_mixture_once():
     plans = list(catalog.trials(COURSE).values())
-    assert sorted(plan.name for plan in scheduler._mixed(plans)) == sorted(plan.name for plan in plans)
+    assert sorted(plan.name for plan in observers._mixed(plans)) == sorted(plan.name for plan in plans)
 
 
-def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with, tmp_path: Path):
+def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(tmp_path: Path):
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
     absent = not_started(PLAN, 0, ended=Reason(Kind.NOT_UP, "x", seconds=20.0))
     refusing = not_started(PLAN, 0, ended=Reason(Kind.DIED_EARLY, exit_code=1))
-    start: Any = None
-    trials = scheduler._Trials(start, tmp_path, tmp_path, 0, None, lambda _name: None, COURSE.package, False)
+    trials = Observers(COURSE, install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
     waited = []
     for found in (refusing, refusing, absent, absent):
         waited.append(trials.patience_s(PLAN))
-        trials.found[str(len(trials.found))] = found
-    assert [*waited, trials.patience_s(PLAN)] == [PATIENCE_S] * 4 + [scheduler.SHORT_PATIENCE_S]
+        trials._found.append(found)
+    assert [*waited, trials.patience_s(PLAN)] == [PATIENCE_S] * 4 + [observers.SHORT_PATIENCE_S]
     assert trials.patience_s(replace(PLAN, node="sensor_processor")) == PATIENCE_S
     assert trials.patience_s(replace(PLAN, launch="robot_controller_launch.py")) == PATIENCE_S
-    trials.found["up"] = replace(absent, ready=True, ended=None)
+    trials._found.append(replace(absent, ready=True, ended=None))
     assert trials.patience_s(PLAN) == PATIENCE_S
-
-
-@pytest.mark.parametrize(("cores", "counts"), [(1, [1, 2, 2]), (2, [1, 4, 4]), (8, [1, 4, 4])])
-def test_more_workers_are_started_for_many_trials(monkeypatch: pytest.MonkeyPatch, cores: int, counts: list[int]):
-    monkeypatch.setattr("os.cpu_count", lambda: cores)
-    assert [scheduler._worth_starting(trials) for trials in (1, 6, 47)] == counts
 
 
 ABOUT_ITS_HOST = """#!/usr/bin/env python3
@@ -135,7 +130,7 @@ import json, os, resource
 limits = {name: resource.getrlimit(getattr(resource, name)) for name in dir(resource) if name.startswith("RLIMIT")}
 del limits["RLIMIT_OFILE"]  # another name of RLIMIT_NOFILE
 cores = sorted(os.sched_getaffinity(0)), os.cpu_count()
-turns = os.nice(0), os.sched_getscheduler(0)
+turns = os.nice(0), os.sched_getobservers(0)
 found = {"cores": cores, "turns": turns, "limits": limits, "environment": dict(os.environ)}
 print(json.dumps(found), flush=True)
 """
@@ -196,17 +191,15 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
     patch_workers(CRASHES_ON_CLOSE, tmp_path, monkeypatch)
     plans = [catalog.trials(COURSE)[name] for name in ("idle_robot_controller", "idle_sensor_processor")]
     built = building.build([reference], settings.cache, COURSE)
-    found = scheduler.run(
-        plans, COURSE, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1
-    )
+    found = run_trials(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1)
     assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]
 
 
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_workers_share_no_network_with_each_other_or_with_us(contract: building.Built, tmp_path: Path):
-    environment = scheduler._environment(contract.install, tmp_path)
-    start = partial(scheduler.start_worker, COURSE, environment, tmp_path)
+    environment = observers._environment(contract.install, tmp_path)
+    start = partial(observers.start_worker, COURSE, environment, tmp_path)
     with start("first") as first, start("second") as second:
         inside = [procfs.descendants(worker.pid)[-1] for worker in (first, second)]
         assert len({Path(f"/proc/{pid}/ns/net").readlink() for pid in (*inside, "self")}) == 3
@@ -220,19 +213,19 @@ def test_workers_share_no_network_with_each_other_or_with_us(contract: building.
 def test_what_keeps_a_worker_from_starting_is_told(tmp_path: Path):
     (tmp_path / "sitecustomize.py").write_text("raise SystemExit('no such luck')")
     with pytest.raises(GraderError, match=r"(?s)The trial worker did not start:.*no such luck.*Run `grader doctor`\."):
-        scheduler.start_worker(COURSE, {**os.environ, "PYTHONPATH": str(tmp_path)}, tmp_path, "any")
+        observers.start_worker(COURSE, {**os.environ, "PYTHONPATH": str(tmp_path)}, tmp_path, "any")
 
 
 def patch_workers(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every worker run `code` before it starts."""
     (folder / "sitecustomize.py").write_text(code)
-    usual = scheduler.observer_environment
+    usual = observers.observer_environment
 
     def environment(contract: Path, *, home: Path) -> dict[str, str]:
         found = usual(contract, home=home)
         return found | {"PYTHONPATH": f"{folder}:{KIT}:{found['PYTHONPATH']}"}
 
-    monkeypatch.setattr(scheduler, "observer_environment", environment)
+    monkeypatch.setattr(observers, "observer_environment", environment)
 
 
 def run_all(
@@ -241,16 +234,7 @@ def run_all(
 ) -> list[evidence.Trial]:  # fmt: skip
     """Run trials one after the other and return their facts."""
     folder.mkdir()
-    found = scheduler.run(
-        plans,
-        COURSE,
-        install=built.install,
-        contract=contract.install,
-        folder=folder,
-        seed=1,
-        workers=1,
-        package=package,
-    )
+    found = run_trials(plans, install=built.install, contract=contract.install, folder=folder, seed=1, package=package)
     return [found[plan.name] for plan in plans]
 
 
@@ -294,5 +278,5 @@ def test_a_node_that_keeps_up_with_a_robot_or_nearly_is_not_cut_off(pace: str, w
 
 
 def test_a_submission_that_has_waited_in_all_trials_so_far_gets_no_more(run_with, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(scheduler, "ALL_BEHIND_S", -1.0)
+    monkeypatch.setattr(observers, "ALL_BEHIND_S", -1.0)
     assert run_with("echo must not be asked").ended == Reason(Kind.WAITED, seconds=-1.0)

@@ -1,4 +1,4 @@
-"""Evidence kept by what it is about, so that nothing is run again that would run just the same."""
+"""Results kept by what decides them, so that nothing is run again that would run just the same."""
 
 from __future__ import annotations
 
@@ -20,10 +20,6 @@ T = TypeVar("T")
 KEPT_DAYS = 7.0
 
 
-class NotKept(Exception):
-    """What is wanted is not kept and would have to be collected."""
-
-
 @dataclass(frozen=True)
 class Kept:
     """Facts in a folder, one file each, found again by a hash of everything that decides them.
@@ -32,13 +28,11 @@ class Kept:
         folder: where they are; None keeps nothing and finds nothing.
         common: what decides all of them, such as the kit's code and the seed.
         fresh: find nothing, so that everything is collected anew and then kept.
-        only: raise NotKept instead of finding nothing.
     """
 
     folder: Path | None = None
     common: tuple[str, ...] = ()
     fresh: bool = False
-    only: bool = False
 
     def find(self, kind: type[T], *decided_by: str) -> tuple[T, str] | None:
         """Return a fact and the local time at which it was collected, None if it is not there or damaged."""
@@ -47,17 +41,7 @@ class Kept:
             with contextlib.suppress(OSError, EOFError, ValueError):
                 fact = from_json(gzip.decompress(path.read_bytes()).decode(), kind)
                 return fact, dt.datetime.fromtimestamp(path.stat().st_mtime).isoformat(" ", "minutes")
-        if self.only:
-            raise NotKept
         return None
-
-    def holds(self, *decided_by: str) -> bool:
-        """Return whether `find` has something to look at."""
-        if self.folder is not None and not self.fresh and self._path(decided_by).is_file():
-            return True
-        if self.only:
-            raise NotKept
-        return False
 
     def keep(self, fact: object, *decided_by: str) -> None:
         """Keep a fact. Without space on the disk it is not kept, and nothing else happens."""
@@ -77,6 +61,9 @@ class Kept:
         assert self.folder is not None
         digest = hashlib.sha256("\0".join((*self.common, *decided_by)).encode("utf-8", "surrogateescape"))
         return self.folder / f"{digest.hexdigest()[:40]}.json.gz"
+
+
+NOTHING_KEPT = Kept()
 
 
 def forget_old(folder: Path, days: float = KEPT_DAYS) -> None:

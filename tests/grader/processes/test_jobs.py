@@ -1,0 +1,139 @@
+"""A list of jobs: what is done, in which order, at the same time as what, and what is taken from an earlier run."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader.processes import jobs
+from grader.processes.jobs import Job, Turn, Where, run
+from grader.processes.kept import Kept
+
+
+class Work:
+    """Makes jobs that note when they were done."""
+
+    def __init__(self) -> None:
+        self.done: list[str] = []
+
+    def job(self, name: str, work: Callable[..., Any] = lambda *_: "made", **how: Any) -> Job[Any]:
+        def note(*given: Any) -> Any:
+            result = work(*given)
+            self.done.append(name)
+            return result
+
+        return Job(name, Where.HOST, str, note, **how)
+
+
+@pytest.fixture
+def work() -> Work:
+    return Work()
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Kept:
+    return Kept(tmp_path / "kept", ("kit",))
+
+
+def test_a_job_gets_the_result_of_the_one_before_it_and_says_that_it_begins(work: Work):
+    said: list[str] = []
+    listed = [
+        work.job("a", lambda: "A", says="now a"),
+        work.job("b", lambda given: f"{given}B", after="a", says="now b"),
+    ]
+    assert run(listed, progress=said.append).results == {"a": "A", "b": "AB"}
+    assert said == ["now a", "now b"]
+
+
+@pytest.mark.parametrize("turn", Turn)
+def test_a_job_waits_only_for_the_one_that_it_comes_after(work: Work, turn: Turn):
+    """Mutants are tried while trials go on."""
+    tried = threading.Event()
+    trial = work.job("trial", lambda: tried.wait(60.0) and "", turn=turn)
+    chain = [
+        work.job("tests", turn=Turn.CHAIN),
+        work.job("mutants", lambda _: tried.set(), after="tests", turn=Turn.CHAIN),
+    ]
+    run([trial, *chain])
+    assert work.done[0] == "tests"
+    assert tried.is_set()
+
+
+class WouldWaitError(Exception):
+    """No place is free."""
+
+
+@pytest.mark.parametrize(("reserved", "free"), [(0, 4), (1, 2), (2, 1), (3, 1)])
+def test_the_chain_reserves_places_but_one_is_always_free(monkeypatch: pytest.MonkeyPatch, reserved: int, free: int):
+    places = jobs._Places(4)
+
+    def wait_for(condition: Callable[[], bool]) -> None:
+        if not condition():
+            raise WouldWaitError
+
+    monkeypatch.setattr(places._changed, "wait_for", wait_for)
+    counts = []
+    for _ in range(2):  # what a block has held is free after it
+        with ExitStack() as stack, suppress(WouldWaitError):
+            for _ in range(reserved):
+                stack.enter_context(places.of(Turn.CHAIN))
+            counts.append(0)
+            while True:
+                stack.enter_context(places.of(Turn.PLACE))
+                counts[-1] += 1
+    assert counts == [free, free]
+
+
+def test_who_waits_goes_on_when_a_place_is_free(work: Work, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 0)
+    places = jobs._Places
+    monkeypatch.setattr(jobs, "_Places", lambda count: places(max(count, 1)))
+    run([work.job(name, turn=Turn.PLACE) for name in "abc"])
+    assert sorted(work.done) == ["a", "b", "c"]
+
+
+def test_what_is_kept_is_not_done_again_and_when_it_was_is_said(work: Work, kept: Kept):
+    listed = [work.job("a"), work.job("b", after="a", decided_by=("b", "1"))]
+    first, second = run(listed, kept), run(listed, kept)
+    assert work.done == ["a", "b"]
+    assert first.results == second.results
+    assert (list(first.kept), list(second.kept)) == ([], ["a", "b"])
+
+
+@pytest.mark.parametrize("other", [{"name": "other"}, {"decided_by": ("text 2",)}])
+def test_what_something_else_decides_is_done(work: Work, kept: Kept, other: dict[str, Any]):
+    job = work.job("a", decided_by=("text 1",))
+    run([job], kept)
+    assert run([replace(job, **other)], kept).kept == {}
+    assert len(work.done) == 2
+
+
+def test_what_may_end_in_another_way_is_done_again_and_all_that_comes_after_it(work: Work, kept: Kept):
+    listed = [work.job("a", lasting=lambda _result: False), work.job("b", after="a"), work.job("c")]
+    run(listed, kept)
+    assert list(run(listed, kept).kept) == ["c"]
+    assert sorted(work.done) == ["a", "a", "b", "b", "c"]
+
+
+def test_an_error_ends_the_run_and_what_has_not_begun_is_left(work: Work, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(jobs, "_TRIALS_AT_ONCE", 1)
+
+    def fail(*_: object) -> str:
+        raise OSError("disk full")
+
+    broken = work.job("a", fail, turn=Turn.PLACE)
+    begun = threading.Event()
+
+    def wait_for_the_error() -> str:
+        begun.wait(0.0)
+        return ""
+
+    with pytest.raises(OSError, match="disk full"):
+        run([broken, work.job("b", after="a"), work.job("c", wait_for_the_error)])
+    assert "b" not in work.done
