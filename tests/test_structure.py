@@ -16,8 +16,7 @@ import pytest
 from grader import KIT
 
 _LISTED = (KIT / "docs" / "architecture.md").read_text(encoding="utf-8").partition("| room | job |")[2]
-_ROWS = "
-".join(re.findall(r"^\| (`.*?) \|", _LISTED.partition("\n\n")[0], re.MULTILINE))
+_ROWS = "\n".join(re.findall(r"^\| (`.*?) \|", _LISTED.partition("\n\n")[0], re.MULTILINE))
 ROOMS = (*re.findall(r"`(\w+)(?:/|\.py)`", _ROWS), "")
 """As docs/architecture.md lists them, and then what is in `grader` itself."""
 

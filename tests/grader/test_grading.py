@@ -79,7 +79,7 @@ def test_evidence_that_another_process_will_judge_is_not_judged_before(
     """As by `check`: the kernel judges what a process that can be interrupted has collected."""
     quick = replace(settings, requirements=("I2",))
     with monkeypatch.context() as patched:
-        patched.setattr(checks_run, "Checks", None)
+        patched.setattr(checks_run, "run", None)
         pipeline.observe(reference, tmp_path / "out", quick)
     assert pipeline.judge(tmp_path / "out" / pipeline.EVIDENCE, quick).scorecard.points == 2
 

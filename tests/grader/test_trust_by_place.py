@@ -108,7 +108,7 @@ def test_no_python_that_the_kit_starts_looks_for_modules_in_the_current_folder()
     """`grader doctor` imported rclpy from it. Two start in a folder of the grader's own."""
     starts = re.compile(r'sys\.executable, "-[mc]"')
     found = [path.name for path in (KIT / "grader").rglob("*.py") if starts.search(path.read_text())]
-    assert sorted(found) == ["one_grading.py", "observers.py"]
+    assert sorted(found) == ["observers.py", "one_grading.py"]
 
 
 def test_a_search_path_without_more_folders_has_no_empty_part(monkeypatch: pytest.MonkeyPatch):
