@@ -130,7 +130,7 @@ import json, os, resource
 limits = {name: resource.getrlimit(getattr(resource, name)) for name in dir(resource) if name.startswith("RLIMIT")}
 del limits["RLIMIT_OFILE"]  # another name of RLIMIT_NOFILE
 cores = sorted(os.sched_getaffinity(0)), os.cpu_count()
-turns = os.nice(0), os.sched_getobservers(0)
+turns = os.nice(0), os.sched_getscheduler(0)
 found = {"cores": cores, "turns": turns, "limits": limits, "environment": dict(os.environ)}
 print(json.dumps(found), flush=True)
 """
