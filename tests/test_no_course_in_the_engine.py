@@ -16,10 +16,14 @@ from helpers.course import COURSE
 from grader import KIT
 from grader.scoring import rubric
 
+FIELD = re.compile(r"^[\w/]+(?:\[.*\])? +([a-z]\w*)", re.MULTILINE)
 # Names that others gave to things of their own, which the contract has, too.
 NOT_THE_COURSES = {
     "linear_acceleration",  # a field of sensor_msgs/Imu
     "normalize_angle",  # sim has a function of this name for itself
+    "angular_velocity",  # likewise
+    *("header", "pose", "message", "status", "success"),  # fields of ROS's own types
+    *("speed", "tolerance"),  # what every robot has, and every goal
     *("odom", "scan", "state", "data", "imu", "battery"),  # what every robot has
 }
 OF_A_SIMULATOR = {"cmd_vel"}  # ROS's usual name, by which the simulator offers its robot
@@ -32,7 +36,18 @@ def words_of_the_course() -> set[str]:
     paths = [PurePosixPath(path).name.split(".")[0] for path in (*COURSE.modules, *COURSE.shared, *COURSE.node_tests)]
     types = [type_.partition("/")[2] for type_ in COURSE.interfaces]
     parameters = [name for node in COURSE.nodes.values() for name in node.parameters]
-    names = {COURSE.package, *COURSE.nodes, *COURSE.topics, *paths, *types, *parameters, *COURSE.function_names}
+    files = [COURSE.contract / COURSE.interface_file(type_) for type_ in COURSE.interfaces]
+    fields = [name for file in files for name in FIELD.findall(file.read_text())]
+    names = {
+        *fields,
+        COURSE.package,
+        *COURSE.nodes,
+        *COURSE.topics,
+        *paths,
+        *types,
+        *parameters,
+        *COURSE.function_names,
+    }
     return {word for name in names for word in name.split("/")} - NOT_THE_COURSES
 
 

@@ -113,6 +113,25 @@ class Functions:
     names: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class GoalFields:
+    """The fields of the course's action that sends a robot to a place.
+
+    Attributes:
+        target: of the goal, a geometry_msgs/Pose in the odom frame.
+        tolerance: of the goal, m.
+        remaining: of the feedback, the distance to the target, m.
+        final: of the result, a geometry_msgs/Pose: where the robot is in the end.
+        success: of the result, whether it has arrived.
+    """
+
+    target: str
+    tolerance: str
+    remaining: str
+    final: str
+    success: str
+
+
 @dataclass(frozen=True, eq=False)
 class Course:
     """Everything of one assignment. `folder` is where it is; other paths are absolute, those in a package relative.
@@ -122,6 +141,7 @@ class Course:
         layout: the paths that the package has to have.
         launch: the launch files by their paths in the package, each with the nodes that it starts.
         interfaces: the course's own types, such as "srv/SetSpeed"; their files are in `contract`.
+        goal: the fields of the action by which trials send the robot to a place, None if there is no such action.
         demonstration: the path of the script that shows the nodes at work, "" for none.
         words: further names that code has from the contract, such as frames and states.
         extends: the course that has whatever is not in `folder`, None for a course that has everything.
@@ -136,6 +156,7 @@ class Course:
     launch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interfaces: tuple[str, ...] = ()
     functions: Functions | None = None
+    goal: GoalFields | None = None
     demonstration: str = ""
     words: tuple[str, ...] = ()
     language: str = ENGLISH

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import os
 import sys
@@ -14,7 +15,7 @@ from typing import Any
 import yaml
 
 from grader import KIT, words, yaml_reader
-from grader.course.model import Course, Functions, Node, Parameter
+from grader.course.model import Course, Functions, GoalFields, Node, Parameter
 from grader.errors import GraderError
 from grader.sanitize import printable
 from grader.scoring.rubric import RUBRIC
@@ -26,6 +27,7 @@ VARIABLE = "ROS2_COURSE"
 """The environment variable with the folder of the course, where no `--course` names it."""
 INSTALLED = "grader/course/installed.txt"
 """In a kit that was made for a course of one's own: the folder of the course, seen from the kit's."""
+_GOAL = tuple(field.name for field in dataclasses.fields(GoalFields))
 _ROLES = ("subscribes", "publishes", "services", "actions")
 _OTHERS = ("config", "answers_on", "answers_every", "parameters")
 
@@ -193,7 +195,7 @@ class _Reader(YamlReader):
 
     def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
         """Return the fields of a Course that its contract decides."""
-        optional = ("interfaces", "launch", "functions", "demonstration", "words")
+        optional = ("interfaces", "launch", "functions", "goal", "demonstration", "words")
         fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
         layout = self._texts(fields["layout"])
         interfaces = self._texts(fields["interfaces"]) if "interfaces" in fields else ()
@@ -217,6 +219,9 @@ class _Reader(YamlReader):
             module = self.text(functions["module"])
             self.require_known(module, functions["module"], layout, "a path of the layout")
             found["functions"] = Functions(module, self._texts(functions["names"]))
+        if "goal" in fields:
+            goal = self.fields(fields["goal"], fields["goal"], _GOAL, "a goal")
+            found["goal"] = GoalFields(**{name: self.text(value) for name, value in goal.items()})
         if "demonstration" in fields:
             found["demonstration"] = self.text(fields["demonstration"])
             self.require_known(found["demonstration"], fields["demonstration"], layout, "a path of the layout")

@@ -45,17 +45,17 @@ class GoalResult:
     """The end of a goal.
 
     `status` is "succeeded", "canceled", "aborted", "rejected", "unfinished" or "no server"; `feedback` holds
-    (t, metres to go).
+    (t, metres to go), `place` the pose in the result.
     """
 
     status: str
     success: bool
-    final_pose: Any
+    place: Any
     feedback: list[tuple[float, float]] = field(default_factory=list)
 
     def __repr__(self) -> str:
-        place, count = self.final_pose.position, len(self.feedback)
-        place_shown = f"final_pose at ({place.x:.2f}, {place.y:.2f})"
+        at, fields, count = self.place.position, course().goal, len(self.feedback)
+        place_shown = f"{fields.final if fields else 'place'} at ({at.x:.2f}, {at.y:.2f})"
         return f"GoalResult({self.status!r}, success={self.success}, {place_shown}, {count} feedback messages)"
 
 
@@ -203,7 +203,7 @@ class Run:
         return GoalResult(
             status=facts.status,
             success=bool(facts.success),
-            final_pose=result.final_pose if result is not None else _pose(),
+            place=_pose() if result is None or (fields := course().goal) is None else getattr(result, fields.final),
             feedback=[(t, remaining) for t, remaining, _ in facts.feedback],
         )
 

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from action_msgs.msg import GoalStatus
 
 from grader import evidence
+from grader.course import GoalFields
 from grader.trials.messages import fill
 from sim.bridge import Bridge
 
@@ -32,8 +33,8 @@ class Client(Protocol):
 class SentGoal:
     """A goal that was sent: its progress and, in the end, its facts. Position in the odom frame, in metres."""
 
-    def __init__(self, node: Client, x: float, y: float, tolerance: float) -> None:
-        self._node = node
+    def __init__(self, node: Client, fields: GoalFields, x: float, y: float, tolerance: float) -> None:
+        self._node, self._fields = node, fields
         self._sent_t = node.bridge.time
         self._x, self._y, self._tolerance = x, y, tolerance
         self._feedback: list[list[float]] = []
@@ -44,7 +45,7 @@ class SentGoal:
         self._result: Any = None
         self.problem: evidence.Reason | None = None
         pose = {"position": {"x": float(x), "y": float(y)}, "orientation": {"w": 1.0}}
-        goal = fill(node.action_type.Goal(), {"target_pose": pose, "tolerance": float(tolerance)})
+        goal = fill(node.action_type.Goal(), {fields.target: pose, fields.tolerance: float(tolerance)})
         sending = node.action.send_goal_async(goal, feedback_callback=self._take_feedback)
         sending.add_done_callback(self._take_answer)
 
@@ -93,6 +94,7 @@ class SentGoal:
     def facts(self) -> evidence.Goal:
         """Return what has become of the goal so far."""
         result = self.result
+        place = None if result is None else getattr(result, self._fields.final).position
         status = "unfinished" if result is None else _STATUS.get(self._result.status, "unfinished")
         if self.answered and not self.accepted:
             status = "rejected"
@@ -104,9 +106,9 @@ class SentGoal:
             tolerance=self._tolerance,
             accepted=self.accepted,
             status=status,
-            success=None if result is None else bool(result.success),
-            final_x=math.nan if result is None else float(result.final_pose.position.x),
-            final_y=math.nan if result is None else float(result.final_pose.position.y),
+            success=None if result is None else bool(getattr(result, self._fields.success)),
+            final_x=math.nan if place is None else float(place.x),
+            final_y=math.nan if place is None else float(place.y),
             ended_t=self._ended_t,
             cancel_t=self._cancel_t,
             cancel_accepted=bool(self._cancel.result().goals_canceling) if cancel_done else None,
@@ -128,4 +130,5 @@ class SentGoal:
         true_distance = math.hypot(self._x - pose.x, self._y - pose.y)
         self._node.bridge.note_feedback()
         if len(self._feedback) < _FEEDBACK_KEPT:
-            self._feedback.append([self._node.bridge.time, float(message.feedback.distance_remaining), true_distance])
+            said = float(getattr(message.feedback, self._fields.remaining))
+            self._feedback.append([self._node.bridge.time, said, true_distance])

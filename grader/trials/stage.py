@@ -278,7 +278,9 @@ class Stage:
         Position in the odom frame and tolerance, in metres. `goal.running`, `goal.ended` and `goal.cancel()` go on.
         """
         found = self.node.found(self.node.action_name, self.node.action.server_is_ready)
-        goal = SentGoal(self.node, x, y, tolerance)
+        if self.course.goal is None:
+            raise ValueError("`goal` in the contract does not say which fields of the action hold the target")
+        goal = SentGoal(self.node, self.course.goal, x, y, tolerance)
         self.recorder.goals.append(goal)
         if not found:
             goal.problem = Reason(Kind.NO_ACTION, self.node.action_name)
