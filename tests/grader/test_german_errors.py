@@ -16,10 +16,11 @@ from helpers.notebook_fixtures import workspace
 
 from grader import cli, notebook
 from grader.course import find as find_course
+from grader.courses.robot_controller.lessons import clinic, frames
 from grader.errors import GraderError
 from grader.host import namespaces, shortage, supervised
 from grader.intake.submission import open_submission
-from grader.notebook import clinic, find, frames, packing, pieces
+from grader.notebook import find, packing, pieces
 from grader.notebook.workspace import Workspace
 from grader.words import say
 
