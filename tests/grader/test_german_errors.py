@@ -45,7 +45,7 @@ def submit_to_a_place_that_cannot_be_written() -> None:
 
 def put_into(cell: str) -> None:
     Path("driver.py").write_text("class Driver:\n    def stop(self):\n        pass\n")
-    pieces.into("driver.py", cell, {})
+    pieces.into("driver.py", cell)
 
 
 IN_NOTEBOOKS = [

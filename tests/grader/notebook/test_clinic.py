@@ -50,7 +50,7 @@ def cure(case: str) -> None:
         subprocess.run(cell[1:], shell=True, check=True, capture_output=True)
     else:
         first, _, body = cell.partition("\n")
-        pieces.into(first.split()[1], body + "\n", {})
+        pieces.into(first.split()[1], body + "\n")
     forget_changed_modules(find().package)
 
 

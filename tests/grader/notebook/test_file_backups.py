@@ -201,18 +201,6 @@ def test_a_piece_is_not_put_into_the_file_of_an_earlier_notebook(workspace: Work
     assert backups.refusal(INTO, "07", begun) == ""
 
 
-@pytest.mark.slow  # two kernels
-def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace: Workspace, package: Path) -> None:
-    begin = "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
-    in_a_kernel(
-        f"{begin}s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
-        "s.run_cell('%%into own.py\\ndef steer():\\n    return 1\\n\\ndef turn():\\n    return 1\\n')\n"
-    )
-    said = in_a_kernel(f"{begin}s.run_cell('%%into own.py\\ndef steer():\\n    return 2\\n')\n")
-    assert said.endswith("own.py has now: steer\nno longer in this cell, so removed: turn\n")
-    assert (package / "own.py").read_text() == "def steer():\n    return 2\n"
-
-
 def test_a_skeleton_and_its_pieces_in_a_kernel(workspace: Workspace, package: Path) -> None:
     """The skeleton's refusal was taken for the latest text; a comment above a cell magic made it a line magic."""
     said = in_a_kernel(
