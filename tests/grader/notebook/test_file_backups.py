@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
-from grader.authoring import book, editions
+from grader.authoring import book
 from grader.host.ros_env import PREFIX
 from grader.notebook import before_begin, checkpoints
 from grader.notebook.file_backups import FileBackups, target
@@ -239,7 +239,7 @@ def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
 @pytest.mark.slow  # a kernel
 def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(workspace: Workspace) -> None:
     """The first cell of 08 makes `config` and `launch`, `start_at` moves them away, and %%writefile was a traceback."""
-    notebook = book.read_stored(editions.student_file("08_settings_and_launch"))
+    notebook = book.read_stored(book.student_file("08_settings_and_launch"))
     first, *others = (cell.source for cell in notebook.cells if cell.cell_type == "code")
     written = [cell for cell in others if cell.startswith("%%writefile")]
     cells = [first, "start_at('08')", *written]
