@@ -23,7 +23,7 @@ from grader.course import Course, handout, packages, reader
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.notebook import checkpoints
-from grader.notebook.archive import Entry, write_zip
+from grader.notebook.packing import Entry, write_zip
 from grader.scoring import rubric
 
 TOP = "ros2-course-kit"
