@@ -1,17 +1,19 @@
 """Make the notebooks: `python -m grader.authoring.book build 05` writes both editions of a notebook from its source.
 
-The student edition has no outputs, so nothing is run for it. The published edition is run with the solutions in its
-exercises, after the notebooks before it, and stored with its cleaned outputs; `editions` says more.
+The student edition, notebooks/NN_topic.ipynb, has stubs in its exercises and no outputs, so nothing is run for it. The
+published edition, notebooks/published/NN_topic.ipynb, is run with the solutions in its exercises, after the notebooks
+before it, and stored with its cleaned outputs.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import runpy
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import checkpoint_texts, editions, nbgrader, notebook_run, notebook_source, stored_outputs
+from grader.authoring import checkpoint_texts, nbgrader, notebook_run, notebook_source
 from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
 from grader.notebook.workspace import course
@@ -29,6 +31,12 @@ from grader.words import counted
 PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
 PAGE = KIT / "docs" / "course.md"
 _TABLE_MARK = "<!-- Written by `python -m grader.authoring.book table`; do not edit by hand. -->"
+FOLDER = "published"
+NOTE = "edition"
+"""The id of the cell that tells a visitor which edition this is."""
+
+# The target of a Markdown link or of a picture, without an address, a place on the page, or another notebook.
+_BESIDE = re.compile(r"(\]\(|<img[^>]*\ssrc=\")(?!\w+:|//|#|\d\d_\w+\.ipynb)(?=[^)\s\"])")
 _VERBS = {
     "build": "write both editions; the published one is run with the solutions, and every check must pass",
     "student": "write the student edition alone; this runs nothing",
@@ -37,7 +45,6 @@ _VERBS = {
     "check": "list the notebooks that differ from their source",
     "nbgrader": "write the notebooks as an nbgrader assignment into an nbgrader course folder",
     "table": "write the table of requirements and sections into docs/course.md",
-    "solve": "run each notebook with the solutions in its exercises, after the notebooks before it; store nothing",
     "untouched": "run each notebook as students first see it, in an empty workspace; store nothing",
 }
 
@@ -100,8 +107,6 @@ def _run_verb(options: argparse.Namespace, name: str, rubric: Rubric, folder: Pa
         return True
     if options.verb == "untouched":
         return _print_run(name, run_untouched(name, rubric, folder))
-    if options.verb == "solve":
-        return _print_run(name, run_solved(name, rubric, folder))
     write_student(name, rubric, folder)
     return _print_run(name, publish(name, rubric, folder))
 
@@ -117,6 +122,39 @@ def _print_run(name: str, run: notebook_run.NotebookRun) -> bool:
     if run.error:
         print(run.error, file=sys.stderr)
     return run.error is None
+
+
+def student_file(name: str, notebooks: Path = notebook_source.NOTEBOOKS) -> Path:
+    """Return the file of the student edition."""
+    return notebooks / f"{name}.ipynb"
+
+
+def published_file(name: str, notebooks: Path = notebook_source.NOTEBOOKS) -> Path:
+    """Return the file of the published edition."""
+    return notebooks / FOLDER / f"{name}.ipynb"
+
+
+def published(
+    name: str,
+    rubric: Rubric,
+    notebooks: Path = notebook_source.NOTEBOOKS,
+    solutions: notebook_run.Solutions = checkpoint_texts.solution,
+) -> NotebookNode:
+    """Return the notebook with solved exercises and a note for visitors, before it is run."""
+    notebook = notebook_run.solved(name, notebook_source.read(name, rubric, notebooks), solutions)
+    for cell in notebook.cells:
+        cell.metadata.pop("nbgrader", None)
+        if cell.cell_type == "markdown":
+            cell.source = _BESIDE.sub(r"\1../", cell.source)
+    notebook.cells.insert(1, nbformat.v4.new_markdown_cell(_note(name), id=NOTE))
+    return notebook
+
+
+def _note(name: str) -> str:
+    return (
+        "> **The published edition**, to look at: the exercises are solved, and every output comes from that run.\n"
+        f"> To write the solutions yourself, open [the student edition](../{name}.ipynb)."
+    )
 
 
 def with_table(page: str, rubric: Rubric) -> str:
@@ -138,8 +176,8 @@ def with_table(page: str, rubric: Rubric) -> str:
 
 def write_student(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> Path:
     """Write the student edition of the notebook `name` and return its file."""
-    target = editions.student_file(name, folder)
-    write(editions.student(name, rubric, folder), target)
+    target = student_file(name, folder)
+    write(notebook_source.read(name, rubric, folder), target)
     return target
 
 
@@ -152,7 +190,7 @@ def publish(
     """Run the notebook `name` solved and write its published edition; keep the old file if the run has an error."""
     run = run_solved(name, rubric, folder, solutions)
     if run.error is None:
-        target = editions.published_file(name, folder)
+        target = published_file(name, folder)
         target.parent.mkdir(exist_ok=True)
         write(run.notebook, target)
     return run
@@ -169,8 +207,8 @@ def reword(
     Raises:
         GraderError: the code has changed too, so that the outputs may be others.
     """
-    target = editions.published_file(name, folder)
-    made = editions.published(name, rubric, folder, solutions)
+    target = published_file(name, folder)
+    made = published(name, rubric, folder, solutions)
     old = [cell for cell in read_stored(target).cells if cell.cell_type == "code"]
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     if [cell.source for cell in code] != [cell.source for cell in old]:
@@ -192,8 +230,8 @@ def run_solved(
     """Run the published edition of the notebook `name` in a new workspace, and clean its outputs."""
     with tempfile.TemporaryDirectory(prefix="book-") as scratch:
         workspace = Path(scratch) / "ws"
-        run = notebook_run.solve(name, editions.published(name, rubric, folder, solutions), workspace)
-        stored_outputs.clean(run.notebook, workspace)
+        run = notebook_run.solve(name, published(name, rubric, folder, solutions), workspace)
+        notebook_run.clean(run.notebook, workspace)
     return run
 
 
@@ -201,8 +239,8 @@ def run_untouched(name: str, rubric: Rubric, folder: Path = notebook_source.NOTE
     """Run the student edition of the notebook `name` in an empty workspace, and clean its outputs."""
     with tempfile.TemporaryDirectory(prefix="book-") as scratch:
         workspace = Path(scratch) / "ws"
-        run = notebook_run.execute(editions.student(name, rubric, folder), workspace)
-        stored_outputs.clean(run.notebook, workspace)
+        run = notebook_run.execute(notebook_source.read(name, rubric, folder), workspace)
+        notebook_run.clean(run.notebook, workspace)
     return run
 
 
@@ -223,34 +261,21 @@ def differences(
     solutions: notebook_run.Solutions = checkpoint_texts.solution,
 ) -> list[str]:
     """Return how the two editions of a notebook differ from its source, one sentence each."""
-    student, published = editions.student_file(name, folder), editions.published_file(name, folder)
+    student, published_ = student_file(name, folder), published_file(name, folder)
     advice = f"Run `python -m grader.authoring.book build {name[:2]}`."
-    missing = [file.relative_to(folder) for file in (student, published) if not file.exists()]
+    missing = [file.relative_to(folder) for file in (student, published_) if not file.exists()]
     found = [f"{file} is missing. {advice}" for file in missing]
-    if student.exists() and read_stored(student) != editions.student(name, rubric, folder):
+    if student.exists() and read_stored(student) != notebook_source.read(name, rubric, folder):
         found.append(f"{student.name} is not what its source says. {advice}")
-    if published.exists():
-        made = editions.published(name, rubric, folder, solutions)
-        where = f"{editions.FOLDER}/{published.name}"
-        found += [f"{where}: {problem}. {advice}" for problem in _problems(made, read_stored(published))]
+    if published_.exists():
+        made, stored = published(name, rubric, folder, solutions), read_stored(published_)
+        if _without_outputs(made) != _without_outputs(stored):
+            found.append(f"{FOLDER}/{published_.name} is not what its source says. {advice}")
     return found
 
 
-def _problems(made: NotebookNode, stored: NotebookNode) -> Iterator[str]:
-    """Yield where a stored notebook differs from the one made of its source, whatever their outputs."""
-    if [cell["id"] for cell in made.cells] != [cell["id"] for cell in stored.cells]:
-        yield "it has other cells than its source"
-    old = {cell["id"]: cell for cell in stored.cells}
-    for cell in made.cells:
-        other = old.get(cell["id"])
-        if other is not None and _without_outputs(cell) != _without_outputs(other):
-            yield f"cell {cell['id']} differs from its source"
-    if made.metadata != stored.metadata:
-        yield "the notebook's metadata differ"
-
-
-def _without_outputs(cell: NotebookNode) -> tuple[Any, ...]:
-    return cell.cell_type, cell.source, cell.metadata
+def _without_outputs(notebook: NotebookNode) -> list[Any]:
+    return [notebook.metadata, *((cell["id"], cell.cell_type, cell.source, cell.metadata) for cell in notebook.cells)]
 
 
 def _draw(name: str, folder: Path) -> bool:
@@ -268,7 +293,7 @@ def _draw(name: str, folder: Path) -> bool:
     picture = png(runpy.run_path(str(script))["draw"](), dpi=150)
     target = folder / "pictures" / f"{number}.png"
     target.parent.mkdir(exist_ok=True)
-    target.write_bytes(stored_outputs.reduce_colours(picture, PICTURE_WIDTH))
+    target.write_bytes(notebook_run.reduce_colours(picture, PICTURE_WIDTH))
     print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
     return True
 

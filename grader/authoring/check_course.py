@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 import nbformat
 
-from grader import KIT, yaml_reader
+from grader import yaml_reader
 from grader.authoring import held_back, notebook_source, package_edits
 from grader.checks import checks_run
 from grader.course import Course, handout, load
@@ -53,24 +53,8 @@ def mistakes(folder: Path) -> list[str]:
     try:
         course = load(folder)
     except GraderError as error:
-        return shortened(folder.resolve(), [str(error), *_without_contract(folder.resolve())])
+        return shortened(folder.resolve(), [str(error)])
     return shortened(course.folder, _Reading(course).mistakes())
-
-
-def _without_contract(folder: Path) -> Iterator[str]:
-    """Yield the mistakes in the files of a course whose course.yaml or contract cannot be read."""
-    for path in filter(Path.is_file, [folder / "rubric.yaml"]):
-        try:
-            rubric.load(path)
-        except GraderError as error:
-            yield str(error)
-    for path in sorted(folder.glob("worlds/*.yaml")):
-        yield from _world(path)
-    for path in sorted([*folder.glob("trials/*.py"), *folder.glob("checks/*.py")]):
-        try:
-            ast.parse(path.read_text(encoding="utf-8"), path)
-        except SyntaxError as error:
-            yield f"{_place(error, folder)}: {type(error).__name__}: {error}"
 
 
 def _world(path: Path) -> Iterator[str]:
@@ -145,7 +129,7 @@ class _Reading:
             place, lacking = _line(self.course.folder / "course.yaml", "solution"), self.course.solution
             yield f"{place}: there is no package in {lacking}; what refers to its files is read when there is"
             of_solution = ()
-        parts = (self._rubric, self._checks, self._methods, self._trials, self._held_back, self._worlds)
+        parts = (self._rubric, self._checks, self._trials, self._held_back, self._worlds)
         for part in (*parts, self._functions, self._handout, *of_solution):
             try:
                 yield from part()
@@ -240,19 +224,6 @@ class _Reading:
         known = [service for node in self.course.nodes.values() for service in node.services]
         if name not in known:
             yield f"{path}, line {line}: {unknown(name, known, 'a service of the contract')}"
-
-    def _methods(self) -> Iterator[str]:
-        """Yield what trials and checks ask of `stage` and `judge`, and these do not have."""
-        for place, whose, file in (
-            ("trials", "stage", "trials/stage.py"), ("checks", "judge", "checks/judge.py")
-        ):  # fmt: skip
-            text = (KIT / "grader" / file).read_text(encoding="utf-8")
-            known = sorted(set(re.findall(r"(?:    def |self\.)([a-z]\w*)", text)))
-            for path, tree in self._parsed(place, "*.py"):
-                for node in ast.walk(tree):
-                    match node:
-                        case ast.Attribute(ast.Name(name), method) if name == whose and method not in known:
-                            yield f"{path}, line {node.lineno}: {unknown(method, known, f'something that {whose} has')}"
 
     @cached_property
     def _names_all_checks(self) -> bool:

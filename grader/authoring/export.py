@@ -17,7 +17,7 @@ from grader.course import Course, find, name_of
 from grader.course.held_back import names
 from grader.course.reader import INSTALLED
 from grader.errors import EXIT_GRADED, GraderError
-from grader.notebook.archive import Entry, write_zip
+from grader.notebook.packing import Entry, write_zip
 
 _EXPORTS = Path(__file__).parent / "exports"
 _FILES = ("Makefile", "README.md", "LICENSE", "rubric.yaml", ".ci/setup", ".ci/setup.py")

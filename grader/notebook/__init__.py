@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from grader.notebook.session import Run
     from sim import World
 
+__path__.append(str(course().path("lessons")))
+"""A module in the course's folder `lessons` is imported as `grader.notebook.NAME`."""
+
 __all__ = ["begin", "bench", "check", "mine", "mutant", "mutant_matrix", "run_node", "start_at", "tries"]
 
 
@@ -39,17 +42,17 @@ def begin(notebook: str) -> None:
     print(feedback.welcome(key, workspace))
 
 
-def check(*requirements: str, fresh: bool = False) -> Checked:
+def check(*requirements: str) -> Checked:
     """Check your package against the named requirements ("F4"), as the grader does, and show the findings.
 
-    What has not changed since an earlier check is not run again; the answer says so. `fresh` runs everything anew.
+    What has not changed since an earlier check is not run again; the answer says so.
 
     Raises:
         ValueError: there is no such requirement.
     """
     from grader.notebook import checking  # takes a second to import, and `begin` should answer at once
 
-    return checking.check(find(), requirements, fresh=fresh)
+    return checking.check(find(), requirements)
 
 
 def run_node(
@@ -58,10 +61,7 @@ def run_node(
     *,
     program: str = "",
     launch: str = "",
-    seed: int = 0,
     parameters: Mapping[str, object] | None = None,
-    remappings: Mapping[str, str] | None = None,
-    profile: str = "course",
 ) -> Run:
     """Build your package, start one of its nodes beside a simulated robot, and return the run.
 
@@ -72,18 +72,15 @@ def run_node(
         node: the executable, by default the first of the contract's nodes.
         program: a Python file that makes this node, to be run in place of the executable.
         launch: a launch file of your package that starts this node and others, to be run in place of the executable;
-            its arguments may follow it. Parameters and remappings are then its own.
+            its arguments may follow it. Parameters are then its own.
         world: a world's name (`sim.world_names()`) or a World.
-        seed: the seed of the sensors' noise.
         parameters: the node's parameters, by name.
-        remappings: new names for its topics and services, by name.
-        profile: the robot, "course" or "tb4".
 
     Raises:
         ValueError: a launch file is given, and beside it what only a node by itself can take.
     """
-    if launch and (program or parameters or remappings):
-        raise ValueError(say("a launch file has parameters and remappings of its own"))
+    if launch and (program or parameters):
+        raise ValueError(say("a launch file has parameters of its own"))
     from grader.notebook import session  # takes a second to import, and `begin` should answer at once
 
     return session.start(
@@ -92,10 +89,7 @@ def run_node(
         world,
         program=program,
         launch=launch,
-        seed=seed,
         parameters=parameters,
-        remappings=remappings,
-        profile=profile,
     )
 
 

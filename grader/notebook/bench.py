@@ -5,12 +5,12 @@ from __future__ import annotations
 import importlib
 import inspect
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
-from grader.notebook import interface_types, workspace
+from grader.notebook import interface_types, prerequisites
 from grader.notebook.tables import MissingError
 from grader.notebook.workspace import NOTEBOOK, course
 from grader.words import say
@@ -35,35 +35,17 @@ def mine(module: str) -> Any:
 
     Where it cannot be imported, say why; each use of it then fails with the same words.
     """
-    import os
-
-    if _needs_interfaces(module):
-        interface_types.load(workspace.find())
+    name = f"{course().package}.{module}"
     try:
-        return importlib.import_module(f"{course().package}.{module}")
+        return interface_types.provided(partial(importlib.import_module, name))
     except Exception as error:  # whatever the student's text raises while it is imported
         why = say("{module} cannot be imported: {error}", module=module, error=error)
         if isinstance(error, ModuleNotFoundError):
-            why += say(
-                '. An earlier notebook writes it, or start_at("{notebook}")', notebook=os.environ.get(NOTEBOOK, "05")
-            )
+            lacking = error.name if f"{error.name}".startswith(f"{course().package}.") else name
+            path = f"{lacking}".replace(".", "/")
+            why += "; " + prerequisites.how_to_get(f"{path}.py", os.environ.get(NOTEBOOK, ""))
         print(say("not yet: {why}", why=why))
         return Missing(why)
-
-
-def _needs_interfaces(module: str) -> bool:
-    """Return whether a module is one of the interfaces, or imports them, itself or by another of the package's."""
-    package, seen, todo = workspace.find().package / course().package, {""}, [module]
-    while todo:
-        name = todo.pop()
-        if name.partition(".")[0] in ("msg", "srv", "action"):
-            return True
-        path = package / f"{name.replace('.', '/')}.py"
-        seen.add(name)
-        text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
-        imported = re.findall(rf"(?m)^\s*(?:from|import) (?:{course().package})?\.([\w.]+)", text)
-        todo += {*imported} - seen
-    return False
 
 
 def bench(name: str, **parameters: object) -> Any:

@@ -40,14 +40,6 @@ class CellHooks:
         if message := self._backups.before(info.raw_cell):
             print(message)
 
-    def into(self, line: str, cell: str) -> None:
-        """Put the functions of a cell into a file, and note which of them are new there."""
-        path = target(f"%%{pieces.MAGIC} {line}")
-        added = self._backups.added(path) if path else {}
-        pieces.into(line, cell, added)
-        if path and added:
-            self._backups.note_added(path, added)
-
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
 
@@ -96,7 +88,7 @@ def install(workspace: Workspace) -> None:
         transforms.insert(0, without_comments_above_a_magic)
     before_begin.install()
     warnings.formatwarning = format_warning
-    shell.register_magic_function(hooks.unless_later(hooks.into, pieces.MAGIC), "cell", pieces.MAGIC)
+    shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     for name in before_begin.WRITES:
         original = before_begin.original(shell)
         shell.register_magic_function(hooks.unless_later(original, name), "cell", name)

@@ -33,8 +33,8 @@ _PICTURES = 2
 _LOCK = threading.Lock()
 
 
-def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = False) -> Checked:
-    """Return the results of the named requirements for the workspace's package; `fresh` runs everything anew.
+def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
+    """Return the results of the named requirements for the workspace's package.
 
     Raises:
         ValueError: there is no such requirement.
@@ -64,9 +64,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     if possible:
         progress = Progress()
         try:
-            grading = _grade(
-                workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress, fresh=fresh
-            )
+            grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
             scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
             for r in possible:
                 score = scores[asked[r.id].id]
@@ -101,12 +99,12 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
         raise ValueError(say("There is no requirement {name!r}. There are {known}.", name=name, known=known)) from None
 
 
-def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
+def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress) -> Grading:
     settings = Settings(
         rubric=whole, course=course(), cache=building.cache_folder(),
         requirements=tuple(requirement.id for requirement in wanted),
         mutation_budget_s=MUTATION_BUDGET_S, best_effort=True,
-        reuse=Reuse.unless(fresh or FRESH in os.environ), progress=progress.say,
+        reuse=Reuse.unless(FRESH in os.environ), progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
     beside = prerequisites.interfaces_beside(package)

@@ -44,6 +44,16 @@ class Checkpoint:
     made: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Return the files that cells write."""
+        return (*self.given, *self.exercises)
+
+    @property
+    def written(self) -> tuple[str, ...]:
+        """Return the files that the notebook writes, by cells and by commands."""
+        return (*self.cells, *self.made)
+
 
 def table() -> Mapping[str, Checkpoint]:
     """Return the course's notebooks, each with its files."""
@@ -77,18 +87,17 @@ def checkpoint(notebook: str) -> Checkpoint:
 def written_by(notebook: str) -> tuple[str, ...]:
     """Return the files that a notebook's cells write; () for "" and for a notebook that the course does not have."""
     found = _by_number().get(notebook)
-    return (*found.exercises, *found.given) if found else ()
+    return found.cells if found else ()
 
 
 def written_in(path: str) -> str:
     """Return the first notebook ("05") that writes a file of the package, "" if none does."""
-    found = (key for key, files in _by_number().items() if path in (*files.exercises, *files.given, *files.made))
-    return next(found, "")
+    return next((key for key, files in _by_number().items() if path in files.written), "")
 
 
 def meant_by(path: str) -> str:
     """Return the course's file that a path of the package is nearly, "" if it is one of them, or like none."""
-    known = [name for files in _by_number().values() for name in (*files.exercises, *files.given)]
+    known = [name for files in _by_number().values() for name in files.cells]
     if path in known or Path(path).stem.startswith("__"):
         return ""
     same_name = [name for name in known if Path(name).name == Path(path).name]
@@ -97,9 +106,12 @@ def meant_by(path: str) -> str:
 
 def paths_before(notebook: str) -> list[str]:
     """Return the files that the notebooks before this one write, in the course's order."""
-    last = number(notebook)
-    earlier = [files for key, files in _by_number().items() if key < last]
-    return list(dict.fromkeys(path for files in earlier for path in (*files.given, *files.exercises, *files.made)))
+    return list(_writers_before(number(notebook)))
+
+
+def _writers_before(key: str) -> dict[str, str]:
+    """Return for each file that the notebooks before this one write the last of them."""
+    return {path: earlier for earlier, files in _by_number().items() if earlier < key for path in files.written}
 
 
 def files_after(notebook: str) -> dict[str, str]:
@@ -127,7 +139,8 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     package.mkdir(parents=True, exist_ok=True)
     backup = _back_up(workspace)
     write_files(package, files)
-    FileBackups(workspace).note_laid_out({path: _last_written_before(path, key) for path in files})
+    writers = _writers_before(key)
+    FileBackups(workspace).note_laid_out({path: writers.get(path, "") for path in files})
     if own := _student_work_before(key):
         sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
         marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
@@ -162,13 +175,6 @@ def patient(case: str) -> dict[str, Any]:
     """
     ill: dict[str, Any] = _texts()(case)
     return ill | {"files": files_after(max(_by_number())) | ill["files"]}
-
-
-def _last_written_before(path: str, key: str) -> str:
-    found = [
-        e for e, files in _by_number().items() if e < key and path in (*files.exercises, *files.given, *files.made)
-    ]
-    return found[-1] if found else ""
 
 
 def _student_work_before(key: str) -> set[str]:

@@ -25,7 +25,7 @@ FORCE = "-f"
 """Lets a cell replace the file of a later notebook, or one that holds pieces."""
 APPENDS = {"-a", "--append"}
 _FLAGS = {*APPENDS, FORCE}
-# path -> checksum of the text that a cell last wrote there, that cell's notebook and magic, what %%into has added
+# path -> checksum of the text that a cell last wrote there, that cell's notebook and magic
 _WRITTEN = "written.json"
 
 
@@ -109,19 +109,7 @@ class FileBackups:
         path = target(cell)
         content = _content(path) if path is not None else None
         if path is not None and content is not None:
-            magic = _magic(cell)
-            self._note({self._name(path): [_sum(content), notebook, magic, self.added(path) if magic == _INTO else {}]})
-
-    def added(self, path: Path) -> dict[str, list[str]]:
-        """Return the functions that `%%into` cells have added to a file, each with the functions of its cell."""
-        match self._all_written().get(self._name(path)):
-            case [_, _, _, dict(found)]:
-                return found
-        return {}
-
-    def note_added(self, path: Path, added: dict[str, list[str]]) -> None:
-        """Note what `%%into` cells have added to a file by now."""
-        self._note({self._name(path): [*self._written(path), added]})
+            self._note({self._name(path): [_sum(content), notebook, _magic(cell)]})
 
     def note_laid_out(self, notebooks: Mapping[str, str]) -> None:
         """Note the package's files that the course has laid out, with the notebook that each is from, and no others."""

@@ -7,18 +7,20 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from grader import building
 from grader.errors import GraderError
 from grader.host import ros_env
-from grader.notebook.workspace import Workspace, course
+from grader.notebook.feedback import Progress
+from grader.notebook.workspace import Workspace, course, find
 from grader.words import mark, say
 
 _KINDS = ("msg", "srv", "action")
+T = TypeVar("T")
 
 
 def load(workspace: Workspace) -> None:
@@ -46,6 +48,21 @@ def load(workspace: Workspace) -> None:
 
         for type_ in course().interfaces:
             interface(type_).__class__.__import_type_support__()
+
+
+def provided(action: Callable[[], T]) -> T:
+    """Return what `action` returns; if an import in it fails for want of the interfaces, load them and try again."""
+    try:
+        return action()
+    except ImportError as error:
+        package, kind, *_ = [*(error.name or "").split("."), ""]
+        if package != course().package or kind not in _KINDS:
+            raise
+    with Progress() as progress:
+        if not building.contract_is_built(building.cache_folder(), course()):
+            progress.say(say(building.FIRST_TIME))
+        load(find())
+    return action()
 
 
 def check_fields() -> None:

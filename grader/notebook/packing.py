@@ -6,19 +6,20 @@ import os
 import posixpath
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 
 from grader import building, pipeline
-from grader.errors import SubmissionError
+from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
 from grader.intake.containers import Folder
 from grader.intake.copy_plan import SizeLimits, plan_copy
 from grader.intake.submission import open_submission
 from grader.notebook import workspace
-from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, at_hand_in, points
 from grader.scoring.scorecard import Outcome
@@ -26,6 +27,7 @@ from grader.words import localized, mark, say, say_count
 
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
 _LISTED = 40
+_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
@@ -175,3 +177,34 @@ def _size(size: int) -> str:
     return localized(
         f"{size} B" if size < 1000 else f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1e6:.1f} MB"
     )
+
+
+class Entry(NamedTuple):
+    """A file of an archive."""
+
+    content: bytes
+    executable: bool
+
+
+def write_zip(target: Path, entries: Mapping[str, Entry], date: tuple[int, int, int, int, int, int] = _EPOCH) -> None:
+    """Write the zip `target`, completely or not at all. All its files have the same date and time.
+
+    Raises:
+        GraderError: it cannot be written.
+    """
+    part = target.with_name(target.name + ".part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+            for name, entry in entries.items():
+                info = zipfile.ZipInfo(name, date)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                info.external_attr = (0o100755 if entry.executable else 0o100644) << 16
+                archive.writestr(info, entry.content)
+        part.replace(target)
+    except OSError as error:
+        raise GraderError(
+            say("Cannot write {target}: {error}. Choose another --out.", target=target, error=error)
+        ) from error
+    finally:
+        part.unlink(missing_ok=True)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
-import re
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,33 +76,6 @@ def merged(text: str, piece: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def left_over(text: str, piece: str, added: Mapping[str, list[str]]) -> set[str]:
-    """Return the functions of `text` that an earlier text of the cell `piece` has added, and that nothing names.
-
-    `added` has the functions that cells have added to the file, each with the functions of its cell. An earlier text
-    of a cell is known by the functions that the two share.
-    """
-    now = {found.name for found in definitions(piece)}
-    names = {found.name for found in definitions(text)} & {name for name in added if now & {*added[name]}} - now
-    while used := {
-        name for name in names if re.search(rf"\b{name.rpartition('.')[2]}\b", without(text, names)) is not None
-    }:
-        names -= used
-    return names
-
-
-def without(text: str, names: Container[str]) -> str:
-    """Return `text` without the functions of these names and the blank lines above them."""
-    lines = text.splitlines()
-    for found in reversed(definitions(text)):
-        if found.name in names:
-            start = found.start
-            while start and not lines[start - 1].strip():
-                start -= 1
-            del lines[start : found.end]
-    return "\n".join(lines) + "\n"
-
-
 def filled(piece: str, solution: str) -> str:
     """Return `piece` with each of its functions as `solution` has it."""
     there = {found.name: solution.splitlines()[found.start : found.end] for found in definitions(solution)}
@@ -151,11 +123,8 @@ def _append(lines: list[str], name: str, new: list[str]) -> None:
     lines[end:end] = ["", *new]
 
 
-def into(line: str, cell: str, added: dict[str, list[str]]) -> None:
-    """Put the functions of a cell `%%into FILE` into that file, and print what is there now.
-
-    `added`, see `left_over`, is brought up to date; what an earlier text of the cell has left is removed.
-    """
+def into(line: str, cell: str) -> None:
+    """Put the functions of a cell `%%into FILE` into that file, and print what is there now."""
     name = line.strip()
     path = Path(name).expanduser()
     if not path.is_file():
@@ -166,7 +135,6 @@ def into(line: str, cell: str, added: dict[str, list[str]]) -> None:
     try:
         before = path.read_text(encoding="utf-8")
         text = merged(before, cell)
-        gone = left_over(text, cell, added)
     except SyntaxError as error:
         where, text = (error.lineno or 0) + 1, (error.text or "").strip()
         print(
@@ -181,10 +149,7 @@ def into(line: str, cell: str, added: dict[str, list[str]]) -> None:
     except (ValueError, *python_ast.TOO_COMPLEX) as error:
         print(say("Nothing was written: {error}.", error=error))
         return
-    path.write_text(without(text, gone) if gone else text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     there, now = ([found.name for found in definitions(source)] for source in (before, cell))
-    added.update((one, [*now]) for one in now if one not in there or one in added)
     names = [one + ("" if one in there else say(" (added)")) for one in now]
     print(say("{name} has now: {names}", name=name, names=", ".join(names)))
-    if gone:
-        print(say("no longer in this cell, so removed: {names}", names=", ".join(sorted(gone))))

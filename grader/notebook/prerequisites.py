@@ -18,6 +18,7 @@ from grader.notebook.workspace import course
 from grader.words import mark, say
 
 _RUN_IT = mark("look at what the node does and prints: `run_node()`, then `run.output`")
+_LAYOUT = "check_structure"
 _LAST_OUTPUT = mark("the node ended by itself; its last output says where")
 _PROVIDE_IT = mark("complete the exercise that provides it, and run its cell")
 _ADVICE = {
@@ -78,11 +79,12 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
 
     `notebook` is the current one ("05"); the advice depends on it.
     """
-    own = bool(notebook) and requirement == course().requirement_of("check_structure")
+    own = bool(notebook) and requirement == course().requirement_of(_LAYOUT)
     needs: Mapping[str, Sequence[str]] = course().notebook_table["needs"]
     so_far = [path for path in course().layout if checkpoints.written_in(path) <= notebook]
     wanted = so_far if own else needs.get(requirement, course().builds)
-    return first_missing(package, wanted, notebook, finished=own and notebook < "10")
+    last = [row["notebook"] for check, row in course().notebook_table["later"].items() if check.startswith(_LAYOUT)]
+    return first_missing(package, wanted, notebook, finished=own and notebook < max(last, default=""))
 
 
 def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, finished: bool = False) -> Gap | None:
@@ -92,11 +94,11 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
     """
     own = (path.name for path in package.iterdir()) if package.is_dir() else ()
     if not any(not name.startswith(".") and name != "__pycache__" for name in own):
-        return Gap(say("your package is empty"), _expected("package.xml"), _how_to_get("package.xml", notebook))
+        return Gap(say("your package is empty"), _expected("package.xml"), how_to_get("package.xml", notebook))
     folders = (package, *interfaces_beside(package))
     for name in wanted:
         if not any((folder / name).is_file() for folder in folders):
-            return Gap(say("there is no {name}", name=name), _expected(name), _how_to_get(name, notebook))
+            return Gap(say("there is no {name}", name=name), _expected(name), how_to_get(name, notebook))
     texts = ((name, (package / name).read_text(encoding="utf-8", errors="replace")) for name in wanted)
     if finished and (stub := next((name for name, text in texts if re.search(r"\bTODO\b", text)), "")):
         try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
@@ -159,7 +161,7 @@ def _expected(name: str) -> str:
     return say("{name} in the package's folder", name=name)
 
 
-def _how_to_get(name: str, notebook: str) -> str:
+def how_to_get(name: str, notebook: str) -> str:
     """Return what to do about a missing file: which notebook writes it, or how else to get it."""
     writer = checkpoints.written_in(name)
     if not writer:
@@ -190,7 +192,7 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
             if not (package / path).is_file():
                 there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
                 meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
-                try_ = say("did you mean {meant[0]}?", meant=meant) if meant else _how_to_get(path, notebook)
+                try_ = say("did you mean {meant[0]}?", meant=meant) if meant else how_to_get(path, notebook)
                 return Gap(
                     say("{name} imports {module}, and there is no {path}", name=name, module=module, path=path),
                     _expected(path),

@@ -23,13 +23,13 @@ from grader.checks.first_cause import holding_on
 from grader.course import definition
 from grader.errors import KitError
 from grader.evidence import Kind, Reason
-from grader.notebook import interface_types, node_build
+from grader.notebook import interface_types, node_process
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
 from grader.notebook.workspace import Workspace, course, prepare
 from grader.tracebacks import last_words
 from grader.words import mark, say
-from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
+from sim import Pose, Recorder, Recording, Simulator, World, load_world
 from sim.recording import THRESHOLDS_NOTE
 
 if TYPE_CHECKING:
@@ -85,19 +85,14 @@ class Run:
         *,
         program: str = "",
         launch: str = "",
-        seed: int = 0,
         parameters: Mapping[str, object] | None = None,
-        remappings: Mapping[str, str] | None = None,
-        profile: str = "course",
     ) -> None:
         self.node = node
         self.trouble = ""
         self._workspace = workspace
         self._program, self._launch = program, launch
-        self._parameters, self._remappings = dict(parameters or {}), dict(remappings or {})
-        self.simulator = Simulator(
-            load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed
-        )
+        self._parameters = dict(parameters or {})
+        self.simulator = Simulator(load_world(course().world(world)) if isinstance(world, str) else world)
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
         self._process: NodeProcess | None = None
@@ -287,7 +282,7 @@ class Run:
         contract_is_built = building.contract_is_built(building.cache_folder(), course())
         try:
             progress.say(say("building your package") + ("" if contract_is_built else say(_FIRST_TIME)))
-            install = node_build.install(self._workspace, self.node)
+            install = node_process.install(self._workspace, self.node)
         except KitError as error:
             self._give_up(str(error))
             return
@@ -297,13 +292,11 @@ class Run:
         progress.say(say("starting {node}", node=self.node))
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 
-        command = node_build.command(
-            install, self.node, self._program, self._launch, self._parameters, self._remappings
-        )
-        self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
+        command = node_process.command(install, self.node, self._program, self._launch, self._parameters)
+        self._process = process = NodeProcess(command, node_process.environment(install, self._workspace))
         self._stage = WatchedStage(
             course(), self.node, self.simulator, process,
-            launch=self._launch, domain_id=self._workspace.domain_id, remappings=self._remappings,
+            launch=self._launch, domain_id=self._workspace.domain_id,
             recorder=self._recorder, messages=self._recorded, package=self._workspace.package,
         )  # fmt: skip
         # For a run without references to it; when the kernel ends, the processes end by themselves.

@@ -5,19 +5,17 @@ from __future__ import annotations
 import ast
 import dataclasses
 import math
-import re
 import signal
 import sys
 import threading
 import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
-from grader import building
 from grader.notebook import interface_types, workspace
-from grader.notebook.feedback import Progress
 from grader.words import say
 
 LIMIT_S = 10.0  # wall time of one call in a table
@@ -117,25 +115,16 @@ def _is_own(filename: str) -> bool:
     return f"/{workspace.course().package}/" in f"/{filename}"
 
 
-_INTERFACES = re.compile(rf"^from {workspace.course().package}\.(msg|srv|action) import", re.MULTILINE)
-
-
 def _read_in(file: Path, names: dict[str, object]) -> str:
     """Run a file of the package in the notebook, and return why that failed, "" if it did not.
 
     An import that fails is printed, and the functions that do without it can be tried all the same.
     """
     try:
-        text = file.read_text(encoding="utf-8")
-        if _INTERFACES.search(text):
-            with Progress() as progress:
-                if not building.contract_is_built(building.cache_folder(), workspace.course()):
-                    progress.say(say(building.FIRST_TIME))
-                interface_types.load(workspace.find())
-        for statement in ast.parse(text).body:
+        for statement in ast.parse(file.read_text(encoding="utf-8")).body:
             module = compile(ast.Module([statement], []), str(file), "exec", dont_inherit=True)
             try:
-                exec(module, names)
+                interface_types.provided(partial(exec, module, names))
             except ImportError as error:
                 print(say("{file.name}, line {statement.lineno}: {error}", file=file, statement=statement, error=error))
     except FileNotFoundError:

@@ -37,13 +37,12 @@ class WatchedStage(Stage):
         *,
         launch: str,
         domain_id: int,
-        remappings: Mapping[str, str],
         recorder: Recorder,
         messages: Mapping[str, list[tuple[float, Any]]],
         package: Path,
     ) -> None:
         plan = TrialPlan(
-            "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings),
+            "notebook", "", lambda _stage: None, node, simulator.world.name, (),
             launch=launch, awaits=tuple(course.nodes) if launch else (),
         )  # fmt: skip
         watched = NodeUnderTest(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shlex
 import shutil
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import building
+from grader import KIT, building
 from grader.course import Course
 from grader.course import find as find_course
 from grader.course.reader import VARIABLE as COURSE
@@ -146,6 +147,21 @@ def discovery_range(interfaces: Path = Path("/sys/class/net")) -> str:
     """
     states = {path.parent.name: path.read_text().strip() for path in interfaces.glob("*/operstate")}
     return "LOCALHOST" if any(state == "up" for name, state in states.items() if name != "lo") else "SUBNET"
+
+
+def shell_lines(shell: str, workspace: Workspace | None = None) -> str:
+    """Return what grader/ros2/setup.bash runs in a terminal ("bash", "zsh") to join it to the notebooks' workspace.
+
+    It sets their DDS domain, and the package as it was built last.
+    """
+    workspace = workspace or find(KIT)
+    lines = [
+        f"export ROS_DOMAIN_ID={workspace.domain_id}",
+        f"export ROS_AUTOMATIC_DISCOVERY_RANGE={discovery_range()}",
+    ]
+    # Not setup.bash: that one also sources the prefix of the wheels, which has no setup files.
+    setup = workspace.root / "install" / f"local_setup.{shell}"
+    return "\n".join([*lines, f". {shlex.quote(str(setup))}"] if setup.is_file() else lines)
 
 
 def ignored_by_colcon(folder: Path) -> None:

@@ -23,5 +23,5 @@ if [ -n "${ZSH_VERSION:-}" ]; then
 fi
 eval "$(register-python-argcomplete ros2)"
 eval "$(register-python-argcomplete colcon)"
-eval "$(python -P -m grader.notebook.terminal $_shell)"
+eval "$(python -P -c 'import sys; from grader.notebook import workspace; print(workspace.shell_lines(sys.argv[1]))' $_shell)"
 unset _kit _shell

@@ -430,10 +430,10 @@ check("TF3", lookup)
 #
 # **Predict:** the robot moves and turns. In which of the four frames do the post's numbers change?
 #
-# **Drag the robot**, turn it with the slider, and find out:
+# **Move the robot** with the sliders, turn it, and find out:
 #
 # - Where can the robot stand if the post is to be at (1, 0) in `base_link`?
-# - Set the yaw to 30°. In which direction do you have to drag the robot so that only the post's x in `base_link` changes?
+# - Set the yaw to 30°. In which direction does the robot have to go so that only the post's x in `base_link` changes?
 
 # %%
 def seen_from(frame, axes, tree):
@@ -463,13 +463,13 @@ def four_frames(x, y, yaw):
     return f"The axes of four frames in a room, and the place of the post in each: {' '.join(' '.join(said).split())}"
 
 
-slide(four_frames, drag=("x", "y"), x=(0.0, 6.0, 2.0), y=(0.0, 4.0, 1.0), yaw=(-150.0, 150.0, 0.0))
+slide(four_frames, x=(0.0, 6.0, 2.0), y=(0.0, 4.0, 1.0), yaw=(-150.0, 150.0, 0.0))
 
 # %% [markdown]
 # In `map` and in `odom` the post's numbers stay the same: neither frame moves with the robot.
 # In `base_link` and in `laser` they change with every move, although the post has not moved.
 # The post is at (1, 0) in `base_link` wherever the robot stands 1 m away from it and faces it: anywhere on a circle, with one yaw for each place.
-# And with a yaw of 30° you drag along the red axis of `base_link`, which points 30° to the left of the x axis of `map`: a direction belongs to a frame, just as a place does.
+# And with a yaw of 30° it has to go along the red axis of `base_link`, which points 30° to the left of the x axis of `map`: a direction belongs to a frame, just as a place does.
 #
 # ## Ask at the right time
 #

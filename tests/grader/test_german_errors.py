@@ -16,10 +16,11 @@ from helpers.notebook_fixtures import workspace
 
 from grader import cli, notebook
 from grader.course import find as find_course
+from grader.courses.robot_controller.lessons import clinic, frames
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
 from grader.intake.submission import open_submission
-from grader.notebook import clinic, find, frames, packing, pieces
+from grader.notebook import find, packing, pieces
 from grader.notebook.workspace import Workspace
 from grader.processes import supervised
 from grader.words import say
@@ -45,7 +46,7 @@ def submit_to_a_place_that_cannot_be_written() -> None:
 
 def put_into(cell: str) -> None:
     Path("driver.py").write_text("class Driver:\n    def stop(self):\n        pass\n")
-    pieces.into("driver.py", cell, {})
+    pieces.into("driver.py", cell)
 
 
 IN_NOTEBOOKS = [

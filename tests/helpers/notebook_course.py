@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
+from grader.authoring import book, notebook_run, notebook_source
 from helpers import course as spec
 from helpers.notebook_validation import Validation, validate
 
@@ -49,7 +49,7 @@ class Course:
     def _validate(self, name: str, workspace: Path, lay_out: bool) -> Validation:
         if lay_out:
             notebook_run.lay_out(name, workspace)
-        return validate(editions.published_file(name), workspace)
+        return validate(book.published_file(name), workspace)
 
     def untouched(self, name: str) -> notebook_run.NotebookRun:
         """Return the run of the student edition, by itself."""
@@ -83,8 +83,8 @@ def sequences(asked: Sequence[str], names: Sequence[str], starts: Sequence[str])
 def _run_untouched(name: str) -> notebook_run.NotebookRun:
     with _folder() as folder:
         workspace = Path(folder).resolve() / "ws"
-        run = notebook_run.execute(book.read_stored(editions.student_file(name)), workspace)
-        stored_outputs.clean(run.notebook, workspace)
+        run = notebook_run.execute(book.read_stored(book.student_file(name)), workspace)
+        notebook_run.clean(run.notebook, workspace)
     return run
 
 

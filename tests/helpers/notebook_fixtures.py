@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
-from grader.authoring import book, editions, notebook_run, notebook_source
+from grader.authoring import book, notebook_run, notebook_source
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
@@ -40,13 +40,13 @@ def stored(file: Path) -> Page:
 @pytest.fixture(scope="session")
 def student_page() -> Callable[[str], Page]:
     """Read the student edition of a notebook of the course."""
-    return functools.cache(lambda name: stored(editions.student_file(name)))
+    return functools.cache(lambda name: stored(book.student_file(name)))
 
 
 @pytest.fixture(scope="session")
 def published_page() -> Callable[[str], Page]:
     """Read the published edition of a notebook of the course."""
-    return functools.cache(lambda name: stored(editions.published_file(name)))
+    return functools.cache(lambda name: stored(book.published_file(name)))
 
 
 @pytest.fixture(scope="session")

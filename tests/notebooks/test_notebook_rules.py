@@ -18,7 +18,7 @@ from helpers.notebook_rules import (
 )
 from helpers.notebook_validation import validate
 
-from grader.authoring import book, editions, notebook_run, notebook_source
+from grader.authoring import book, notebook_run, notebook_source
 from grader.scoring.rubric import Rubric
 
 NAME = "02_example"
@@ -29,7 +29,7 @@ def page_of(folder: Path, rubric: Rubric) -> Page:
 
 
 def published_in(folder: Path) -> Page:
-    return stored(editions.published_file(NAME, folder))
+    return stored(book.published_file(NAME, folder))
 
 
 def rule_named(name: str) -> Rule:
@@ -129,7 +129,7 @@ def test_a_section_must_name_its_requirement(example: Path, rubric: Rubric):
 
 @pytest.mark.parametrize("rule", OF_STUDENTS, ids=lambda rule: rule.__name__)
 def test_the_students_example_keeps_the_rule(rule: Rule, example: Path):
-    assert list(rule(stored(editions.student_file(NAME, example)))) == []
+    assert list(rule(stored(book.student_file(NAME, example)))) == []
 
 
 @pytest.mark.parametrize("rule", OF_PUBLISHED, ids=lambda rule: rule.__name__)
@@ -145,7 +145,7 @@ def test_the_untouched_run_of_the_example_keeps_the_rule(rule: Rule, example: Pa
 
 
 def test_a_students_notebook_with_an_output_breaks_the_rule(example: Path):
-    page = stored(editions.student_file(NAME, example))
+    page = stored(book.student_file(NAME, example))
     page.code()[1].outputs.append(nbformat.v4.new_output("stream", text="one"))
     (problem,) = rule_named("has_no_outputs")(page)
     assert problem == "cell same-name-same-type-02 has outputs or was run"
@@ -193,14 +193,14 @@ def test_a_check_that_does_not_pass_solved_breaks_the_rule(example: Path):
 def test_a_large_notebook_breaks_the_rule(example: Path):
     page = published_in(example)
     page.code()[1].outputs.append(nbformat.v4.new_output("stream", text="x" * 2_000_000))
-    book.write(page.notebook, editions.published_file(NAME, example))
+    book.write(page.notebook, book.published_file(NAME, example))
     assert list(rule_named("is_small")(page)) == ["is 2.0 MB large, more than 1.5"]
 
 
 @pytest.mark.slow  # nbval runs; so it does on the two notebooks of `make test`
 def test_nbval_reproduces_the_published_outputs(example: Path, tmp_path: Path):
     """Also where a semicolon keeps a value from being shown."""
-    found = validate(editions.published_file(NAME, example), tmp_path / "ws")
+    found = validate(book.published_file(NAME, example), tmp_path / "ws")
     assert found.problems == ()
     assert found.cells == len(published_in(example).code())
 
@@ -210,8 +210,8 @@ def test_nbval_notices_an_exception_and_a_wrong_published_output(example: Path, 
     page = published_in(example)
     page.code()[1].outputs[0].text = "one\nthree\n"
     page.code()[2].source = "raise ValueError('no')"
-    book.write(page.notebook, editions.published_file(NAME, example))
-    different, raised = validate(editions.published_file(NAME, example), tmp_path / "ws").problems
+    book.write(page.notebook, book.published_file(NAME, example))
+    different, raised = validate(book.published_file(NAME, example), tmp_path / "ws").problems
     assert different.startswith("Cell 1: ")
     assert "three" in different
     assert "ValueError: no" in raised
@@ -220,7 +220,7 @@ def test_nbval_notices_an_exception_and_a_wrong_published_output(example: Path, 
 def test_a_solved_notebook_whose_check_does_not_pass_is_not_published(
     example: Path, rubric: Rubric, answer: notebook_run.Solutions
 ):
-    before = editions.published_file(NAME, example).read_bytes()
+    before = book.published_file(NAME, example).read_bytes()
     run = book.publish(NAME, rubric, example, lambda name, path: answer(name, path).replace("= 42", "= 41"))
     assert run.error == "02_example: solved, but these checks do not pass: I3"
-    assert editions.published_file(NAME, example).read_bytes() == before
+    assert book.published_file(NAME, example).read_bytes() == before

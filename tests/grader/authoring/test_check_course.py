@@ -63,8 +63,6 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], world="hal"', "trials/patrol.py, line N: the trial to_the_end: hal is not a world. Did you mean hall?"),
         ("trials/patrol.py", '["B3"], world="hall"', '["B3"], node="gard"', "the contract has no node gard"),
         ("trials/patrol.py", "from grader.trials.catalog", "from grader.trials.catalogue", "trials/patrol.py, line N: ModuleNotFoundError: No module named 'grader.trials.catalogue'"),
-        ("trials/patrol.py", "    stage.run(14.0)", "    stage.runn(14.0)", "trials/patrol.py, line N: runn is not something that stage has. Did you mean run?"),
-        ("checks/check_wall.py", "judge.expect(0.45", "judge.expct(0.45", "checks/check_wall.py, line N: expct is not something that judge has. Did you mean expect?"),
         ("trials/patrol.py", '"patrol", data=False', '"petrol", data=False', "trials/patrol.py, line N: petrol is not a service of the contract. Did you mean patrol?"),
         ("worlds/hall.yaml", "[3.0, -2.0], end: [3.0, 2.0]", "[3.0, -2.0], end: [3.0, -2.0]", "worlds/hall.yaml: walls[0].end: the wall starts and ends at [3.0, -2.0]"),
         # known-bad edits
@@ -126,27 +124,6 @@ def test_what_cannot_be_read_hides_no_mistake_in_other_files(folder: Path):
     found = "\n".join(check_course.mistakes(folder))
     for said in ("B33 is not", "P9 is not", "hall_guard/gard.py is not", "the solution has no hall_guard/init.py"):
         assert said in found, found
-
-
-def test_a_course_without_its_contract_is_read_as_far_as_it_goes(folder: Path):
-    edit(folder, "course.yaml", "title:", "titel:")
-    edit(folder, "contract/contract.yaml", "answers_every:", "answer_every:")
-    edit(folder, "contract/contract.yaml", "subscribes:", "subscribe:")
-    edit(folder, "worlds/hall.yaml", "walls:", "wals:")
-    edit(folder, "rubric.yaml", "id: B2", "id: B1")
-    edit(folder, "trials/patrol.py", "def to_the_end", "def to-the-end")
-    found = check_course.mistakes(folder)
-    said = (
-        "titel is not",
-        "answer_every is not",
-        "subscribe is not",
-        "wals: unknown key",
-        "B1 is listed twice",
-        "SyntaxError",
-    )
-    assert [next(word for word in said if word in line) for line in found] == [
-        "titel is not", "answer_every is not", "subscribe is not", "B1 is listed twice", "wals: unknown key", "SyntaxError",
-    ]  # fmt: skip
 
 
 def test_a_folder_without_a_course_says_what_a_course_needs(tmp_path: Path):

@@ -63,7 +63,7 @@ def test_a_package_of_interfaces_beside_the_package_is_checked_with_it(package: 
     monkeypatch.setattr(checking.pipeline, "grade", lambda source, *_: taken.extend(p.name for p in source.iterdir()))
     assert prerequisites.first_gap(package, "I3") is None
     whole = checking.rubric.load(COURSE.rubric)
-    checking._grade(package, whole, [whole.requirement("Q2")], Progress(), fresh=False)
+    checking._grade(package, whole, [whole.requirement("Q2")], Progress())
     assert sorted(taken) == ["my_interfaces", PACKAGE]
 
 

@@ -13,7 +13,8 @@ from helpers.course import PACKAGE
 
 from grader.authoring import checkpoint_texts
 from grader.authoring.package_edits import replace
-from grader.notebook import checkpoints, clinic, interface_types, pieces
+from grader.courses.robot_controller.lessons import clinic
+from grader.notebook import checkpoints, interface_types, pieces
 from grader.notebook.cell_hooks import forget_changed_modules
 from grader.notebook.workspace import NOTEBOOK, Workspace, find
 
@@ -49,17 +50,17 @@ def cure(case: str) -> None:
         subprocess.run(cell[1:], shell=True, check=True, capture_output=True)
     else:
         first, _, body = cell.partition("\n")
-        pieces.into(first.split()[1], body + "\n", {})
+        pieces.into(first.split()[1], body + "\n")
     forget_changed_modules(find().package)
 
 
 def test_every_case_has_its_edits_and_its_signs():
-    assert list(clinic._signs()) == CASES
+    assert list(clinic.SIGNS) == CASES
 
 
 def test_no_cure_stands_in_what_is_released_in_plain_sight():
     """The patients' edits show the solution's text."""
-    shipped = (Path(clinic.__file__).parents[1] / "courses/robot_controller").glob("clinic/*")
+    shipped = Path(clinic.__file__).parent.glob("*")
     text = "".join(path.read_text() for path in shipped if path.is_file())
     for row in checkpoint_texts.cases().values():
         for edits in (*row.get("source", {}).values(), *row.get("installed", {}).values()):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
-from grader.authoring import book, editions
+from grader.authoring import book
 from grader.host.ros_env import PREFIX
 from grader.notebook import before_begin, checkpoints
 from grader.notebook.file_backups import FileBackups, target
@@ -66,15 +66,16 @@ def test_a_file_outside_the_package_is_kept_too(workspace: Workspace, package: P
 
 
 @pytest.mark.parametrize(
-    "cell", ["print(1)", "%%writefile", "%%bash\ncat > a.py", "%%writefile 'half\n", "# %%writefile a.py\nx", ""]
+    ("cell", "file"),
+    [
+        *[(cell, "") for cell in ("print(1)", "%%writefile", "%%bash\ncat > a.py", "%%writefile 'half\n", "")],
+        ("# %%writefile a.py\nx", ""),
+        ("%%writefile -a 'my file.py'\nx", "my file.py"),
+    ],
 )
-def test_another_cell_is_left_alone(cell: str) -> None:
-    assert target(cell) is None
-
-
-def test_spaces_and_the_flag_to_append_are_understood(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_file_of_a_cell(cell: str, file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
-    assert target("%%writefile -a 'my file.py'\nx") == (tmp_path / "my file.py").resolve()
+    assert target(cell) == ((tmp_path / file).resolve() if file else None)
 
 
 def test_damaged_checksums_cost_an_extra_copy_and_no_work(workspace: Workspace, package: Path) -> None:
@@ -97,34 +98,50 @@ def test_colcon_ignores_the_backups(workspace: Workspace) -> None:
 
 # -- an earlier notebook run again -------------------------------------------------------------------------------------
 
-
-def test_an_earlier_notebook_does_not_replace_the_file_of_a_later_one(workspace: Workspace, package: Path) -> None:
-    """Running 05 again after 08 silently put 05's controller over that of 08."""
-    backups = FileBackups(workspace)
-    run(backups, CELL)
-    backups.after(CELL, "08")
-    assert backups.refusal(CELL.replace("1", "5"), "05") == (
-        "steering.py was not replaced: notebook 08 has written it since, and this cell has the version of notebook 05. "
-        "To replace it all the same, begin the cell with %%writefile -f."
-    )
+INTO = "%%into utils/steering.py\ndef steer():\n    return 1\n"
+OTHER = CELL.replace("1", "5")
+FORCED = " was not replaced: {}. To replace it all the same, begin the cell with %%writefile -f."
+WRITTEN_SINCE = FORCED.format("notebook 08 has written it since, and this cell has the version of notebook 05")
+HOLDS_PIECES = FORCED.format("it holds functions that you have put in since, and this cell would empty them")
+OF_AN_EARLIER = (
+    "Nothing was written: steering.py is still that of notebook 01. First run the cell above that begins with "
+)
 
 
 @pytest.mark.parametrize(
-    ("cell", "notebook"),
+    ("written", "cell", "notebook", "begun", "said"),
     [
-        (CELL, "05"),
-        (CELL.replace("1", "5"), "08"),
-        (CELL.replace("1", "5"), "09"),
-        (CELL.replace("1", "5").replace("writefile", "writefile -f"), "05"),
-        ("%%writefile other.py\n", "05"),
+        ([(CELL, "08")], OTHER, "05", False, f"steering.py{WRITTEN_SINCE}"),  # 05 put its controller over that of 08
+        ([(CELL, "08")], CELL, "05", False, ""),
+        ([(CELL, "08")], OTHER, "08", False, ""),
+        ([(CELL, "08")], OTHER, "09", False, ""),
+        ([(CELL, "08")], OTHER.replace("writefile", "writefile -f"), "05", False, ""),
+        ([(CELL, "08")], "%%writefile other.py\n", "05", False, ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER, "07", False, f"steering.py{HOLDS_PIECES}"),
+        ([(CELL, "07"), (INTO, "07")], INTO, "07", False, ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER.replace("writefile", "writefile -f"), "07", False, ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER.replace("writefile", "writefile -a"), "07", False, ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER, "08", False, ""),
+        ([(CELL, "01")], INTO, "07", True, f"{OF_AN_EARLIER}%%writefile utils/steering.py."),
+        ([(CELL, "01")], INTO, "07", False, ""),  # without a version of its own, such as the clinic
+        ([(CELL, "07")], INTO, "07", True, ""),
+        ([], INTO, "07", True, ""),  # of which notebook the file is, is not known
     ],
-    ids=["the same text", "the same notebook", "a later one", "when told to", "a new file"],
-)
-def test_other_cells_may_write(workspace: Workspace, package: Path, cell: str, notebook: str) -> None:
+)  # fmt: skip
+def test_a_cell_replaces_no_later_file_and_no_finished_functions(
+    workspace: Workspace,
+    package: Path,
+    written: list[tuple[str, str]],
+    cell: str,
+    notebook: str,
+    begun: bool,
+    said: str,
+) -> None:
     backups = FileBackups(workspace)
     run(backups, CELL)
-    backups.after(CELL, "08")
-    assert backups.refusal(cell, notebook) == ""
+    for one, number in written:
+        backups.after(one, number)
+    assert backups.refusal(cell, notebook, ("utils/steering.py",) if begun else ()) == said
 
 
 def test_files_that_the_course_has_laid_out_belong_to_their_notebook(
@@ -138,124 +155,74 @@ def test_files_that_the_course_has_laid_out_belong_to_their_notebook(
     assert FileBackups(workspace).refusal(cell, "05") == ""
 
 
-def in_a_kernel(cells: str, **environment: str) -> str:
-    """Run lines of Python with IPython's shell as `s`, and return what is printed."""
-    code = f"from IPython.core.interactiveshell import InteractiveShell as S\ns = S.instance()\n{cells}"
+def in_a_kernel(*cells: str, load: str = "", **environment: str) -> str:
+    """Run cells in IPython's shell, and return what is printed."""
+    code = (
+        "from IPython.core.interactiveshell import InteractiveShell\nshell = InteractiveShell.instance()\n"
+        f"for name in {load!r}.split(): shell.extension_manager.load_extension(name)\n"
+        f"for cell in {cells!r}: shell.run_cell(cell)"
+    )
     ran = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ, **environment}
     )
     return ran.stdout + ran.stderr
 
 
+def begin(notebook: str) -> str:
+    return f"from grader.notebook import begin; begin({notebook!r})"
+
+
+SKELETON = "%%writefile own.py\ndef steer():\n    return 0\n"
+
+
 def test_begin_installs_all_this_in_a_kernel(workspace: Workspace) -> None:
-    """With IPython's own events and `%%writefile`; after two calls of `begin`, a message comes once."""
+    """With IPython's own events and `%%writefile`; after two calls of `begin`, a message comes once.
+
+    The skeleton's refusal was taken for the latest text; a comment above a cell magic made it a line magic.
+    """
     said = in_a_kernel(
-        "for _ in range(2):\n    s.run_cell(\"from grader.notebook import begin; begin('08')\")\n"
-        "s.run_cell('%%writefile setup.py\\nSEVEN\\n')\n"
-        "open('setup.py', 'w').write('MINE')\n"
-        "s.run_cell('%%writefile setup.py\\nEIGHT\\n')\n"
-        "s.run_cell(\"begin('05')\")\n"
-        "s.run_cell('%%writefile setup.py\\nFIVE\\n')\n"
-        "print(open('setup.py').read())\n"
-        "s.run_cell('%%writefile -f setup.py\\nFIVE\\n')\n"
-        "print(open('setup.py').read())\n"
+        *[begin("08")] * 2,
+        "%%writefile setup.py\nSEVEN\n",
+        "open('setup.py', 'w').write('MINE');",
+        "%%writefile setup.py\nEIGHT\n",
+        begin("05"),
+        "%%writefile setup.py\nFIVE\n",
+        "print(open('setup.py').read())",
+        "%%writefile -f setup.py\nFIVE\n",
+        "print(open('setup.py').read())",
+        begin("07"),
+        SKELETON,
+        "# my answer\n\n%%into own.py\ndef steer():\n    return 1\n",
+        *[SKELETON] * 2,
+        "%%writefile driver.py\n\n",
+        "%%writefile ros2_robot_controller/utils/moton.py\n\n",
+        "%%writefile ros2_robot_controller/utils/motion.py\n\n",
+        "%%writefile ros2_robot_controller/helpers.py\n\n",
+        "%%writefile ../../driver.py\n\n",
+        "# a comment\nprint(7)\n",
     )
     assert said.count("setup.py was changed outside this notebook. That version is kept: ws/kept/setup.py\n") == 1
     assert "setup.py was not replaced: notebook 08 has written it since" in said
     assert said.index("EIGHT") < said.index("FIVE")
     assert copies(workspace) == {"setup.py": "MINE"}
-
-
-INTO = "%%into utils/steering.py\ndef steer():\n    return 1\n"
-
-
-def test_a_skeletons_cell_that_is_run_again_does_not_empty_the_pieces(workspace: Workspace, package: Path) -> None:
-    """It said "Overwriting ...", and the finished functions were one of many files in ws/kept."""
-    backups = FileBackups(workspace)
-    run(backups, CELL)
-    backups.after(CELL, "07")
-    assert backups.refusal(CELL.replace("1", "2"), "07") == ""
-    backups.after(INTO, "07")
-    assert backups.refusal(CELL.replace("1", "2"), "07") == (
-        "steering.py was not replaced: it holds functions that you have put in since, and this cell would empty them. "
-        "To replace it all the same, begin the cell with %%writefile -f."
-    )
-    assert backups.refusal(INTO, "07") == ""
-    assert backups.refusal(CELL.replace("1", "2").replace("writefile", "writefile -f"), "07") == ""
-    assert backups.refusal(CELL.replace("1", "2").replace("writefile", "writefile -a"), "07") == ""
-    assert backups.refusal(CELL.replace("1", "2"), "08") == ""
-
-
-def test_a_piece_is_not_put_into_the_file_of_an_earlier_notebook(workspace: Workspace, package: Path) -> None:
-    """Without its skeleton's cell the piece went into the old file, which then lacked all the rest."""
-    backups, begun = FileBackups(workspace), ("utils/steering.py",)
-    run(backups, CELL)
-    assert backups.refusal(INTO, "07", begun) == "", "of which notebook the file is, is not known"
-    backups.after(CELL, "01")
-    assert backups.refusal(INTO, "07", begun) == (
-        "Nothing was written: steering.py is still that of notebook 01. First run the cell above that begins with "
-        "%%writefile utils/steering.py."
-    )
-    assert backups.refusal(INTO, "07") == "", "a notebook without a version of its own, such as the clinic"
-    backups.after(CELL, "07")
-    assert backups.refusal(INTO, "07", begun) == ""
-
-
-@pytest.mark.slow  # two kernels
-def test_what_a_cell_has_added_is_known_after_a_restart_of_the_kernel(workspace: Workspace, package: Path) -> None:
-    begin = "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
-    in_a_kernel(
-        f"{begin}s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
-        "s.run_cell('%%into own.py\\ndef steer():\\n    return 1\\n\\ndef turn():\\n    return 1\\n')\n"
-    )
-    said = in_a_kernel(f"{begin}s.run_cell('%%into own.py\\ndef steer():\\n    return 2\\n')\n")
-    assert said.endswith("own.py has now: steer\nno longer in this cell, so removed: turn\n")
-    assert (package / "own.py").read_text() == "def steer():\n    return 2\n"
-
-
-def test_a_skeleton_and_its_pieces_in_a_kernel(workspace: Workspace, package: Path) -> None:
-    """The skeleton's refusal was taken for the latest text; a comment above a cell magic made it a line magic."""
-    said = in_a_kernel(
-        "s.run_cell(\"from grader.notebook import begin; begin('07')\")\n"
-        "s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
-        "s.run_cell('# my answer\\n\\n%%into own.py\\ndef steer():\\n    return 1\\n')\n"
-        "for _ in range(2):\n    s.run_cell('%%writefile own.py\\ndef steer():\\n    return 0\\n')\n"
-        "s.run_cell('# a comment\\nprint(7)\\n')\n"
-    )
-    assert "not found" not in said
     assert "own.py has now: steer\n" in said
     assert said.count("own.py was not replaced") == 2
-    assert said.endswith("\n7\n")
-    assert "return 1" in (package / "own.py").read_text()
-
-
-@pytest.mark.slow  # one more kernel
-def test_a_file_that_is_written_to_a_wrong_path_is_named_with_the_right_one(
-    workspace: Workspace, package: Path
-) -> None:
-    said = in_a_kernel(
-        "s.run_cell(\"from grader.notebook import begin; begin('05')\")\n"
-        "s.run_cell('%%writefile driver.py\\n\\n')\n"
-        "s.run_cell('%%writefile ros2_robot_controller/utils/moton.py\\n\\n')\n"
-        "s.run_cell('%%writefile ros2_robot_controller/utils/motion.py\\n\\n')\n"
-        "s.run_cell('%%writefile ros2_robot_controller/helpers.py\\n\\n')\n"
-        "s.run_cell('%%writefile ../../driver.py\\n\\n')\n"
-    )
+    assert "return 1" in (workspace.package / "own.py").read_text()
     assert [line for line in said.splitlines() if "did you mean" in line] == [
         "The course has no file driver.py; did you mean ros2_robot_controller/driver.py?",
         "The course has no file ros2_robot_controller/utils/moton.py; "
         "did you mean ros2_robot_controller/utils/motion.py?",
     ]
+    assert said.endswith("\n7\n")
 
 
 @pytest.mark.slow  # a kernel
 def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(workspace: Workspace) -> None:
     """The first cell of 08 makes `config` and `launch`, `start_at` moves them away, and %%writefile was a traceback."""
-    notebook = book.read_stored(editions.student_file("08_settings_and_launch"))
+    notebook = book.read_stored(book.student_file("08_settings_and_launch"))
     first, *others = (cell.source for cell in notebook.cells if cell.cell_type == "code")
     written = [cell for cell in others if cell.startswith("%%writefile")]
-    cells = [first, "start_at('08')", *written]
-    said = in_a_kernel(f"for cell in {cells!r}:\n    s.run_cell(cell).raise_error()\n")
+    said = in_a_kernel(first, "start_at('08')", *written)
     assert "laid out by the course" in said
     assert said.count("\nWriting ") + said.count("\nOverwriting ") + said.count("\nAppending ") == len(written) > 0
 
@@ -272,13 +239,8 @@ def test_after_a_restart_a_cell_writes_nothing_beside_the_notebooks(
     for folder in (notebooks, tmp_path / "kit" / "grader"):
         folder.mkdir(parents=True)
     monkeypatch.chdir(notebooks)
-    said = in_a_kernel(
-        "s.extension_manager.load_extension('grader.notebook.before_begin')\n"
-        "s.run_cell('%%writefile package.xml\\n<package/>\\n')\n"
-        "s.run_cell(\"from grader.notebook import begin; begin('01')\")\n"
-        "s.run_cell('%%writefile package.xml\\n<package/>\\n')\n",
-        PYTHONPATH=str(KIT),
-    )
+    cell = "%%writefile package.xml\n<package/>\n"
+    said = in_a_kernel(cell, begin("01"), cell, load="grader.notebook.before_begin", PYTHONPATH=str(KIT))
     assert "Nothing was written: package.xml would land beside the notebooks. Run the first cell" in said
     assert not list(notebooks.iterdir())
     assert (workspace.package / "package.xml").read_text() == "<package/>\n"

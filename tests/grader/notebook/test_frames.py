@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from grader.notebook.frames import check, place, read_bag, seconds, transform
 from rclpy.utilities import ok
 
 from grader.authoring import notebook_source
 from grader.notebook import tables
-from grader.notebook.frames import check, place, read_bag, seconds, transform
 from sim import TB4, Pose, Simulator, Twist, World, drive
 from sim.bag import write_bag
 

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 
-from grader.notebook.lessons import timeline
+from grader.courses.robot_controller.lessons.lessons import timeline
 
 pytestmark = pytest.mark.ros
 

@@ -104,65 +104,20 @@ def test_a_piece_is_filled_with_the_solution_of_its_functions_only():
 def test_the_magic_says_what_is_in_the_file_now(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     path = tmp_path / "reach.py"
     path.write_text(FILE)
-    pieces.into(f" {path} ", "def reach(v):\n    return 7\n\n\ndef helper(v):\n    return v\n", {})
+    pieces.into(f" {path} ", "def reach(v):\n    return 7\n\n\ndef helper(v):\n    return v\n")
     assert "return 7" in path.read_text()
     assert capsys.readouterr().out == f"{path} has now: reach, helper (added)\n"
 
 
 def test_a_piece_before_its_file_and_a_typing_error_write_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     path = tmp_path / "reach.py"
-    pieces.into(str(path), "def reach(v):\n    return 7\n", {})
+    pieces.into(str(path), "def reach(v):\n    return 7\n")
     assert not path.exists()
     assert "Run the cell above that writes it" in capsys.readouterr().out
     path.write_text(FILE)
-    pieces.into(str(path), "def reach(v)\n    return 7\n", {})
+    pieces.into(str(path), "def reach(v)\n    return 7\n")
     assert path.read_text() == FILE
     assert capsys.readouterr().out == "Nothing was written. Line 2 of this cell: expected ':': def reach(v)\n"
-
-
-OVERRIDE = "class Driver:\n    def stop(self):\n        return 1\n\n    def on_scan(self, scan):\n        pass\n"
-STOP = "class Driver:\n    def stop(self):\n        return 1\n"
-
-
-def test_a_method_of_an_earlier_try_is_removed_once_its_cell_no_longer_has_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    """It stayed without a word, and went on overriding that of the class below."""
-    path, added = tmp_path / "driver.py", dict[str, list[str]]()
-    path.write_text(FILE)
-    pieces.into(str(path), OVERRIDE, added)
-    pieces.into(str(path), STOP, added)
-    assert path.read_text() == pieces.merged(FILE, STOP)
-    assert capsys.readouterr().out == (
-        f"{path} has now: Driver.stop, Driver.on_scan (added)\n"
-        f"{path} has now: Driver.stop\n"
-        "no longer in this cell, so removed: Driver.on_scan\n"
-    )
-
-
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [
-        (OVERRIDE, "def reach(v):\n    return 7\n"),
-        (OVERRIDE.replace("on_scan(self, scan)", "limit(self)"), STOP.replace("return 1", "return self.limit()")),
-        (STOP + "\n\ndef limit():\n    return more()\n\n\ndef more():\n    return 1\n", STOP.replace("1", "limit()")),
-    ],
-    ids=["another cell", "still called", "called by what is still called"],
-)
-def test_a_function_of_ones_own_stays_as_long_as_it_may_be_wanted(first: str, second: str, tmp_path: Path):
-    path, added = tmp_path / "driver.py", dict[str, list[str]]()
-    path.write_text(FILE)
-    pieces.into(str(path), first, added)
-    pieces.into(str(path), second, added)
-    assert path.read_text() == pieces.merged(pieces.merged(FILE, first), second)
-
-
-def test_a_function_that_has_moved_to_a_cell_of_its_own_stays(tmp_path: Path):
-    path, added = tmp_path / "driver.py", dict[str, list[str]]()
-    path.write_text(FILE)
-    for cell in (OVERRIDE, "class Driver:\n    def on_scan(self, scan):\n        return 2\n", STOP):
-        pieces.into(str(path), cell, added)
-    assert "return 2" in path.read_text()
 
 
 @dataclasses.dataclass

@@ -58,28 +58,3 @@ def test_each_slider_of_the_course_can_show_its_first_value() -> None:
         steps = (first - low) / size, (high - low) / size
         assert steps == pytest.approx([round(one) for one in steps], abs=1e-6), name
         assert 25 < steps[1] < 300, name
-
-
-def test_a_picture_that_is_dragged_moves_its_sliders_and_is_drawn_once(
-    shown: list[dict[str, Any]], boxes: list[ipywidgets.VBox]
-) -> None:
-    drawn: list[tuple[float, float]] = []
-
-    def draw(x: float, y: float) -> str:
-        drawn.append((x, y))
-        _, axes = plt.subplots(figsize=(4, 2))
-        axes.set_position((0.0, 0.5, 1.0, 0.5))  # the upper half of the picture
-        axes.set(xlim=(0.0, 8.0), ylim=(-1.0, 1.0))
-        axes.plot(x, y, "o")
-        return "a place"
-
-    slide(draw, drag=("x", "y"), x=(0.0, 8.0, 1.0), y=(-0.5, 0.5, 0.0))
-    assert shown[0]["image/png"].startswith("iVBOR")
-    image, x, y = boxes[0].children
-    before = image.value
-    image.pointer = [0.25, 0.8]  # from the left, from below
-    assert (x.value, y.value) == pytest.approx((2.0, 0.2))
-    assert image.value != before
-    image.pointer = [0.25, 1.0]
-    assert y.value == 0.5, "beyond its end a slider stays there"
-    assert [y for _, y in drawn] == pytest.approx([0.0, 0.2, 0.5]), "one picture for each move"

@@ -13,8 +13,7 @@ from helpers.terminal import needs_zsh
 
 from grader import KIT
 from grader.host import ros_env
-from grader.notebook import terminal
-from grader.notebook.workspace import Workspace, find
+from grader.notebook.workspace import Workspace, find, shell_lines
 
 START = {"bash": ["bash", "--norc", "--noprofile"], "zsh": ["zsh", "-f"]}
 
@@ -88,12 +87,12 @@ def test_a_package_that_was_built_before_is_sourced(shell: str, tmp_path: Path):
     install = tmp_path / "my ws" / "install"
     install.mkdir(parents=True)
     (install / f"local_setup.{shell}").write_text('echo "the package"\n')
-    lines = terminal.lines(Workspace(tmp_path / "my ws"), shell)
-    assert type_into(shell, "\n".join(lines), tmp_path) == "the package\n"
+    lines = shell_lines(shell, Workspace(tmp_path / "my ws"))
+    assert type_into(shell, lines, tmp_path) == "the package\n"
 
 
 def test_there_is_nothing_to_source_before_the_first_build(tmp_path: Path):
-    assert [line.partition("=")[0] for line in terminal.lines(Workspace(tmp_path), "bash")] == [
+    assert [line.partition("=")[0] for line in shell_lines("bash", Workspace(tmp_path)).splitlines()] == [
         "export ROS_DOMAIN_ID",
         "export ROS_AUTOMATIC_DISCOVERY_RANGE",
     ]

@@ -15,7 +15,6 @@ from types import SimpleNamespace
 from typing import Any
 
 from grader import building
-from grader.course import reader
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import cell_hooks, checkpoints, graph_view, workspace
@@ -24,6 +23,8 @@ from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import NOTEBOOK, VARIABLE, Workspace, course
 from grader.words import say
+
+from .signs import SIGNS
 
 FOLDER, _NOTE = "clinic", "patient"
 _PATIENCE_S = 60.0  # wall time for a node to come up; on a free machine it takes one or two seconds
@@ -36,8 +37,8 @@ def admit(case: str, *, fresh: bool = False) -> None:
     Raises:
         ValueError: there is no such case.
     """
-    if case not in _signs():
-        raise ValueError(say("There is no case {case!r}; there are {known}.", case=case, known=", ".join(_signs())))
+    if case not in SIGNS:
+        raise ValueError(say("There is no case {case!r}; there are {known}.", case=case, known=", ".join(SIGNS)))
     try:
         ill = checkpoints.patient(case)
     except GraderError as error:
@@ -95,17 +96,10 @@ def check(case: str, diagnosis: str = "") -> Checked:
             name=course().package, bench=_bench, launched=launched,
             run=partial(_run, opened),
         )  # fmt: skip
-        for well, seen, expected, look in _signs()[case](patient):
+        for well, seen, expected, look in SIGNS[case](patient):
             if not well:
                 notes.append(Note(say("cure"), ((say("seen"), seen), (say("expected"), expected), (say("try"), look))))
     return Checked((Answer(case, say("diagnosis and cure"), "0", "", not notes, notes=tuple(notes)),))
-
-
-def _signs() -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for module in reader.modules(course().path(FOLDER)):
-        found |= module.SIGNS
-    return found
 
 
 def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> tuple[tuple[str, str], ...]:
@@ -222,7 +216,7 @@ def launched(*words: str, nodes: int) -> Iterator[Any]:
                 return ""
             future = client.get_parameters([name])
             rclpy.spin_until_future_complete(watcher, future, executor, timeout_sec=_PATIENCE_S)
-            answer = future.result()  # type: ignore[no-untyped-call]  # rclpy's
+            answer = future.result()
             return str(parameter_value_to_python(answer.values[0])) if answer else ""
 
         try:
