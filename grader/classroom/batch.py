@@ -206,7 +206,7 @@ def _prepared(
         )
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
-        if unknown := sorted(options.only - {entry.id for entry in facts.entries}):
+        if unknown := sorted(set(options.only) - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
         jobs = [
@@ -310,7 +310,6 @@ def _job(
         rubric=settings.rubric,
         seed=settings.seed,
         cache=str(options.cache.resolve()) if options.cache else "",
-        mutation_budget_s=options.mutation_budget_s,
         hand_in=asdict(known),
         fresh=options.fresh,
         course=facts.course,
@@ -324,7 +323,6 @@ def _job(
         rubric=settings.rubric_hash,
         kit=facts.kit,
         seed=settings.seed,
-        mutation_budget_s=options.mutation_budget_s,
         host=socket.gethostname(),
         package=package,
     )

@@ -61,10 +61,9 @@ class Status(Enum):
 class Record:
     """How one submission was graded.
 
-    `why` says why there is no grade; `content` to `mutation_budget_s`, and the `package` that a person chose by its
-    path, decide the result; `judge` is the kit that
-    judged the evidence last, if that is not the one that collected it; `started` is local time with its zone, `seconds`
-    wall time.
+    `why` says why there is no grade; `content` to `seed`, and the `package` that a person chose by its path, decide the
+    result; `judge` is the kit that judged the evidence last, if that is not the one that collected it; `started` is
+    local time with its zone, `seconds` wall time.
     """
 
     id: str
@@ -74,7 +73,6 @@ class Record:
     rubric: str = ""
     kit: str = ""
     seed: int = 0
-    mutation_budget_s: float = 0.0
     judge: str = ""
     started: str = ""
     seconds: float = 0.0
@@ -276,7 +274,7 @@ class ClassFolder:
 
 
 def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter(forbid_extra_keys=True)
+    converter = cattrs.Converter()
     converter.register_unstructure_hook(Path, lambda path: path.as_posix())
     converter.register_structure_hook(Path, lambda value, _: Path(value))
     converter.register_unstructure_hook(dt.datetime, lambda time: time.isoformat(timespec="seconds"))

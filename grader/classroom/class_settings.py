@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from argparse import Namespace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,6 @@ from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.errors import GraderError, UsageError
-from grader.settings import MUTATION_BUDGET_S
 from grader.words import counted
 
 _REGRADED = "makes all grades void: every submission is graded again"
@@ -80,21 +80,26 @@ class Options:
     rubric: Path | None = None
     seed: int | None = None
     deadline: dt.datetime | None = None
-    late_rule: str | None = None
-    added: tuple[Path, ...] = ()
+    late: str | None = None
+    added: Sequence[Path] = ()
     times: tuple[HandInTime, ...] = ()
-    change: frozenset[str] = frozenset()
-    only: frozenset[str] = frozenset()
+    change: Collection[str] = ()
+    only: Collection[str] = ()
     regrade: bool = False
     fresh: bool = False
     despite_doubts: bool = False
     pattern: str | None = None
     zero_missing: bool | None = None
     cache: Path | None = None
-    mutation_budget_s: float = MUTATION_BUDGET_S
     jobs: int = 0
     minutes: int = 60
     scheduler: str = ""
+
+    @classmethod
+    def of(cls, command: Namespace, times: tuple[HandInTime, ...]) -> Options:
+        """Return what a command says, whose options have the names of these fields."""
+        given = {field.name: getattr(command, field.name) for field in fields(cls)}
+        return cls(**given | {"times": times})
 
 
 def settle(
@@ -108,8 +113,8 @@ def settle(
         UsageError: another value is given than the class has, and not as a change.
         GraderError: the late rule is none, or the class cannot be read.
     """
-    if options.late_rule:
-        lateness.parse(options.late_rule)
+    if options.late:
+        lateness.parse(options.late)
     given = {
         "source": str(source) if source else None,
         "roster": None if people is None else tuple(people),
@@ -117,10 +122,10 @@ def settle(
         "seed": options.seed,
         "pattern": options.pattern,
         "deadline": options.deadline,
-        "late": options.late_rule,
+        "late": options.late,
     }
     new: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if lacking := sorted(options.change - set(new)):
+    if lacking := sorted(set(options.change) - set(new)):
         raise UsageError(f"--change {lacking[0]} needs the new value.", f"Add {_option(lacking[0])}.")
     had = ClassSettings("", (), "", 0, None, "")
     if source is None or (folder.path / CLASS).exists():

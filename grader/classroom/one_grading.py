@@ -49,7 +49,6 @@ class Order:
     rubric: str
     seed: int
     cache: str
-    mutation_budget_s: float
     hand_in: dict[str, Any] = field(default_factory=dict)
     fresh: bool = False
     course: str = ""
@@ -244,7 +243,6 @@ def _grade(order: Order) -> Ending:
             course=named(order.course),
             cache=Path(order.cache) if order.cache else building.cache_folder(),
             seed=order.seed,
-            mutation_budget_s=order.mutation_budget_s,
             package_path=order.package,
             keep=True,
             fresh=order.fresh,

@@ -35,11 +35,9 @@ from pathlib import Path
 import yaml
 
 from grader import yaml_reader
-from grader.classroom import regrades
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
-from grader.classroom.regrades import Regrade
 from grader.classroom.roster import IDENTITY, Person
 from grader.classroom.times import local_time, twice
 from grader.scoring.rubric import Rubric
@@ -169,16 +167,6 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
-    """Return the decisions about a class, those on requests to look again among them.
-
-    Raises:
-        GraderError: as `load`.
-    """
-    looked_at = regrades.read(folder.path, [entry.id for entry in facts.entries], rubric)
-    return _with(written(folder, facts, rubric), looked_at)
-
-
-def written(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
     """Return what the class's overrides.yaml says.
 
     Raises:
@@ -222,21 +210,6 @@ def _undecided(doubt: Doubt, decisions: Decisions) -> Doubt | None:
         if not on.excused and all(each.change is not Change.TOTAL for each in on.adjustments)
     )
     return replace(doubt, people=left) if left else None
-
-
-def _with(decided: Decisions, looked_at: Iterable[Regrade]) -> Decisions:
-    """Return the decisions with those on requests; what overrides.yaml says of a requirement stays."""
-    submissions = dict(decided.submissions)
-    for each in looked_at:
-        on = submissions.get(each.submission, SubmissionDecision())
-        known = {override.requirement for override in on.points}
-        if each.points is not None and each.requirement not in known:
-            why = f"{each.why}; asked because: {each.reason}" if each.reason else each.why
-            on = replace(on, points=(*on.points, PointsOverride(each.requirement, each.points, why, each.by)))
-        elif each.points is None:
-            on = replace(on, comments=(*on.comments, str(each)))
-        submissions[each.submission] = on
-    return replace(decided, submissions=submissions)
 
 
 class _Reader(YamlReader):

@@ -120,8 +120,6 @@ def decide(entry: Entry, record: Record | None, job: Record, options: Options) -
             return Decision(Action.GRADE, "--fresh")
         if record.package != job.package:
             return Decision(Action.GRADE, "another package is to be graded")
-        if record.mutation_budget_s != job.mutation_budget_s:
-            return Decision(Action.GRADE, "the time for mutants was another one")
         if options.regrade and record.kit != job.kit:
             return Decision(Action.GRADE, "--regrade: another kit graded it")
     kept = f"graded {record.started.replace('T', ' ')[:16]}".strip()

@@ -97,7 +97,7 @@ class Delivery:
         book: everyone's line.
         reports: each submission's report.json by its id, None where it could not be graded.
         out: the file or folder to write.
-        sheet: a file that the platform exported, to be filled in.
+        sheet: the file to be filled in, where the platform wants one of its own.
         title: the assignment's title on the platform, "" if it was not said.
         feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
         pages: each submission's report.html by its id.
@@ -107,48 +107,44 @@ class Delivery:
     book: Gradebook
     reports: Mapping[str, dict[str, Any] | None]
     out: Path
-    sheet: Path | None = None
+    sheet: Path = Path()
     title: str = ""
     feedback: Path | None = None
     pages: Mapping[str, Path] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass
 class Filled:
     """What happened to the people of a sheet. Rows that are not final are left as they are, for a person wrote them."""
 
-    unknown: list[str] = field(default_factory=list)
-    waiting: list[str] = field(default_factory=list)
-    kept: list[str] = field(default_factory=list)
-    replaced: list[str] = field(default_factory=list)
+    def __init__(self) -> None:
+        self._said: dict[str, list[str]] = {
+            "not known to the gradebook; their lines stay as they were": [],
+            "not final yet; their lines stay as they were": [],
+            "graded or excused in the sheet by a person, which stays": [],
+            "had another grade in the sheet": [],
+        }
 
     def cell(self, row: Row | None, name: str, before: str, after: str) -> str | None:
         """Return what becomes of a person's grade in the sheet, None if the line is to stay as it is; note why."""
+        unknown, waiting, kept, replaced = self._said.values()
         held = before.strip() not in ("", "-")
         if row is None:
-            self.unknown.append(name)
+            unknown.append(name)
         elif not row.final:
-            self.waiting.append(f"{name} ({row.state.value})")
+            waiting.append(f"{name} ({row.state.value})")
         elif held and (row.state is State.MISSING or before.strip() == "EX") and not same_number(before, after):
-            self.kept.append(f"{name} ({before.strip()})")
+            kept.append(f"{name} ({before.strip()})")
         elif same_number(before, after):
             return before
         else:
-            if held:
-                self.replaced.append(f"{name} ({before.strip()}, now {after or 'none'})")
+            replaced += [f"{name} ({before.strip()}, now {after or 'none'})"] * held
             return after
         return None
 
     def notes(self) -> list[str]:
         """Return remarks for the instructor."""
-        said = {
-            "not known to the gradebook; their lines stay as they were": self.unknown,
-            "not final yet; their lines stay as they were": self.waiting,
-            "graded or excused in the sheet by a person, which stays": self.kept,
-            "had another grade in the sheet": self.replaced,
-        }
-        return [f"{words}: {', '.join(names)}" for words, names in said.items() if names]
+        return [f"{words}: {', '.join(names)}" for words, names in self._said.items() if names]
 
 
 def same_number(one: str, other: str) -> bool:
@@ -171,6 +167,7 @@ class Platform:
         read: the submissions in that folder.
         write: write the grades, and return remarks for the instructor.
         own: the names of files that the platform itself adds to its export.
+        fills: the file of its own that it wants filled in, "" if it wants none.
     """
 
     name: str
@@ -180,21 +177,7 @@ class Platform:
     read: Callable[[Path, Sequence[Path]], Export]
     write: Callable[[Delivery], list[str]]
     own: tuple[str, ...] = ()
-
-
-def deliver(
-    delivery: Delivery,
-    write: Callable[[Delivery], list[str]],
-    fill: Callable[[Delivery, Path], list[str]],
-    feedback: Callable[[Delivery], tuple[dict[str, bytes], list[str]]],
-) -> list[str]:
-    """Write a file, or fill in the sheet that the platform exported; and the zip of feedback where one is wanted."""
-    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
-    if delivery.feedback:
-        files, remarks = feedback(delivery)
-        write_zip(delivery.feedback, files)
-        notes = [*notes, *remarks]
-    return notes
+    fills: str = ""
 
 
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:

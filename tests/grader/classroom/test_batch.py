@@ -60,11 +60,10 @@ def test_what_is_graded_is_not_graded_again(tmp_path, source, workers):
     ("change", "regraded"),
     [
         (lambda _source: Options(seed=1, change=frozenset({"seed"})), ["team01", "team02", "team03"]),
-        (lambda _source: Options(mutation_budget_s=5.0), ["team01", "team02", "team03"]),
         (lambda _source: Options(fresh=True), ["team01", "team02", "team03"]),
         (lambda source: (source / "team02" / "readme").write_text("new") and Options(), ["team02"]),
     ],
-    ids=["seed", "budget", "fresh", "input"],
+    ids=["seed", "fresh", "input"],
 )
 def test_what_changed_is_graded_again(tmp_path, source, workers, change, regraded):
     workers(lambda _order: GRADED)
@@ -163,7 +162,7 @@ def test_a_submission_is_graded_in_a_process_of_its_own(tmp_path, source):
 def order(tmp_path: Path, source: Path) -> Order:
     rubric = batch.rubric.RUBRIC.read_text()
     (tmp_path / "out").mkdir()
-    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0, str(tmp_path / "cache"), 5.0)
+    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0, str(tmp_path / "cache"))
 
 
 def test_a_stopped_runner_ends_what_is_going_on(tmp_path, source):

@@ -13,7 +13,7 @@ from helpers import recordings
 from helpers.report_examples import REFUSED
 
 from grader import evidence, pipeline, report
-from grader.classroom import after_grading, gradebook, hand_ins
+from grader.classroom import command, gradebook, hand_ins
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.entry import Entry
 from grader.classroom.overrides import Decisions
@@ -172,6 +172,6 @@ def test_the_reports_stay_while_another_run_writes_to_the_class(graded: ClassFol
     with graded.locked():
         with pytest.raises(GraderError, match="being written by another run"):
             hand_ins.refresh(graded)
-        after_grading._refresh(graded)
+        command._refresh(graded)
     assert "note: the reports were left as they are" in capsys.readouterr().err
     assert said(graded)["hand_in"]["decisions"] == []
