@@ -26,8 +26,7 @@ def _grade(executor: Executor, order: Order) -> Ending:
     source = Path(order.source)
     try:
         archive = pack(source) if source.is_dir() else source.read_bytes()
-        # The cache is each machine's own.
-        sent = asdict(order) | {"source": source.name, "out": "", "cache": ""}
+        sent = asdict(order) | {"source": source.name, "out": ""}
         future = executor.submit(grade_while_wanted, sent, archive, source.is_dir())
         status, why, seconds, results = future.result()
         unpack_results(results, Path(order.out))

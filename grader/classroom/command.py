@@ -22,6 +22,7 @@ from grader.classroom import (
     file_names,
     gradebook,
     hand_ins,
+    lateness,
     overview,
     plan,
     rescore,
@@ -123,7 +124,6 @@ def _add_batch(verbs: Any) -> None:
     )
     option("--minutes", type=int, default=60, metavar="N", help="end a submission's grading after N minutes (60)")
     option("--scheduler", default="", metavar="tcp://HOST:PORT", help="grade on a Dask cluster instead")
-    option("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     option("--deadline", type=_time, metavar="TIME", help="such as 2026-11-20T23:59; local time without a zone")
     option("--late", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
     option("--regrade", action="store_true", help="grade again what another version of the kit graded")
@@ -149,8 +149,6 @@ def _verb(
 def _time(text: str) -> dt.datetime:
     if (time := times.local_time(text)) is None:
         raise argparse.ArgumentTypeError(f"{text!r} is not a time; write it as 2026-11-20T23:59")
-    if twice := times.twice(text):
-        raise argparse.ArgumentTypeError(f"{text!r} {twice}")
     return time
 
 
@@ -232,7 +230,7 @@ class _Console:
 
     def going_on(self, done: int, total: int, running: Mapping[str, str]) -> None:
         names = ", ".join(f"{name} {what}".strip() for name, what in sorted(running.items()))
-        self._progress.show(f"[{plan.clock(self._progress.seconds)}] {done}/{total}; {names}")
+        self._progress.show(f"[{lateness.clock(self._progress.seconds)}] {done}/{total}; {names}")
 
     def say(self, text: str) -> None:
         """Show a line that stays, and log it."""

@@ -10,9 +10,8 @@ from enum import Enum
 from typing import Any
 
 from grader.classroom import lateness, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
+from grader.classroom.doubt import DoubtKind
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Accepted, Adjustment, Change, Decisions, PersonDecision, PointsOverride
 from grader.classroom.roster import Person
@@ -181,8 +180,7 @@ def read(folder: ClassFolder) -> Gradebook:
         teams[entry.id] = _shared(found, line(Person(name=entry.label), PersonDecision()))
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
-        doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
-        rows[person.key] = [_missing(person, decisions, facts, whole, doubt)]
+        rows[person.key] = [_missing(person, decisions, facts, whole)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
     return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
 
@@ -301,9 +299,9 @@ def _unknown(entry: Entry, facts: ClassFacts) -> Person:
     return Person(name=entry.label, lms_id=entry.number, lms=facts.layout if entry.number else "")
 
 
-def _missing(person: Person, decisions: Decisions, facts: ClassFacts, whole: Rubric, doubt: Doubt | None) -> Row:
+def _missing(person: Person, decisions: Decisions, facts: ClassFacts, whole: Rubric) -> Row:
     """Return the line of a person without a submission; nothing is final while one may be theirs."""
-    about = decisions.about(person)
+    about, doubt = decisions.about(person), facts.doubt_about(person)
     state = State.PENDING if doubt else State.MISSING
     left = NOTHING if facts.zero_missing else None
     state, total = _adjusted(state, left, _worth(whole), about.adjustments)

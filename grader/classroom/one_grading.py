@@ -48,7 +48,6 @@ class Order:
     out: str
     rubric: str
     seed: int
-    cache: str
     hand_in: dict[str, Any] = field(default_factory=dict)
     fresh: bool = False
     course: str = ""
@@ -188,7 +187,8 @@ def grade_packed(
     """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
 
     For a worker on another machine: it shares no disk with the caller. `folder` says that the archive is a packed
-    folder. A cache folder that the order leaves empty is this machine's own. `runner` can end it from another thread.
+    folder. The cache is this machine's
+    own. `runner` can end it from another thread.
     """
     with tempdir.folder("batch") as scratch:
         source = scratch / "in" / Path(str(order["source"])).name
@@ -241,7 +241,7 @@ def _grade(order: Order) -> Ending:
         settings = pipeline.Settings(
             rubric=rubric.load(Path(file.name)),
             course=named(order.course),
-            cache=Path(order.cache) if order.cache else building.cache_folder(),
+            cache=building.cache_folder(),
             seed=order.seed,
             package_path=order.package,
             keep=True,

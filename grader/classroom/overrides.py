@@ -39,7 +39,7 @@ from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import IDENTITY, Person
-from grader.classroom.times import local_time, twice
+from grader.classroom.times import local_time
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
 
@@ -317,6 +317,4 @@ class _Reader(YamlReader):
     def _time(self, node: yaml.Node) -> dt.datetime:
         if (time := local_time(self.text(node))) is None:
             self.fail(node, f"{self.text(node)} is not a time; write it as 2026-11-21T10:00")
-        if when := twice(self.text(node)):
-            self.fail(node, f"{self.text(node)} {when}; write which one")
         return time

@@ -39,7 +39,6 @@ class HandIn:
         submitted: when, None if the export does not say.
         late: whether the export marks it as late.
         others: what the export says if the name of the entry is read in other ways, for one person each.
-        twice: why the time could be another one, "" if it could not.
     """
 
     path: Path
@@ -48,7 +47,6 @@ class HandIn:
     submitted: dt.datetime | None = None
     late: bool = False
     others: tuple[tuple[Claim, ...], ...] = ()
-    twice: str = ""
 
 
 @dataclass(frozen=True)

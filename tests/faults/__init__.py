@@ -174,7 +174,7 @@ FAULTS = (
         "grader/classroom/lateness.py",
         'grace_s=60 * int(found["grace"] or 0)',
         'grace_s=int(found["grace"] or 0)',
-        "tests/grader/classroom/test_lateness.py::test_a_rule_is_printed_back_with_three_examples_that_it_computes_itself",
+        "tests/grader/classroom/test_lateness.py::test_grace_costs_nothing_and_then_counts_from_its_end",
     ),
     Fault(
         "a_bonus_before_another_adjustment_is_cut",

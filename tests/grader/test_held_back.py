@@ -22,8 +22,7 @@ from grader import KIT, cli, evidence, pipeline, report
 from grader.authoring import check_course
 from grader.authoring.release import TOP
 from grader.checks import checks_run
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.roster import Person
 from grader.course import Course, load
 from grader.course.reader import VARIABLE

@@ -162,7 +162,7 @@ def test_a_submission_is_graded_in_a_process_of_its_own(tmp_path, source):
 def order(tmp_path: Path, source: Path) -> Order:
     rubric = batch.rubric.RUBRIC.read_text()
     (tmp_path / "out").mkdir()
-    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0, str(tmp_path / "cache"))
+    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0)
 
 
 def test_a_stopped_runner_ends_what_is_going_on(tmp_path, source):
@@ -195,11 +195,7 @@ def test_without_namespaces_no_more_gradings_run_at_a_time_than_can_be_kept_apar
 @pytest.mark.slow  # one more process for a submission
 @pytest.mark.sandbox
 def test_a_submission_may_travel_as_bytes(tmp_path, source):
-    sent = json.loads(json.dumps(order(tmp_path, source / "team01").__dict__)) | {
-        "source": "team01",
-        "out": "",
-        "cache": "",
-    }
+    sent = json.loads(json.dumps(order(tmp_path, source / "team01").__dict__)) | {"source": "team01", "out": ""}
     status, why, _, results = grade_packed(sent, pack(source / "team01"), folder=True)
     assert status == "refused"
     assert "team01" in why

@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from grader.classroom import overrides
-from grader.classroom.class_folder import ClassFacts
+from grader.classroom.class_folder import ClassFacts, Entry
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
 from grader.classroom.overrides import Adjustment, Change, Decisions, Excuse, PointsOverride
 from grader.classroom.roster import Person
 from grader.errors import GraderError

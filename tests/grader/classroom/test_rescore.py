@@ -12,8 +12,7 @@ from helpers import recordings
 
 from grader import evidence, pipeline, report
 from grader.classroom import gradebook
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.rescore import rescore
 from grader.classroom.roster import Person
 from grader.errors import GraderError
