@@ -50,7 +50,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class PlanRow:
-    """One submission, or one person without any (`entry` is None then), and what will be done; `cells` are plan.csv's."""
+    """One submission, or one person without any (`entry` is None); `cells` are those of plan.csv."""
 
     decision: Decision
     entry: Entry | None
