@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime as dt
 import math
 import os
-import socket
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
@@ -263,9 +262,7 @@ def _grade(
                         again.append(job)
                         continue
                     seconds = round(ending.seconds, 1)
-                    record = replace(
-                        job.record, status=ending.status, why=ending.why, seconds=seconds, attempts=attempt
-                    )
+                    record = replace(job.record, status=ending.status, why=ending.why, seconds=seconds)
                     folder.keep(Path(job.order.out), record)
                     done += 1
                     listener.finished(record, done, total)
@@ -302,7 +299,6 @@ def _job(
         rubric=settings.rubric_hash,
         kit=facts.kit,
         seed=settings.seed,
-        host=socket.gethostname(),
         package=package,
     )
     return Job(entry, order, record)

@@ -111,8 +111,6 @@ class Record:
     judge: str = ""
     started: str = ""
     seconds: float = 0.0
-    host: str = ""
-    attempts: int = 1
     package: str = ""
 
     @property

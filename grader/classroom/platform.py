@@ -278,6 +278,11 @@ def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | No
     return [rows[person][0] if person is not None else None for person in sure]
 
 
+def by_requirement(report: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
+    """Return what a report.json says of each requirement, nothing of what could not be graded."""
+    return {each["id"]: each for each in (report or {}).get("requirements", ())}
+
+
 def losses(requirement: dict[str, Any]) -> Iterator[str]:
     """Return what was seen, expected and what to try, for each check of a requirement that did not pass."""
     for check in requirement.get("checks", ()):
@@ -303,7 +308,7 @@ def short(row: Row, report: dict[str, Any] | None) -> list[str]:
     cause = (report or {}).get("cause", {})
     if cause.get("sentence"):
         lines.append(f"First cause: {prose(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
-    measured = {each["id"]: each for each in (report or {}).get("requirements", ())}
+    measured = by_requirement(report)
     unreached = []
     for each in row.requirements:
         if each.points is None or each.points >= each.max:

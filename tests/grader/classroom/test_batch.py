@@ -14,7 +14,8 @@ from helpers.class_reports import GRADED, Silent, report
 from grader.classroom import batch, class_folder, gradebook
 from grader.classroom.class_folder import ClassFolder, Status
 from grader.classroom.class_settings import Options
-from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
+from grader.classroom.cluster import grade_packed, pack, unzip
+from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
 
@@ -239,5 +240,5 @@ def test_a_folder_travels_with_the_modes_of_its_files(tmp_path):
     program.write_text("#!/bin/sh\n")
     program.chmod(0o755)
     os.utime(program, (0, 0))  # a zip has no times before 1980
-    unpack_results(pack(tmp_path / "package"), tmp_path / "there")
+    unzip(pack(tmp_path / "package"), tmp_path / "there")
     assert (tmp_path / "there" / "scripts" / "run").stat().st_mode & 0o777 == 0o755
