@@ -121,9 +121,7 @@ _OTHERS = {
     "grader.classroom.command": {
         "gradebook": "write grades in the form that a learning platform imports",
         "rescore": "judge a class again from its evidence",
-        "compare": "show what changed between two gradings or two classes",
-        "similar": "list the packages of a class that are most alike",
-        "regrade": "look at a requirement again on a student's request, and decide",
+        "similar": "write what Dolos and JPlag read, which find copies",
         "batch": "grade a class",
     },
     "grader.authoring.export": {"export": "write what a platform that grades by itself takes"},

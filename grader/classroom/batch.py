@@ -5,22 +5,19 @@ from __future__ import annotations
 import datetime as dt
 import math
 import os
-import socket
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import Protocol
 
 from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
-from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.class_settings import ClassSettings, Options, settle
-from grader.classroom.doubt import Doubt, require_certain
-from grader.classroom.entry import Entry
+from grader.classroom.doubt import require_certain
 from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner, Workforce
 from grader.classroom.plan import Action, Plan
@@ -117,7 +114,7 @@ def run(
         plan.write(prepared.plan, folder.path / PLAN)
         listener.planned(prepared.plan)
         if not options.despite_doubts:
-            require_certain(prepared.doubts)
+            require_certain(prepared.plan.new)
         facts = prepared.facts
         folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, prepared.rubric)
@@ -144,10 +141,9 @@ def run(
 
 @dataclass(frozen=True)
 class _Prepared:
-    """All that is known before anything is graded; `rubric` is its text, `doubts` are those that no run had before."""
+    """All that is known before anything is graded; `rubric` is its text."""
 
     facts: ClassFacts
-    doubts: Sequence[Doubt]
     rubric: str
     todo: list[Job]
     plan: Plan
@@ -158,55 +154,40 @@ def _prepared(
     source: Path | None, folder: ClassFolder, people: Sequence[Person] | None, options: Options
 ) -> Iterator[_Prepared]:
     """Yield what will be done; the sources are open meanwhile."""
-    remembered = (folder.path / CLASS).exists()
-    before = folder.facts() if remembered else None
+    before = folder.facts() if (folder.path / CLASS).exists() else None
     course = named(before.course) if before else find(options.course)
     if options.course and load(options.course).folder != course.folder:
         raise UsageError(
             f"{folder.path} is a class of {course.folder}.", "Leave out --course, or choose another --out."
         )
-    path = options.rubric or (folder.path / RUBRIC if remembered else course.rubric)
+    path = options.rubric or (folder.path / RUBRIC if before else course.rubric)
     whole = rubric.load(path, checks_run.known(course))
-    text = rubric.text(path) if options.rubric or not remembered else None
+    text = rubric.text(path) if options.rubric or before is None else None
     settings = settle(folder, source, people, text, options)
     earlier = before.entries if before else ()
-    with _opened(folder, settings.sources, earlier) as roots:
+    zero_missing = options.zero_missing
+    with _opened(folder, (settings.source, *settings.added), earlier) as roots:
         first, *added = roots.values()
-        timed = settings.deadline is not None or bool(settings.late)
-        claimed = before.claimed if before else ()
         found = discovery.find(
-            first, settings.roster, earlier, added, options.times, timed, settings.pattern, claimed
+            first, settings.roster, earlier, added, options.times,
+            timed=settings.deadline is not None or bool(settings.late_rule), pattern=settings.pattern,
+            claimed=before.claimed if before else (),
         )  # fmt: skip
-        zero_missing = options.zero_missing
-        if zero_missing is None:
-            zero_missing = before is not None and before.zero_missing
         facts = ClassFacts(
+            **vars(found)
+            | vars(settings)
+            | {"rubric": settings.rubric_hash, "entries": tuple(_recorded(entry, roots) for entry in found.entries)},
             title=whole.title,
-            source=settings.source,
-            layout=found.layout,
-            rubric=settings.rubric_hash,
             kit=provenance.kit_hash(course.layers),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
-            seed=settings.seed,
-            entries=tuple(_recorded(entry, roots) for entry in found.entries),
-            missing=found.missing,
-            notes=found.notes,
-            doubts=found.doubts,
-            deadline=settings.deadline,
-            late_rule=settings.late,
             made=dt.datetime.now().astimezone(),
-            roster=settings.roster,
-            added=settings.added,
             course=name_of(course),
-            pattern=settings.pattern,
-            ledger=found.ledger,
-            claimed=found.claimed,
-            zero_missing=zero_missing,
+            zero_missing=zero_missing if zero_missing is not None else before is not None and before.zero_missing,
         )
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
-        if unknown := sorted(options.only - {entry.id for entry in facts.entries}):
+        if unknown := sorted(set(options.only) - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
         jobs = [
@@ -217,11 +198,9 @@ def _prepared(
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, options) for job in jobs}
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
-        maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
         new = [each for each in now.doubts if before is None or each not in before.doubts]
-        recorded = filter(None, records.values())
-        planned = plan.make(now, decided, actions, recorded, maximum, several, options.minutes, new)
-        yield _Prepared(facts, new, settings.rubric, todo, planned)
+        planned = plan.make(now, decided, actions, filter(None, records.values()), new, several, options.minutes)
+        yield _Prepared(facts, settings.rubric, todo, planned)
 
 
 @contextmanager
@@ -283,9 +262,7 @@ def _grade(
                         again.append(job)
                         continue
                     seconds = round(ending.seconds, 1)
-                    record = replace(
-                        job.record, status=ending.status, why=ending.why, seconds=seconds, attempts=attempt
-                    )
+                    record = replace(job.record, status=ending.status, why=ending.why, seconds=seconds)
                     folder.keep(Path(job.order.out), record)
                     done += 1
                     listener.finished(record, done, total)
@@ -309,8 +286,6 @@ def _job(
         out="",
         rubric=settings.rubric,
         seed=settings.seed,
-        cache=str(options.cache.resolve()) if options.cache else "",
-        mutation_budget_s=options.mutation_budget_s,
         hand_in=asdict(known),
         fresh=options.fresh,
         course=facts.course,
@@ -324,8 +299,6 @@ def _job(
         rubric=settings.rubric_hash,
         kit=facts.kit,
         seed=settings.seed,
-        mutation_budget_s=options.mutation_budget_s,
-        host=socket.gethostname(),
         package=package,
     )
     return Job(entry, order, record)

@@ -32,7 +32,7 @@ import yaml
 
 from grader import report, yaml_reader
 from grader.classroom.doubt import Doubt
-from grader.classroom.entry import Entry
+from grader.classroom.identity import Claim
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.host import tempdir
@@ -44,7 +44,42 @@ OVERRIDES, GRADEBOOK, OVERVIEW = "overrides.yaml", "gradebook.csv", "index.html"
 PLAN, LOG = "plan.csv", "batch.log"
 SUBMISSIONS = "submissions"
 _WORK, _LOCK = ".work", ".lock"
+_UNREADABLE = (OSError, ValueError, AttributeError, KeyError, TypeError, yaml.YAMLError, cattrs.BaseValidationError)
 _CLASS_SCHEMA, _RECORD_SCHEMA = "ros2-course-kit/class/1", "ros2-course-kit/record/1"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One submission of a class.
+
+    Attributes:
+        id: its name in the class folder and in overrides.yaml: lower case letters, digits and hyphens.
+        label: how the export calls it.
+        number: the platform's own number for it or for who handed it in, "" if it gives none.
+        path: the archive or folder.
+        content: the SHA-256 of what was handed in, packed as it was.
+        people: who handed it in, with all their team; empty if it is not certain.
+        submitted: when, None if that is not known.
+        matched: by what each of `people` was matched, in their order: what the export says of them, "team" for a
+            member beside whom another one was matched, or "overrides" for a person's decision.
+        late: whether the export marks it as late.
+        notes: remarks for the instructor.
+        source: the folder or archive in which it was found, as it was given.
+        absent: an earlier run found it, and the present sources do not have it. What was graded stays.
+    """
+
+    id: str
+    label: str
+    path: Path
+    content: str
+    people: tuple[Person, ...] = ()
+    submitted: dt.datetime | None = None
+    late: bool = False
+    notes: tuple[str, ...] = ()
+    number: str = ""
+    matched: tuple[Claim, ...] = ()
+    source: str = ""
+    absent: bool = False
 
 
 class Status(Enum):
@@ -61,10 +96,9 @@ class Status(Enum):
 class Record:
     """How one submission was graded.
 
-    `why` says why there is no grade; `content` to `mutation_budget_s`, and the `package` that a person chose by its
-    path, decide the result; `judge` is the kit that
-    judged the evidence last, if that is not the one that collected it; `started` is local time with its zone, `seconds`
-    wall time.
+    `why` says why there is no grade; `content` to `seed`, and the `package` that a person chose by its path, decide the
+    result; `judge` is the kit that judged the evidence last, if that is not the one that collected it; `started` is
+    local time with its zone, `seconds` wall time.
     """
 
     id: str
@@ -74,12 +108,9 @@ class Record:
     rubric: str = ""
     kit: str = ""
     seed: int = 0
-    mutation_budget_s: float = 0.0
     judge: str = ""
     started: str = ""
     seconds: float = 0.0
-    host: str = ""
-    attempts: int = 1
     package: str = ""
 
     @property
@@ -129,6 +160,10 @@ class ClassFacts:
     zero_missing: bool = False
     """A person has decided that whoever handed in nothing, or nothing that can be graded, gets 0."""
 
+    def doubt_about(self, person: Person) -> Doubt | None:
+        """Return the doubt for which somebody without a submission has not handed in nothing."""
+        return next((doubt for doubt in self.doubts if doubt.anyone or person in doubt.people), None)
+
 
 class ClassFolder:
     """One class folder. Reading needs nothing but the files; writing needs the lock."""
@@ -169,15 +204,7 @@ class ClassFolder:
                 raise ValueError("made by another version of the kit")
             told = {name: value for name, value in data.items() if value is not None}  # a list may be emptied by hand
             return _CONVERTER.structure(told, ClassFacts)
-        except (
-            OSError,
-            ValueError,
-            AttributeError,
-            KeyError,
-            TypeError,
-            yaml.YAMLError,
-            cattrs.BaseValidationError,
-        ) as error:
+        except _UNREADABLE as error:
             raise GraderError(
                 f"{path} is damaged ({type(error).__name__}: {error}). Move it away and run `grader batch` with the "
                 "source and all options, as the first time; what is graded stays graded."
@@ -206,7 +233,7 @@ class ClassFolder:
             if data.pop("schema") != _RECORD_SCHEMA:
                 return None
             return _CONVERTER.structure(data, Record)
-        except (OSError, ValueError, AttributeError, KeyError, TypeError, cattrs.BaseValidationError):
+        except _UNREADABLE:
             return None
 
     def current(self, entry: Entry, facts: ClassFacts) -> Record | None:
@@ -276,7 +303,7 @@ class ClassFolder:
 
 
 def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter(forbid_extra_keys=True)
+    converter = cattrs.Converter()
     converter.register_unstructure_hook(Path, lambda path: path.as_posix())
     converter.register_structure_hook(Path, lambda value, _: Path(value))
     converter.register_unstructure_hook(dt.datetime, lambda time: time.isoformat(timespec="seconds"))

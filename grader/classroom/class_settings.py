@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from argparse import Namespace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,8 @@ from grader.classroom import lateness
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
-from grader.errors import GraderError, UsageError
-from grader.settings import MUTATION_BUDGET_S
-from grader.words import counted
+from grader.errors import UsageError
+from grader.words import counted, some
 
 _REGRADED = "makes all grades void: every submission is graded again"
 _DEDUCTIONS = "changes only the deductions for lateness"
@@ -29,28 +29,22 @@ CHANGEABLE: Mapping[str, str] = {
     "late": _DEDUCTIONS,
 }
 """The settings that a later run may change, and what a change does."""
+_FIELDS = {"late": "late_rule"}
+_TITLES = {"late": "late rule"}
 
 
 @dataclass(frozen=True)
 class ClassSettings:
-    """What all runs of a class have in common.
+    """What all runs of a class have in common, as class.yaml calls it; `rubric` is a rubric's text."""
 
-    `source` and `added` are paths as they were given, `rubric` is a rubric's text, `late` the late rule.
-    """
-
-    source: str
-    roster: tuple[Person, ...]
-    rubric: str
-    seed: int
-    deadline: dt.datetime | None
-    late: str
+    source: str = ""
+    roster: tuple[Person, ...] = ()
+    rubric: str = ""
+    seed: int = 0
+    deadline: dt.datetime | None = None
+    late_rule: str = ""
     added: tuple[str, ...] = ()
     pattern: str = ""
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        """Return all folders and archives with submissions, the first run's first."""
-        return (self.source, *self.added)
 
     @property
     def rubric_hash(self) -> str:
@@ -80,21 +74,25 @@ class Options:
     rubric: Path | None = None
     seed: int | None = None
     deadline: dt.datetime | None = None
-    late_rule: str | None = None
-    added: tuple[Path, ...] = ()
+    late: str | None = None
+    added: Sequence[Path] = ()
     times: tuple[HandInTime, ...] = ()
-    change: frozenset[str] = frozenset()
-    only: frozenset[str] = frozenset()
+    change: Collection[str] = ()
+    only: Collection[str] = ()
     regrade: bool = False
     fresh: bool = False
     despite_doubts: bool = False
     pattern: str | None = None
     zero_missing: bool | None = None
-    cache: Path | None = None
-    mutation_budget_s: float = MUTATION_BUDGET_S
     jobs: int = 0
     minutes: int = 60
     scheduler: str = ""
+
+    @classmethod
+    def of(cls, command: Namespace, times: tuple[HandInTime, ...]) -> Options:
+        """Return what a command says, whose options have the names of these fields."""
+        given = {field.name: getattr(command, field.name) for field in fields(cls)}
+        return cls(**given | {"times": times})
 
 
 def settle(
@@ -108,8 +106,8 @@ def settle(
         UsageError: another value is given than the class has, and not as a change.
         GraderError: the late rule is none, or the class cannot be read.
     """
-    if options.late_rule:
-        lateness.parse(options.late_rule)
+    if options.late:
+        lateness.parse(options.late)
     given = {
         "source": str(source) if source else None,
         "roster": None if people is None else tuple(people),
@@ -117,70 +115,47 @@ def settle(
         "seed": options.seed,
         "pattern": options.pattern,
         "deadline": options.deadline,
-        "late": options.late_rule,
+        "late": options.late,
     }
     new: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if lacking := sorted(options.change - set(new)):
+    if lacking := sorted(set(options.change) - set(new)):
         raise UsageError(f"--change {lacking[0]} needs the new value.", f"Add {_option(lacking[0])}.")
-    had = ClassSettings("", (), "", 0, None, "")
+    had = ClassSettings()
     if source is None or (folder.path / CLASS).exists():
-        had = _remembered(folder)
+        facts = folder.facts()
+        known = {field.name: getattr(facts, field.name) for field in fields(had) if field.name != "rubric"}
+        had = ClassSettings(**known, rubric=(folder.path / RUBRIC).read_text(encoding="utf-8"))
         for name, value in new.items():
-            if name not in options.change and not _same(had, name, value):
-                raise UsageError(_refusal(folder, had, replace(had, **{name: value}), name))
-    settings = replace(had, **new)
-    known = {Path(settings.source).resolve(): settings.source}
+            before = getattr(had, _FIELDS.get(name, name))
+            same = before == value or (name == "source" and Path(before).resolve() == Path(value).resolve())
+            if name not in options.change and not same:
+                has, gives = _words(name, before, value), _words(name, value, before)
+                raise UsageError(
+                    f"{folder.path} has {has}; the command gives {gives}. "
+                    f"Changing the {_TITLES.get(name, name)} {CHANGEABLE[name]}. "
+                    f"Add --change {name} if that is meant; otherwise leave out {_option(name)}: the class knows it."
+                )
+    settings = replace(had, **{_FIELDS.get(name, name): value for name, value in new.items()})
+    sources = {Path(settings.source).resolve(): settings.source}
     for each in (*(() if "source" in options.change else had.added), *map(str, options.added)):
-        known.setdefault(Path(each).resolve(), each)
-    return replace(settings, added=tuple(known.values())[1:])
-
-
-def _remembered(folder: ClassFolder) -> ClassSettings:
-    facts = folder.facts()
-    try:
-        text = (folder.path / RUBRIC).read_text(encoding="utf-8")
-    except OSError as error:
-        raise GraderError(f"The class's rubric {folder.path / RUBRIC} cannot be read ({error}).") from error
-    return ClassSettings(
-        facts.source, facts.roster, text, facts.seed, facts.deadline, facts.late_rule, facts.added, facts.pattern
-    )
-
-
-def _same(had: ClassSettings, name: str, value: object) -> bool:
-    if name == "source":
-        return Path(had.source).resolve() == Path(str(value)).resolve()
-    return bool(getattr(had, name) == value)
-
-
-def _refusal(folder: ClassFolder, had: ClassSettings, new: ClassSettings, name: str) -> str:
-    return (
-        f"{folder.path} has {_words(had, name, new)}; the command gives {_words(new, name, had)}. "
-        f"Changing the {_TITLES.get(name, name)} {CHANGEABLE[name]}. "
-        f"Add --change {name} if that is meant; otherwise leave out {_option(name)}: the class knows it."
-    )
-
-
-_TITLES = {"late": "late rule"}
+        sources.setdefault(Path(each).resolve(), each)
+    return replace(settings, added=tuple(sources.values())[1:])
 
 
 def _option(name: str) -> str:
     return "SOURCE" if name == "source" else f"--{name}"
 
 
-def _words(settings: ClassSettings, name: str, other: ClassSettings) -> str:
-    """Return one of the settings in words; of a roster, whoever the `other` settings do not have."""
+def _words(name: str, value: Any, other: Any) -> str:
+    """Return a setting in words; of a roster, whoever the `other` one does not have."""
+    title = _TITLES.get(name, name)
+    if not value and name != "seed":
+        return f"no {title}"
     if name == "roster":
-        only = [person.label for person in settings.roster if person not in other.roster]
-        more = f", {', '.join(only[:5])}{' and others' if only[5:] else ''} only there" if only else ""
-        return (
-            f"a roster of {counted(len(settings.roster), 'person', 'people')}{more}" if settings.roster else "no roster"
-        )
+        only = [person.label for person in value if person not in other]
+        more = f", {some(only, 5)} only there" if only else ""
+        return f"a roster of {counted(len(value), 'person', 'people')}{more}"
     if name == "rubric":
-        return f"a rubric with the hash {settings.rubric_hash[:12]}"
-    if name == "deadline":
-        return f"the deadline {settings.deadline:%Y-%m-%d %H:%M}" if settings.deadline else "no deadline"
-    if name == "late":
-        return f'the late rule "{settings.late}"' if settings.late else "no late rule"
-    if name == "pattern" and not settings.pattern:
-        return "no pattern of names"
-    return f"the {name} {getattr(settings, name)}"
+        return f"a rubric with the hash {hashlib.sha256(value.encode()).hexdigest()[:12]}"
+    shown = f"{value:%Y-%m-%d %H:%M}" if name == "deadline" else f'"{value}"' if name == "late" else value
+    return f"the {title} {shown}"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import threading
+import zipfile
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -12,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from grader.classroom.class_folder import Status
-from grader.classroom.one_grading import Ending, Order, Runner, Workforce, grade_packed, pack, unpack_results
+from grader.classroom.one_grading import Ending, Order, Runner, Workforce
 from grader.course import named
 from grader.errors import GraderError
-from grader.host import provenance
+from grader.host import provenance, tempdir
 
 _CONNECT_S = 15
 _LOOK_S = 0.5  # between two looks of a worker at whether its grading is still wanted
@@ -26,11 +28,10 @@ def _grade(executor: Executor, order: Order) -> Ending:
     source = Path(order.source)
     try:
         archive = pack(source) if source.is_dir() else source.read_bytes()
-        # The cache is each machine's own.
-        sent = asdict(order) | {"source": source.name, "out": "", "cache": ""}
+        sent = asdict(order) | {"source": source.name, "out": ""}
         future = executor.submit(grade_while_wanted, sent, archive, source.is_dir())
         status, why, seconds, results = future.result()
-        unpack_results(results, Path(order.out))
+        unzip(results, Path(order.out))
         return Ending(Status(status), why, seconds)
     except Exception as error:  # of many kinds: Dask's own, the network's
         return Ending(Status.ERROR, f"The cluster did not grade it: {type(error).__name__}: {error}")
@@ -62,6 +63,49 @@ def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -
     finally:
         over.set()
         watcher.join()
+
+
+def grade_packed(
+    order: dict[str, object], archive: bytes, folder: bool, runner: Runner | None = None
+) -> tuple[str, str, float, bytes]:
+    """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
+
+    For a worker on another machine: it shares no disk with the caller. `folder` says that the archive is a packed
+    folder. `runner` can
+    end it from another thread.
+    """
+    with tempdir.folder("batch") as scratch:
+        source = scratch / "in" / Path(str(order["source"])).name
+        if folder:
+            unzip(archive, source)
+        else:
+            source.parent.mkdir(parents=True)
+            source.write_bytes(archive)
+        out = scratch / "out"
+        out.mkdir()
+        local = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
+        ending = (runner or Runner()).grade(local, scratch)
+        return ending.status.value, ending.why, ending.seconds, pack(out)
+
+
+def pack(folder: Path) -> bytes:
+    """Return the files of a folder as a zip; links and special files are left out."""
+    stream = io.BytesIO()
+    # A zip has no times before 1980; a file from a reproducible build may be of 1970.
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as packed:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and not path.is_symlink() and ".git" not in path.relative_to(folder).parts:
+                packed.write(path, path.relative_to(folder).as_posix())
+    return stream.getvalue()
+
+
+def unzip(packed: bytes, into: Path) -> None:
+    """Write what `pack` returned into the folder `into`, which need not exist."""
+    into.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
+        archive.extractall(into)  # of our own making; zipfile drops ".." and absolute paths
+        for entry in archive.infolist():  # and modes, without which an executable is none
+            (into / entry.filename).chmod(entry.external_attr >> 16 & 0o777)
 
 
 def _kit_hash(course: str) -> str:

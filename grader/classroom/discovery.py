@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader.classroom import ledger, matching, platforms, times
+from grader.classroom.class_folder import Entry
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
 from grader.classroom.ledger import Source
 from grader.classroom.matching import Match
 from grader.classroom.roster import Person
@@ -119,7 +119,6 @@ def find(
         *ledger.lost(exports, roster, missing),
         *(_unreadable(entry) for entry in named if entry.content.startswith(_UNREADABLE)),
         *(times.doubts(entries, known_times, exports[0].layout) if timed else ()),
-        *(times.doubled(each.hand_in.label, each.hand_in.twice) for each in matches if timed and each.hand_in.twice),
     ]
     listed = ledger.claimed(known_times, roster, entries, claimed)
     doubts += ledger.without(listed, entries, doubts)

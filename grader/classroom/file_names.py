@@ -27,7 +27,7 @@ from grader.classroom.platform import (
     stem,
     unfolded,
 )
-from grader.classroom.times import local_time, twice
+from grader.classroom.times import local_time
 from grader.errors import UsageError
 from grader.intake.names import natural
 
@@ -57,7 +57,6 @@ class _Named:
     when: dt.datetime | None
     attempt: str
     entry: Path
-    twice: str = ""
 
     @property
     def order(self) -> tuple[object, ...]:
@@ -103,8 +102,7 @@ class Pattern:
             said = {field: text.strip() for field, text in found.groupdict().items() if text} if found else {}
             when = _time(said["time"]) if "time" in said else None
             if said and ("time" not in said or when):
-                doubled = twice(said.get("time", ""), when)
-                return _Named(tuple(self._claims(said)), when, said.get("attempt", ""), entry, doubled)
+                return _Named(tuple(self._claims(said)), when, said.get("attempt", ""), entry)
         return None
 
     def recognises(self, entries: Sequence[Path]) -> bool:
@@ -161,7 +159,7 @@ def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
         for attempt in attempts.values() if last[0].when else [last]:
             path, remarks = one_of(unfolded([part.entry for part in attempt]))
             notes += [f"{label}: {remark}" for remark in remarks]
-            hand_ins.append(HandIn(path, label, (claims,), attempt[0].when, twice=attempt[0].twice))
+            hand_ins.append(HandIn(path, label, (claims,), attempt[0].when))
         if earlier and not last[0].when:
             left = ", ".join(part.entry.name for attempt in earlier for part in attempt)
             notes.append(f"{label}: attempt {last[0].attempt} is graded, the last one, not {left}.")

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import Enum
 from typing import Any
 
 from grader.classroom import lateness, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
+from grader.classroom.doubt import DoubtKind
 from grader.classroom.lateness import LateRule
-from grader.classroom.overrides import Accepted, Adjustment, Change, Decisions, PersonDecision, PointsOverride
+from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride, Reason
 from grader.classroom.roster import Person
 from grader.host.namespaces import Confinement
 from grader.scoring import rubric
@@ -59,7 +58,7 @@ class RequirementPoints:
 
 @dataclass(frozen=True)
 class Row:
-    """One person's line. `reached` is the sum of the requirements, `total` what lateness and people leave of it.
+    """One person's line: `total` is what lateness and people leave of the sum of the requirements.
 
     `total` is None where a platform should show no grade: excused, not graded yet, an error of ours, points that a flag
     withholds, or a hand-in that is missing or cannot be graded, until a person decides. `late` is in words. `decided`
@@ -70,7 +69,6 @@ class Row:
     state: State
     submission: str = ""
     requirements: tuple[RequirementPoints, ...] = ()
-    reached: Decimal = NOTHING
     max: Decimal = NOTHING
     late_units: int = 0
     late: str = ""
@@ -87,6 +85,11 @@ class Row:
     """The kit that graded the submission, as Record.kits has it."""
     confinement: str = ""
     """What kept the submission apart while it was graded, a value of Confinement; "" if it was not graded."""
+
+    @property
+    def reached(self) -> Decimal:
+        """Return the sum of the requirements."""
+        return sum((each.points or NOTHING for each in self.requirements), NOTHING)
 
     @property
     def final(self) -> bool:
@@ -140,8 +143,12 @@ class Gradebook:
 
     def apart(self) -> list[str]:
         """Return a remark on each person whose total is not their team's."""
+
+        def shown(row: Row) -> str:
+            return row.state.value if row.total is None else f"{row.total} points"
+
         return [
-            f"{row.submission}: {row.person.label} has {_shown(row)}, the team {_shown(self.teams[row.submission])}"
+            f"{row.submission}: {row.person.label} has {shown(row)}, the team {shown(self.teams[row.submission])}"
             for row in self.every
             if row.figures != self.teams[row.submission].figures
         ]
@@ -173,39 +180,22 @@ def read(folder: ClassFolder) -> Gradebook:
     teams: dict[str, Row] = {}
     for entry in facts.entries:
         line = _line_of(entry, folder, facts, whole, decisions, rule)
-        people = entry.people or (_unknown(entry, facts),)
-        found = [line(person, decisions.about(person)) for person in people]
+        # Whoever is not known is there what the platform's number says.
+        unknown = Person(name=entry.label, lms_id=entry.number, lms=facts.layout if entry.number else "")
+        found = [line(person, decisions.about(person)) for person in entry.people or (unknown,)]
         for row in found:
             # What fits nobody is one person's whatever its label: two of one name stay two.
             rows.setdefault(row.person.key if entry.people else entry.id, []).append(row)
-        teams[entry.id] = _shared(found, line(Person(name=entry.label), PersonDecision()))
+        shared = line(Person(name=entry.label), PersonDecision())  # without anybody's own exceptions
+        if len(found) > 1 and all(row.figures == found[0].figures for row in found):
+            shared = replace(found[0], person=shared.person, private=(), comments=shared.comments)
+        teams[entry.id] = shared if len(found) > 1 else found[0]
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
-        doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
-        rows[person.key] = [_missing(person, decisions, facts, whole, doubt)]
+        rows[person.key] = [_missing(person, decisions.about(person), facts, whole)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
-    return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
-
-
-def _place(row: Row) -> tuple[str, str]:
-    return row.person.key[1], row.submission
-
-
-def _shared(rows: Sequence[Row], plain: Row) -> Row:
-    """Return what the people of a submission share; `plain` is without anybody's own exceptions."""
-    if len(rows) == 1:
-        return rows[0]
-    if any(row.figures != rows[0].figures for row in rows):
-        return plain
-    return replace(rows[0], person=plain.person, private=(), comments=plain.comments)
-
-
-def _shown(row: Row) -> str:
-    return row.state.value if row.total is None else f"{row.total} points"
-
-
-def _worth(whole: Rubric) -> Decimal:
-    return rounded(sum(requirement.points for requirement in whole.requirements))
+    placed = sorted(best, key=lambda row: (row.person.key[1], row.submission))
+    return Gradebook(whole, tuple(placed), every, teams, decisions, rule, facts.deadline)
 
 
 def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
@@ -216,24 +206,23 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     if "requirements" not in report:
         refusal = report.get("refused", {"because": "it could not be graded"})
         why = " ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name))
-        refused = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
-        return Gradebook(whole, (refused,), (refused,), {name: refused})
-    found = _requirements(whole, report, {}, None)
-    reached = sum((each.points or NOTHING for each in found), NOTHING)
-    record = Record(name, Status.GRADED)
-    row = Row(
-        person=Person(name=name),
-        state=_state(record, True, found),
-        submission=name,
-        requirements=found,
-        reached=reached,
-        max=sum((each.max for each in found), NOTHING),
-        total=reached,
-        why=_withheld(found),
-        flags=len(report.get("integrity", ())),
-    )
-    row = replace(row, grade=_grade(whole, row))
+        row = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
+    else:
+        found = _requirements(whole, report, {}, None)
+        most = sum((each.max for each in found), NOTHING)
+        state = _state(Record(name, Status.GRADED), True, found)
+        row = Row(Person(name=name), state, name, found, most, why=_withheld(found))
+        row = _with_total(replace(row, flags=len(report.get("integrity", ()))), state, row.reached, whole)
     return Gradebook(whole, (row,), (row,), {name: row})
+
+
+def _worth(whole: Rubric) -> Decimal:
+    return rounded(sum(requirement.points for requirement in whole.requirements))
+
+
+def _with_total(row: Row, state: State, total: Decimal | None, whole: Rubric) -> Row:
+    row = replace(row, state=state, total=total)
+    return replace(row, grade=whole.grade(float(total))) if row.final and total is not None else row
 
 
 def _line_of(
@@ -241,87 +230,71 @@ def _line_of(
 ) -> Callable[[Person, PersonDecision], Row]:
     """Return what makes the line of a person of a submission; only what is decided about them tells it from others."""
     record, on = folder.current(entry, facts), decisions.on(entry.id)
-    report = folder.report(entry.id) if record else None
-    graded = record is not None and record.status is Status.GRADED and report is not None
-    # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
-    no_package = any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts)
+    report = (folder.report(entry.id) if record else None) or {}
+    graded = record is not None and record.status is Status.GRADED and bool(report)
     given = {override.requirement: override for override in on.points}
     found = _requirements(whole, report if graded else None, given, on.flags_accepted)
+    state = _state(record, graded, found)
+    # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
+    if state is State.REFUSED and any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts):
+        state = State.PENDING
+    submitted = on.submitted or entry.submitted
+    marked = [lateness.MARKED] if entry.late and submitted is None else []
+    accepted = [f"flags accepted by {a.by} ({a.why})"] if (a := on.flags_accepted) else []
+    points = [f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in on.points]
+    shared = Row(
+        person=Person(),
+        state=state,
+        submission=entry.id,
+        requirements=found,
+        max=sum((each.max for each in found), NOTHING),
+        submitted=submitted,
+        why="; ".join(filter(None, [record.why if record else "", _withheld(found), *marked])),
+        decided=(*points, *accepted, *map(str, on.adjustments)),
+        comments=on.comments,
+        flags=len(report.get("integrity", ())),
+        kit=record.kits if record else "",
+        confinement=str(report.get("confinement", "")) if graded else "",
+    )
 
     def line(person: Person, about: PersonDecision) -> Row:
-        reached = sum((each.points or NOTHING for each in found), NOTHING)
-        maximum = sum((each.max for each in found), NOTHING)
-        submitted = on.submitted or entry.submitted
         until = about.extension.until if about.extension else facts.deadline
         units, late, deduction = 0, "", NOTHING
         if rule and submitted and until and (units := rule.units(submitted, until)):
-            deduction = rounded(rule.deduction(submitted, until, reached, maximum))
+            deduction = rounded(rule.deduction(submitted, until, shared.reached, shared.max))
             too = ", too late to be accepted" if rule.too_late(submitted, until) else ""
             late = f"{rule.counted(units)} late{too}: {deduction} points deducted"
-        state = _state(record, graded, found)
-        if state is State.REFUSED and no_package:
-            state = State.PENDING
-        adjustments = (*on.adjustments, *about.adjustments)
-        left = reached - deduction
-        decided = facts.zero_missing or on.points
-        state, total = _adjusted(state, left if decided or state is not State.REFUSED else None, maximum, adjustments)
-        if about.excused:
-            state, total = State.EXCUSED, None
-        row = Row(
-            person=person,
-            state=state,
-            submission=entry.id,
-            requirements=found,
-            reached=reached,
-            max=maximum,
-            late_units=units,
-            late=late,
-            deduction=deduction,
-            total=total,
-            submitted=submitted,
-            why=_why(record, found, late=entry.late and submitted is None),
-            decided=(
-                *(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in on.points),
-                *([str(on.flags_accepted)] if on.flags_accepted else []),
-                *map(str, on.adjustments),
-            ),
-            private=_private(about),
-            comments=(*on.comments, *about.comments),
-            flags=len(report.get("integrity", ())) if report else 0,
-            kit=record.kits if record else "",
-            confinement=str(report.get("confinement", "")) if graded and report else "",
-        )
-        return replace(row, grade=_grade(whole, row))
+        row = replace(shared, person=person, late_units=units, late=late, deduction=deduction)
+        decided = facts.zero_missing or on.points or state is not State.REFUSED
+        return _decided(row, shared.reached - deduction if decided else None, about, on.adjustments, whole)
 
     return line
 
 
-def _unknown(entry: Entry, facts: ClassFacts) -> Person:
-    """Return the person of a submission that matches nobody: the platform's number says who it is there."""
-    return Person(name=entry.label, lms_id=entry.number, lms=facts.layout if entry.number else "")
-
-
-def _missing(person: Person, decisions: Decisions, facts: ClassFacts, whole: Rubric, doubt: Doubt | None) -> Row:
+def _missing(person: Person, about: PersonDecision, facts: ClassFacts, whole: Rubric) -> Row:
     """Return the line of a person without a submission; nothing is final while one may be theirs."""
-    about = decisions.about(person)
-    state = State.PENDING if doubt else State.MISSING
-    left = NOTHING if facts.zero_missing else None
-    state, total = _adjusted(state, left, _worth(whole), about.adjustments)
-    if about.excused:
-        state, total = State.EXCUSED, None
-    why = "nothing handed in"
+    why, doubt = "nothing handed in", facts.doubt_about(person)
     if doubt:
         why = doubt.what if doubt.kind is DoubtKind.LOST else f"a submission may be theirs: {doubt.label}"
-    row = Row(
-        person,
-        state,
-        max=_worth(whole),
-        total=total,
-        why="" if about.excused else why,
-        private=_private(about),
-        comments=about.comments,
-    )
-    return replace(row, grade=_grade(whole, row))
+    state = State.PENDING if doubt else State.MISSING
+    row = Row(person, state, max=_worth(whole), why="" if about.excused else why)
+    return _decided(row, NOTHING if facts.zero_missing else None, about, (), whole)
+
+
+def _decided(
+    row: Row, left: Decimal | None, about: PersonDecision, adjustments: tuple[Adjustment, ...], whole: Rubric
+) -> Row:  # fmt: skip
+    """Return the line with what is `left` of the points after lateness, and with what is decided about the person."""
+    state, total = _adjusted(row.state, left, row.max, (*adjustments, *about.adjustments))
+    if about.excused:
+        state, total = State.EXCUSED, None
+    said = [
+        *([f"excused: {about.excused.why}"] if about.excused else []),
+        *([f"extension until {e.until:%Y-%m-%d %H:%M}: {e.why}"] if (e := about.extension) else []),
+        *map(str, about.adjustments),
+    ]
+    row = replace(row, private=tuple(said), comments=(*row.comments, *about.comments))
+    return _with_total(row, state, total, whole)
 
 
 def _adjusted(
@@ -342,17 +315,15 @@ def _adjusted(
     return state, None if total is None else rounded(total)
 
 
-def _grade(whole: Rubric, row: Row) -> str:
-    return whole.grade(float(row.total)) if row.final and row.total is not None else ""
-
-
 def _requirements(
-    whole: Rubric, report: dict[str, Any] | None, given: Mapping[str, PointsOverride], accepted: Accepted | None
+    whole: Rubric, report: dict[str, Any] | None, given: Mapping[str, PointsOverride], accepted: Reason | None
 ) -> tuple[RequirementPoints, ...]:
     measured = {each["id"]: each for each in report["requirements"]} if report else {}
     if accepted:
         held = {name: each["withheld"] for name, each in measured.items() if each["outcome"] == "withheld"}
-        given = {name: accepted.of(name, points) for name, points in held.items()} | dict(given)
+        why = f"flags accepted: {accepted.why}"
+        accepting = {name: PointsOverride(name, Decimal(str(held[name])), why, accepted.by) for name in held}
+        given = accepting | dict(given)
     return tuple(
         _requirement(
             requirement.id, rounded(requirement.points), measured.get(requirement.id), given.get(requirement.id)
@@ -388,25 +359,6 @@ def _state(record: Record | None, graded: bool, found: Sequence[RequirementPoint
     return State.TO_GRADE if any(each.points is None for each in found) else State.GRADED
 
 
-def _why(record: Record | None, found: Sequence[RequirementPoints], late: bool) -> str:
-    said: Iterable[str] = (
-        record.why if record else "",
-        _withheld(found),
-        "marked as late by the platform, which does not say by how much" if late else "",
-    )
-    return "; ".join(text for text in said if text)
-
-
 def _withheld(found: Sequence[RequirementPoints]) -> str:
     ids = ", ".join(each.id for each in found if each.withheld)
     return f"the points of {ids} are withheld until a person decides" if ids else ""
-
-
-def _private(about: PersonDecision) -> tuple[str, ...]:
-    """Return what was decided about one person, in words."""
-    said: Iterable[str] = (
-        f"excused: {about.excused.why}" if about.excused else "",
-        f"extension until {about.extension.until:%Y-%m-%d %H:%M}: {about.extension.why}" if about.extension else "",
-        *map(str, about.adjustments),
-    )
-    return tuple(text for text in said if text)

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from grader import pipeline, report
 from grader.classroom import gradebook, lateness, overrides
-from grader.classroom.class_folder import ClassFacts, ClassFolder, Record
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Entry, Record
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.overrides import Decisions, PersonDecision
 from grader.course import Course, named
@@ -102,14 +101,9 @@ def read_back(folder: Path, whole: Rubric, course: Course) -> Grading | Refusal:
 
 def _late(entry: Entry, submitted: dt.datetime | None, deadline: dt.datetime | None, late_rule: str) -> str:
     if submitted is None or deadline is None:
-        return "marked as late by the platform, which does not say by how much" if entry.late else ""
-    if submitted <= deadline:
-        return ""
-    after = f"{submitted - deadline} after the deadline"
-    if not late_rule:
-        return after
-    rule = lateness.parse(late_rule)
-    return f"{after}, {rule.counted(rule.units(submitted, deadline))}; the rule is: {late_rule}"
+        return lateness.MARKED if entry.late else ""
+    said = lateness.late_by(submitted, deadline, lateness.parse(late_rule) if late_rule else None)
+    return f"by {said}{f'; the rule is: {late_rule}' if late_rule else ''}" if said else ""
 
 
 def _time(time: dt.datetime | None) -> str:

@@ -14,8 +14,7 @@ from decimal import Decimal
 from grader.errors import GraderError
 
 _DAY, _HOUR = "day", "hour"
-_MINUTE = dt.timedelta(minutes=1)
-_EXAMPLE = Decimal("0.8")  # of the maximum: a share at which "of the maximum" makes a difference
+MARKED = "marked as late by the platform, which does not say by how much"
 _RULE = re.compile(
     r"(?P<amount>\d+(?:\.\d+)?)\s*(?P<kind>%|percent|points?)(?P<whole>\s+of\s+the\s+maximum)?"
     r"\s+per\s+(?:started\s+)?(?P<unit>day|hour)"
@@ -70,35 +69,6 @@ class LateRule:
         """Return a number of units in words, such as "2 started days"."""
         return f"{units} started {self.unit}{'' if units == 1 else 's'}"
 
-    def examples(self, deadline: dt.datetime, maximum: Decimal) -> list[str]:
-        """Return three sentences that show what the rule does to 80 % of `maximum`, computed by the rule itself.
-
-        The first hand-in is a minute late; the others are at the end of what is accepted and a minute after it, or one
-        and three units late if there is no end.
-        """
-        first = self._end(deadline, 0, self.unit) + _MINUTE
-        if self.most is None:
-            others = [self._end(deadline, count, self.unit) for count in (1, 3)]
-        else:
-            others = [self._end(deadline, *self.most), self._end(deadline, *self.most) + _MINUTE]
-        points = (maximum * _EXAMPLE).quantize(Decimal("0.01"))
-        return [self._example(deadline, submitted, points, maximum) for submitted in (first, *others)]
-
-    def _example(self, deadline: dt.datetime, submitted: dt.datetime, points: Decimal, maximum: Decimal) -> str:
-        taken = self.deduction(submitted, deadline, points, maximum).quantize(Decimal("0.01"))
-        counted = "too late" if self.too_late(submitted, deadline) else self.counted(self.units(submitted, deadline))
-        late_s = int((submitted - deadline).total_seconds())
-        after = ", ".join(
-            f"{number} {name}{'' if number == 1 else 's'}"
-            for number, name in ((late_s // 3600, "hour"), (late_s % 3600 // 60, "minute"))
-            if number
-        )
-        local = deadline.utcoffset() == deadline.astimezone().utcoffset()  # clocks may have been changed since
-        return (
-            f"{submitted.astimezone() if local else submitted:%Y-%m-%d %H:%M}, {after} after the deadline: {counted}; "
-            f"of {points} points {taken} are deducted, {points - taken} are left"
-        )
-
     def _end(self, deadline: dt.datetime, count: int, unit: str) -> dt.datetime:
         """Return when so many units after the deadline, and the grace, are over."""
         if unit == _HOUR or not count:
@@ -111,6 +81,21 @@ class LateRule:
 
 def _length(unit: str) -> dt.timedelta:
     return dt.timedelta(**{f"{unit}s": 1})
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as hours, minutes and seconds."""
+    minutes = int(seconds) // 60
+    return f"{minutes // 60}:{minutes % 60:02}:{int(seconds) % 60:02}"
+
+
+def late_by(submitted: dt.datetime, deadline: dt.datetime, rule: LateRule | None) -> str:
+    """Return by how much a submission is late, such as "34:01:00, 2 started days"; "" if it is in time."""
+    if submitted <= deadline:
+        return ""
+    units = [rule.counted(rule.units(submitted, deadline))] if rule else []
+    too_late = ["too late to be accepted"] if rule and rule.too_late(submitted, deadline) else []
+    return ", ".join([clock((submitted - deadline).total_seconds()), *units, *too_late])
 
 
 def parse(text: str) -> LateRule:

@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from grader.classroom.class_folder import Entry
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
 from grader.classroom.identity import identify
 from grader.classroom.platform import Export, HandIn, Lost, Platform, entries_of, named, without_suffix
 from grader.classroom.roster import Person

@@ -7,7 +7,6 @@ and its sandboxes, and removes its temporary files (processes/supervised.py).
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import os
 import subprocess
@@ -15,7 +14,6 @@ import sys
 import tempfile
 import threading
 import time
-import zipfile
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
@@ -50,8 +48,6 @@ class Order:
     out: str
     rubric: str
     seed: int
-    cache: str
-    mutation_budget_s: float
     hand_in: dict[str, Any] = field(default_factory=dict)
     fresh: bool = False
     course: str = ""
@@ -185,53 +181,7 @@ class Workforce:
             del self._doing[order.id]
 
 
-def grade_packed(
-    order: dict[str, object], archive: bytes, folder: bool, runner: Runner | None = None
-) -> tuple[str, str, float, bytes]:
-    """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
-
-    For a worker on another machine: it shares no disk with the caller. `folder` says that the archive is a packed
-    folder. A cache folder that the order leaves empty is this machine's own. `runner` can end it from another thread.
-    """
-    with tempdir.folder("batch") as scratch:
-        source = scratch / "in" / Path(str(order["source"])).name
-        if folder:
-            _unzip(archive, source)
-        else:
-            source.parent.mkdir(parents=True)
-            source.write_bytes(archive)
-        out = scratch / "out"
-        out.mkdir()
-        local = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
-        ending = (runner or Runner()).grade(local, scratch)
-        return ending.status.value, ending.why, ending.seconds, pack(out)
-
-
-def pack(folder: Path) -> bytes:
-    """Return the files of a folder as a zip; links and special files are left out."""
-    stream = io.BytesIO()
-    # A zip has no times before 1980; a file from a reproducible build may be of 1970.
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as packed:
-        for path in sorted(folder.rglob("*")):
-            if path.is_file() and not path.is_symlink() and ".git" not in path.relative_to(folder).parts:
-                packed.write(path, path.relative_to(folder).as_posix())
-    return stream.getvalue()
-
-
-def unpack_results(packed: bytes, into: Path) -> None:
-    """Write what `grade_packed` returned into the folder `into`."""
-    _unzip(packed, into)
-
-
-def _unzip(packed: bytes, into: Path) -> None:
-    into.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
-        archive.extractall(into)  # of our own making; zipfile drops ".." and absolute paths
-        for entry in archive.infolist():  # and modes, without which an executable is none
-            (into / entry.filename).chmod(entry.external_attr >> 16 & 0o777)
-
-
-def _grade(order: Order) -> Ending:
+def _grade(order: Order) -> None:
     # Imported here: a parent that only starts children needs none of it.
     from grader import building, pipeline, report
     from grader.course import named
@@ -244,30 +194,28 @@ def _grade(order: Order) -> Ending:
         settings = pipeline.Settings(
             rubric=rubric.load(Path(file.name)),
             course=named(order.course),
-            cache=Path(order.cache) if order.cache else building.cache_folder(),
+            cache=building.cache_folder(),
             seed=order.seed,
-            mutation_budget_s=order.mutation_budget_s,
             package_path=order.package,
             reuse=Reuse.unless(order.fresh),
             progress=lambda what: print(what.replace("\n", " "), flush=True),
         )
-    try:
-        hand_in = cattrs.structure(order.hand_in, HandIn)
-        pipeline.grade(Path(order.source), Path(order.out), settings, write=partial(report.write, hand_in=hand_in))
-    except SubmissionError as error:
-        return Ending(Status.REFUSED, str(error))
-    except GraderError as error:
-        return Ending(Status.ERROR, str(error))
-    return Ending(Status.GRADED)
+    hand_in = cattrs.structure(order.hand_in, HandIn)
+    pipeline.grade(Path(order.source), Path(order.out), settings, write=partial(report.write, hand_in=hand_in))
 
 
 def _carry_out(order: Order) -> int:
     """Grade, and print how it ended."""
+    ending = [Status.GRADED.value, ""]
     try:
-        ending = _grade(order)
+        _grade(order)
+    except SubmissionError as error:
+        ending = [Status.REFUSED.value, str(error)]
+    except GraderError as error:
+        ending = [Status.ERROR.value, str(error)]
     except Exception as error:
-        ending = Ending(Status.ERROR, f"internal error: {type(error).__name__}: {error}")
-    print(_RESULT + json.dumps([ending.status.value, ending.why]), flush=True)
+        ending = [Status.ERROR.value, f"internal error: {type(error).__name__}: {error}"]
+    print(_RESULT + json.dumps(ending), flush=True)
     return 0
 
 

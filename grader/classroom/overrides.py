@@ -26,22 +26,21 @@ The kit never writes this file.
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from grader import yaml_reader
-from grader.classroom import regrades
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
-from grader.classroom.regrades import Regrade
 from grader.classroom.roster import IDENTITY, Person
-from grader.classroom.times import local_time, twice
+from grader.classroom.times import local_time
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
 
@@ -57,23 +56,8 @@ class PointsOverride:
 
 
 @dataclass(frozen=True)
-class Accepted:
-    """Integrity flags need not keep any points."""
-
-    why: str
-    by: str
-
-    def __str__(self) -> str:
-        return f"flags accepted by {self.by} ({self.why})"
-
-    def of(self, requirement: str, points: float) -> PointsOverride:
-        """Return what this gives for a requirement whose measured `points` are withheld."""
-        return PointsOverride(requirement, Decimal(str(points)), f"flags accepted: {self.why}", self.by)
-
-
-@dataclass(frozen=True)
-class Excuse:
-    """No grade is expected."""
+class Reason:
+    """Who decided, and why: that no grade is expected, or that integrity flags need not keep any points."""
 
     why: str
     by: str
@@ -125,7 +109,7 @@ class SubmissionDecision:
     adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
-    flags_accepted: Accepted | None = None
+    flags_accepted: Reason | None = None
     package: str = ""
     """Which package is graded, by its path in the submission, instead of the grader's choice."""
     people: tuple[Person, ...] | None = None
@@ -136,7 +120,7 @@ class SubmissionDecision:
 class PersonDecision:
     """What people have decided about one student."""
 
-    excused: Excuse | None = None
+    excused: Reason | None = None
     extension: Extension | None = None
     adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
@@ -165,20 +149,10 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
         GraderError: it cannot be read, or names something that the class or the rubric does not have.
     """
     root = yaml_reader.read(path) if path.exists() else None
-    return _Reader(path, tuple(submissions), people, rubric).read(root)
+    return _Reader(path, tuple(submissions), people, rubric).read(root) if root else Decisions()
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
-    """Return the decisions about a class, those on requests to look again among them.
-
-    Raises:
-        GraderError: as `load`.
-    """
-    looked_at = regrades.read(folder.path, [entry.id for entry in facts.entries], rubric)
-    return _with(written(folder, facts, rubric), looked_at)
-
-
-def written(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
     """Return what the class's overrides.yaml says.
 
     Raises:
@@ -224,45 +198,44 @@ def _undecided(doubt: Doubt, decisions: Decisions) -> Doubt | None:
     return replace(doubt, people=left) if left else None
 
 
-def _with(decided: Decisions, looked_at: Iterable[Regrade]) -> Decisions:
-    """Return the decisions with those on requests; what overrides.yaml says of a requirement stays."""
-    submissions = dict(decided.submissions)
-    for each in looked_at:
-        on = submissions.get(each.submission, SubmissionDecision())
-        known = {override.requirement for override in on.points}
-        if each.points is not None and each.requirement not in known:
-            why = f"{each.why}; asked because: {each.reason}" if each.reason else each.why
-            on = replace(on, points=(*on.points, PointsOverride(each.requirement, each.points, why, each.by)))
-        elif each.points is None:
-            on = replace(on, comments=(*on.comments, str(each)))
-        submissions[each.submission] = on
-    return replace(decided, submissions=submissions)
-
-
 class _Reader(YamlReader):
     def __init__(self, path: Path, submissions: Sequence[str], people: Sequence[Person], rubric: Rubric) -> None:
         super().__init__(path)
         self._submissions = submissions
-        self._rubric = rubric
+        self._worth = {requirement.id: requirement.points for requirement in rubric.requirements}
         self._people = people
         self._names = {getattr(person, kind) for person in people for kind in (*IDENTITY, "name")} - {""}
 
-    def read(self, root: yaml.Node | None) -> Decisions:
-        if root is None:
-            return Decisions()
+    def read(self, root: yaml.Node) -> Decisions:
         submissions: dict[str, SubmissionDecision] = {}
         about: dict[tuple[str, str], PersonDecision] = {}
-        for key, node, value in self.mapping(root, ("submissions", "people")):
-            del node
+        for key, _, value in self.mapping(root, ("submissions", "people")):
             for name, where, decided in self.mapping(value):
                 if key == "submissions":
                     self.require_known(name, where, self._submissions, "a submission of this class")
-                    submissions[name] = self._submission(decided)
+                    submissions[name] = SubmissionDecision(**self._decided(decided, {
+                        "points": lambda node: tuple(self._points(*each) for each in self.mapping(node)),
+                        "flags_accepted": self._reason, "submitted": self._time, "package": self.text,
+                        "people": lambda node: tuple(self._person(self.text(each), each) for each in _listed(node)),
+                    }))  # fmt: skip
                 else:
-                    about[self._person_named(name, where).key] = self._person(decided)
+                    known = {"excused": self._reason, "extension": self._extension}
+                    about[self._person(name, where).key] = PersonDecision(**self._decided(decided, known))
         return Decisions(submissions, about)
 
-    def _person_named(self, name: str, where: yaml.Node) -> Person:
+    def _decided(self, node: yaml.Node, known: Mapping[str, Callable[[yaml.Node], object]]) -> dict[str, Any]:
+        """Return what is decided about a submission or a person, by the names of its fields."""
+        found: dict[str, Any] = {"adjustments": ()}
+        for key, _, value in self.mapping(node, (*known, "adjust", "bonus", "comments")):
+            if key in ("adjust", "bonus"):
+                found["adjustments"] += (self._adjustment(key, value),)
+            elif key == "comments":
+                found[key] = tuple(self.text(each) for each in _listed(value))
+            else:
+                found[key] = known[key](value)
+        return found
+
+    def _person(self, name: str, where: yaml.Node) -> Person:
         found = identify([Claim(ANY, name)], self._people)
         if not found.people and not found.why:
             self.require_known(name, where, self._names, "a person of this class")
@@ -272,57 +245,21 @@ class _Reader(YamlReader):
             self.fail(where, f"{name} {several}; write {names}")
         return found.people[0]
 
-    def _submission(self, node: yaml.Node) -> SubmissionDecision:
-        points: list[PointsOverride] = []
-        adjustments: list[Adjustment] = []
-        comments: tuple[str, ...] = ()
-        submitted, people, accepted, package = None, None, None, ""
-        known = ("points", "adjust", "bonus", "flags_accepted", "comments", "submitted", "package", "people")
-        for key, where, value in self.mapping(node, known):
-            if key == "points":
-                points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
-            elif key == "comments":
-                comments = self._texts(value)
-            elif key == "submitted":
-                submitted = self._time(value)
-            elif key == "package":
-                package = self.text(value)
-            elif key == "flags_accepted":
-                accepted = Accepted(**self._why_and_by(value, where))
-            elif key == "people":
-                nodes = value.value if isinstance(value, yaml.SequenceNode) else [value]
-                people = tuple(self._person_named(self.text(each), each) for each in nodes)
-            else:
-                adjustments.append(self._adjustment(key, where, value))
-        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, accepted, package, people)
+    def _reason(self, node: yaml.Node) -> Reason:
+        given = self.fields(node, node, ("why", "by"), "a decision")
+        return Reason(self.text(given["why"]), self.text(given["by"]))
 
-    def _person(self, node: yaml.Node) -> PersonDecision:
-        excused: Excuse | None = None
-        extension: Extension | None = None
-        adjustments: list[Adjustment] = []
-        comments: tuple[str, ...] = ()
-        for key, where, value in self.mapping(node, ("excused", "extension", "adjust", "bonus", "comments")):
-            if key == "comments":
-                comments = self._texts(value)
-            elif key in ("adjust", "bonus"):
-                adjustments.append(self._adjustment(key, where, value))
-            elif key == "excused":
-                excused = Excuse(**self._why_and_by(value, where))
-            else:
-                given = self.fields(value, where, ("until", "why", "by"), "a decision")
-                extension = Extension(self._time(given["until"]), self.text(given["why"]), self.text(given["by"]))
-        return PersonDecision(excused, extension, tuple(adjustments), comments)
+    def _extension(self, node: yaml.Node) -> Extension:
+        given = self.fields(node, node, ("until", "why", "by"), "a decision")
+        return Extension(self._time(given["until"]), self.text(given["why"]), self.text(given["by"]))
 
-    def _why_and_by(self, node: yaml.Node, where: yaml.Node) -> dict[str, str]:
-        return {name: self.text(said) for name, said in self.fields(node, where, ("why", "by"), "a decision").items()}
-
-    def _adjustment(self, key: str, where: yaml.Node, node: yaml.Node) -> Adjustment:
-        given = self.fields(node, where, ("why", "by"), "a decision", ("points", "total"))
+    def _adjustment(self, key: str, node: yaml.Node) -> Adjustment:
+        given = self.fields(node, node, ("why", "by"), "a decision", ("points", "total"))
         kinds = [kind for kind in ("points", "total") if kind in given]
         allowed = ("points",) if key == "bonus" else ("points", "total")
         if len(kinds) != 1 or kinds[0] not in allowed:
-            self.fail(where, f"{key} needs {' or '.join(allowed)}, why, by")
-        most = sum(r.points for r in self._rubric.requirements) if kinds[0] == "total" else None
+            self.fail(node, f"{key} needs {' or '.join(allowed)}, why, by")
+        most = sum(self._worth.values()) if kinds[0] == "total" else None
         value = self.points(given[kinds[0]], most, "the rubric")
         if key == "bonus" and value < 0:
             self.fail(given["points"], f"a bonus of {value} points is none; `adjust` subtracts points")
@@ -330,20 +267,16 @@ class _Reader(YamlReader):
         return Adjustment(change, value, self.text(given["why"]), self.text(given["by"]))
 
     def _points(self, name: str, where: yaml.Node, node: yaml.Node) -> PointsOverride:
-        worth = {requirement.id: requirement.points for requirement in self._rubric.requirements}
-        self.require_known(name, where, worth, "a requirement of the rubric")
-        given = self.fields(node, where, ("points", "why", "by"), "a decision")
-        value = self.points(given["points"], worth[name], name)
+        self.require_known(name, where, self._worth, "a requirement of the rubric")
+        given = self.fields(node, node, ("points", "why", "by"), "a decision")
+        value = self.points(given["points"], self._worth[name], name)
         return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
-
-    def _texts(self, node: yaml.Node) -> tuple[str, ...]:
-        if isinstance(node, yaml.SequenceNode):
-            return tuple(self.text(item) for item in node.value)
-        return (self.text(node),)
 
     def _time(self, node: yaml.Node) -> dt.datetime:
         if (time := local_time(self.text(node))) is None:
             self.fail(node, f"{self.text(node)} is not a time; write it as 2026-11-21T10:00")
-        if when := twice(self.text(node)):
-            self.fail(node, f"{self.text(node)} {when}; write which one")
         return time
+
+
+def _listed(node: yaml.Node) -> list[yaml.Node]:
+    return list(node.value) if isinstance(node, yaml.SequenceNode) else [node]

@@ -5,41 +5,42 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
+import re
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from grader.classroom import causes, gradebook, regrades, similarity
-from grader.classroom.causes import Causes
-from grader.classroom.class_folder import OVERVIEW, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.doubt import Doubt
+from grader.classroom import gradebook
+from grader.classroom.class_folder import OVERVIEW, ClassFolder, Record, Status
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
-from grader.classroom.regrades import Regrade
-from grader.classroom.similarity import Pair
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line, prose
-from grader.scoring.rubric import Figure
+from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import level
 from grader.words import counted
 
 HERE = Path(__file__).parent
 _BARS = 10
-_SLOWEST = 5
 _PAGE_SHARE = 50  # times as long as the page took is waited before it is written again
+_WORDS = 240  # characters of a message
+# Not the digits of a name: `ros2_robot_controller`, F4 and `test_2` stay what they are.
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:[.:]\d+)*(?:e[-+]?\d+)?(?!\w)")
+_CUT = re.compile(r"\s*\S+ \(… characters more\)")  # what sanitize says of a text that it has cut
 
 
 @dataclass(frozen=True)
 class Line:
     """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded.
 
-    `withheld` are the requirements whose points an integrity flag keeps until a person decides.
+    `linked` says that it has a report; `withheld` are the requirements whose points an integrity flag keeps until a
+    person decides.
     """
 
     row: Row
@@ -50,72 +51,26 @@ class Line:
     level: str
     seconds: float | None
     linked: bool
-    """Whether it has a report."""
-    withheld: tuple[str, ...] = ()
+    withheld: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Standing:
-    """One line of the league: its rank, and the figures that the rubric ranks by, None for one that was not reached."""
+@dataclass
+class Loss:
+    """What points were lost for, without its numbers: a first cause, or a check that failed or was not reached.
 
-    rank: int
-    line: Line
-    figures: tuple[float | None, ...]
+    `lost` are the points by submission, `section` is where the course teaches it.
+    """
 
-
-@dataclass(frozen=True)
-class Bar:
-    """One bar of the histogram: how many reached at least `low` and less than `high` points."""
-
-    low: int
-    high: int
-    count: int
-    height: float
-
-
-@dataclass(frozen=True)
-class Overview:
-    """All that the page shows."""
-
-    facts: ClassFacts
-    lines: tuple[Line, ...]
-    league: tuple[Standing, ...]
-    bars: tuple[Bar, ...]
-    causes: Causes
-    shares: tuple[int | None, ...]
-    alike: tuple[Pair, ...]
-    requests: tuple[Regrade, ...]
-    states: tuple[tuple[str, int], ...]
-    flags: tuple[tuple[str, str, str, str], ...]
-    errors: tuple[Record, ...]
-    slowest: tuple[Record, ...]
-    totals: tuple[Decimal, ...]
-    missing: tuple[str, ...]
+    kind: str
+    requirement: str
+    words: str
+    section: str
+    lost: dict[str, float] = field(default_factory=dict)
 
     @property
-    def linked(self) -> frozenset[str]:
-        """Return the submissions that have a report."""
-        return frozenset(line.row.submission for line in self.lines if line.linked)
-
-    @property
-    def doubts(self) -> tuple[Doubt, ...]:
-        """Return what a person should look at: what stops a class first."""
-        return tuple(sorted(self.facts.doubts, key=lambda doubt: not doubt.stops))
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Return the remarks on the export that are not doubts."""
-        return tuple(note for note in self.facts.notes if note not in {doubt.what for doubt in self.facts.doubts})
-
-    @property
-    def mean(self) -> float:
-        """Return the mean of the totals, 0 without any."""
-        return float(mean(self.totals)) if self.totals else 0.0
-
-    @property
-    def median(self) -> float:
-        """Return the median of the totals, 0 without any."""
-        return float(median(self.totals)) if self.totals else 0.0
+    def points(self) -> float:
+        """Return the points that all of them lost."""
+        return sum(self.lost.values())
 
 
 class LivePage:
@@ -142,71 +97,43 @@ class LivePage:
 
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
-    """Write the page into the class folder and return its path."""
-    found = summarise(folder, book)
-    write_atomically(folder.path / OVERVIEW, render(found, book))
+    """Write the page into the class folder and return its path. Its only script sorts and filters the table."""
+    facts = folder.facts()
+    records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
+    reports = {name: (folder.report(name) if record else None) or {} for name, record in records.items()}
+    teams: dict[str, list[Row]] = {}
+    for row in book.rows:
+        if row.submission:
+            teams.setdefault(row.submission, []).append(row)
+    found = [_line(rows, book, records.get(name), bool(reports.get(name))) for name, rows in sorted(teams.items())]
+    totals = [each.row.total for each in found if each.row.total is not None and each.row.state is not State.REFUSED]
+    style, script = ((HERE / f"overview.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
+    page = _template().render(
+        book=book, facts=facts, lines=found, line=one_line, prose=prose, counted=counted,
+        style=style, style_hash=_hash(style), script=script, script_hash=_hash(script),
+        states=Counter(row.state.value for row in book.rows).most_common(),
+        flags=list(_flags(reports)),
+        doubts=sorted(facts.doubts, key=lambda doubt: not doubt.stops),
+        notes=[note for note in facts.notes if note not in {doubt.what for doubt in facts.doubts}],
+        missing=[row.person.label for row in book.rows if row.state is State.MISSING],
+        errors=[record for record in records.values() if record and record.status is Status.ERROR],
+        mean=float(mean(totals or [NOTHING])), median=float(median(totals or [NOTHING])),
+        bars=list(histogram(totals, int(book.max))), losses=losses(reports, book.rubric), league=league(book, reports),
+        shares=[_mean_share([dict(each.cells)[r.id] for each in found]) for r in book.rubric.requirements],
+    )  # fmt: skip
+    write_atomically(folder.path / OVERVIEW, page)
     return folder.path / OVERVIEW
 
 
-def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
-    """Return what there is to say about a class. One row stands for its team; the people are named in it."""
-    facts = folder.facts()
-    teams: dict[str, list[Row]] = {}
-    for row in book.rows:
-        teams.setdefault(row.submission, []).append(row)
-    records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
-    said = {name: folder.report(name) for name, record in records.items() if record}
-    reports = {name: said.get(name) or {} for name in records}
-    found = tuple(
-        _line(rows, book, records.get(name), bool(reports.get(name)))
-        for name, rows in sorted(teams.items())
-        if rows[0].submission
-    )
-    totals = tuple(
-        line.row.total for line in found if line.row.total is not None and line.row.state is not State.REFUSED
-    )
-    known = [record for record in records.values() if record is not None]
-    return Overview(
-        facts=facts,
-        lines=found,
-        league=_league(found, book.rubric.league, reports),
-        bars=tuple(_histogram(totals, int(book.max))),
-        causes=causes.count(reports, book.rubric),
-        shares=tuple(_mean_share([dict(line.cells)[r.id] for line in found]) for r in book.rubric.requirements),
-        alike=similarity.near(folder),
-        requests=tuple(each for each in regrades.read(folder.path, list(records), book.rubric) if each.is_open),
-        states=tuple(Counter(row.state.value for row in book.rows).most_common()),
-        flags=tuple(_flags(reports)),
-        errors=tuple(record for record in known if record.status is Status.ERROR),
-        slowest=tuple(sorted(known, key=lambda record: -record.seconds)[:_SLOWEST]),
-        totals=totals,
-        missing=tuple(row.person.label for row in book.rows if row.state is State.MISSING),
-    )
-
-
-def render(overview: Overview, book: Gradebook) -> str:
-    """Return the page as HTML. Its only script sorts and filters the table."""
-    script = (HERE / "overview.js").read_text(encoding="utf-8")
-    return _page("overview.html.j2", overview=overview, book=book, script=script, script_hash=_hash(script))
-
-
-def _page(template: str, **shown: Any) -> str:
-    style = (HERE / "overview.css").read_text(encoding="utf-8")
-    return str(
-        _environment()
-        .get_template(template)
-        .render(style=style, style_hash=_hash(style), line=one_line, prose=prose, counted=counted, **shown)
-    )
-
-
 @cache
-def _environment() -> Any:
-    """Return the environment of all pages: it compiles a template once, which takes a tenth of a second."""
+def _template() -> Any:
+    """Return the template of all pages: to compile it takes a tenth of a second."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    return Environment(
+    environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    return environment.get_template("overview.html.j2")
 
 
 def _hash(text: str) -> str:
@@ -214,46 +141,83 @@ def _hash(text: str) -> str:
 
 
 def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: bool) -> Line:
+    """Return the line of a submission; its people are named in it."""
     row = book.teams[rows[0].submission]
     points = {each.id: each for each in row.requirements}
-    criteria = tuple(
-        _sum(points[r.id].points for r in criterion.requirements if r.id in points)
-        for criterion in book.rubric.criteria
-    )
-    cells = tuple(
-        (r.id, _share(points[r.id].points, points[r.id].max) if r.id in points else None)
-        for r in book.rubric.requirements
-    )
-    people = ", ".join(one_line(each.person.label) for each in rows)
-    reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
+    known = [[points[r.id] for r in criterion.requirements if r.id in points] for criterion in book.rubric.criteria]
     said = (each.comment.removeprefix(each.state.value).removeprefix("; ") for each in rows)  # the state is beside it
-    remarks = "; ".join(dict.fromkeys(filter(None, said)))
-    withheld = tuple(each.id for each in row.requirements if each.withheld)
-    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else None, linked, withheld)
+    return Line(
+        row=row,
+        people=", ".join(one_line(each.person.label) for each in rows),
+        remarks="; ".join(dict.fromkeys(filter(None, said))),
+        criteria=tuple(_sum(each.points for each in several) for several in known),
+        cells=tuple(
+            (r.id, _share(points[r.id].points, points[r.id].max) if r.id in points else None)
+            for r in book.rubric.requirements
+        ),
+        level=level(float(row.total), float(row.max)) if row.total is not None and row.max else "",
+        seconds=record.seconds if record else None,
+        linked=linked,
+        withheld=tuple(each.id for each in row.requirements if each.withheld),
+    )
 
 
-def _league(
-    found: Sequence[Line], figures: Sequence[Figure], reports: Mapping[str, dict[str, Any]]
-) -> tuple[Standing, ...]:
-    """Return the submissions by points, then by the figures, the best first; () where the rubric names no figures.
+def league(
+    book: Gradebook, reports: Mapping[str, Mapping[str, Any]]
+) -> list[tuple[int, Row, tuple[float | None, ...]]]:
+    """Return rank, submission and figures by points, then by the figures that the rubric names, the best first.
 
-    A figure that was not reached ranks behind any that was.
+    A figure that was not reached ranks behind any that was. It is empty where the rubric names no figures.
     """
-    if not figures:
-        return ()
+    figures = book.rubric.league
     keyed = []
-    for line in (line for line in found if line.seconds is not None):
-        checks = [check for r in reports.get(line.row.submission, {}).get("requirements", ()) for check in r["checks"]]
+    for row in (row for row in book.teams.values() if figures and row.state is not State.PENDING):
+        checks = [check for r in reports.get(row.submission, {}).get("requirements", ()) for check in r["checks"]]
         measured = {name: value for check in checks for name, value in check.get("figures", {}).items()}
         own = tuple(measured.get(figure.name) for figure in figures)
         signed = [
             math.inf if value is None else -value if figure.most else value
             for figure, value in zip(figures, own, strict=True)
         ]
-        keyed.append(((-(line.row.total or NOTHING), *signed), line, own))
+        keyed.append(((-(row.total or NOTHING), *signed), row, own))
     keys = [key for key, _, _ in keyed]
-    ranked = [Standing(1 + sum(other < key for other in keys), line, own) for key, line, own in keyed]
-    return tuple(sorted(ranked, key=lambda standing: standing.rank))
+    ranked = [(1 + sum(other < key for other in keys), row, own) for key, row, own in keyed]
+    return sorted(ranked, key=lambda each: (each[0], each[1].submission))
+
+
+def losses(reports: Mapping[str, Mapping[str, Any]], whole: Rubric) -> list[Loss]:
+    """Return what the submissions lost points for, by their report.json, the dearest first."""
+    found: dict[tuple[str, str, str], Loss] = {}
+    sections = {requirement.id: requirement.section for requirement in whole.requirements}
+
+    def add(kind: str, requirement: str, words: str, submission: str, points: float) -> None:
+        text = without_numbers(words)
+        loss = found.setdefault(
+            (kind, requirement, text),
+            Loss(kind, requirement, text, sections.get(requirement, "").replace("#", ": ", 1)),
+        )
+        loss.lost[submission] = loss.lost.get(submission, 0.0) + points
+
+    for submission, report in reports.items():
+        if cause := report.get("cause"):
+            named = cause["sentence"].partition(" ")[0]
+            add("first cause", named if named in sections else "", cause["sentence"], submission, cause["points"])
+        elif refused := report.get("refused"):
+            add("first cause", "", refused["because"], submission, sum(r.points for r in whole.requirements))
+        for each in report.get("requirements", ()):
+            for check in each["checks"] if each["id"] in sections else ():
+                lost = check.get("worth", 0.0) * (1 - check.get("fraction", 0.0))
+                if check["outcome"] == "not_reached":
+                    add("not reached", each["id"], check["because"], submission, lost)
+                elif check["outcome"] == "failed" or (check["outcome"] == "partial" and lost >= 0.005):
+                    add("failed", each["id"], f"{check['sentence']}: {check['seen']}", submission, lost)
+    return sorted(found.values(), key=lambda loss: (-round(loss.points, 6), -len(loss.lost)))
+
+
+def without_numbers(words: str) -> str:
+    """Return a message on one line with "…" for each number, so that it is the same for everyone whom it concerns."""
+    text = _CUT.sub("…", _NUMBER.sub("…", prose(words.replace("`", ""))))
+    return text if len(text) <= _WORDS else f"{text[:_WORDS]}…"
 
 
 def _sum(points: Iterable[Decimal | None]) -> Decimal | None:
@@ -266,13 +230,13 @@ def _share(points: Decimal | None, maximum: Decimal) -> int | None:
     return None if points is None or not maximum else int(100 * points / maximum)
 
 
-def _histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[Bar]:
+def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, int, int, float]]:
+    """Yield for each bar from how many points to how many, how many totals are there, and its height in percent."""
     width = max(1, -(-maximum // _BARS))
     counts = Counter(min(int(total // width), _BARS - 1) for total in totals)
     highest = max(counts.values(), default=1)
     for number in range(_BARS):
-        count = counts[number]
-        yield Bar(number * width, min((number + 1) * width, maximum), count, 100 * count / highest)
+        yield number * width, min((number + 1) * width, maximum), counts[number], 100 * counts[number] / highest
 
 
 def _mean_share(shares: Sequence[int | None]) -> int | None:

@@ -6,17 +6,15 @@ import datetime as dt
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from decimal import Decimal
 from enum import Enum
 from pathlib import Path
 from statistics import mean
 
 from grader.classroom import cells, lateness
-from grader.classroom.class_folder import ClassFacts, Record, Status
+from grader.classroom.class_folder import ClassFacts, Entry, Record, Status
 from grader.classroom.class_settings import Options
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
-from grader.classroom.lateness import LateRule
+from grader.classroom.lateness import LateRule, clock
 from grader.classroom.matching import GO_ON
 from grader.classroom.overrides import Decisions
 from grader.classroom.roster import Person
@@ -52,29 +50,12 @@ class Decision:
 
 @dataclass(frozen=True)
 class PlanRow:
-    """One submission, or one person without any (`entry` is None then), and what will be done."""
+    """One submission, or one person without any (`entry` is None); `cells` are those of plan.csv."""
 
     decision: Decision
-    entry: Entry | None = None
-    people: str = ""
-    submitted: dt.datetime | None = None
-    late: str = ""
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """Return the row as text, in the order of plan.csv's columns."""
-        matched = self.entry.matched if self.entry else ()
-        return (
-            self.entry.id if self.entry else "",
-            self.entry.label if self.entry else "",
-            self.people,
-            ", ".join(dict.fromkeys(each.text for each in matched)),
-            " ".join(self.entry.notes) if self.entry else "",
-            self.submitted.isoformat(sep=" ", timespec="minutes") if self.submitted else "",
-            self.late,
-            self.decision.action.value,
-            self.decision.why,
-        )
+    entry: Entry | None
+    late: str
+    cells: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -83,21 +64,18 @@ class Plan:
 
     Attributes:
         rows: the submissions, and the people without any.
-        doubts: what to look at before, and what to do then; `stops` are those of them that stop the class.
-        ledger: how the entries of the sources and the people add up.
-        notes: remarks on the sources.
-        late_rule: the late rule and three examples of what it does.
+        facts: the class with people's decisions applied.
+        new: the doubts that no run had before.
+        lost: what to do about each submission without a grade that no source has any more.
         seconds: an estimate of the run's wall time.
         at_a_time: how many submissions are graded side by side.
         minutes: after which the grading of one submission is ended.
     """
 
     rows: tuple[PlanRow, ...]
-    doubts: tuple[str, ...]
-    stops: tuple[str, ...]
-    ledger: tuple[str, ...]
-    notes: tuple[str, ...]
-    late_rule: tuple[str, ...]
+    facts: ClassFacts
+    new: tuple[Doubt, ...]
+    lost: tuple[str, ...]
     seconds: float
     at_a_time: int
     minutes: int
@@ -120,8 +98,6 @@ def decide(entry: Entry, record: Record | None, job: Record, options: Options) -
             return Decision(Action.GRADE, "--fresh")
         if record.package != job.package:
             return Decision(Action.GRADE, "another package is to be graded")
-        if record.mutation_budget_s != job.mutation_budget_s:
-            return Decision(Action.GRADE, "the time for mutants was another one")
         if options.regrade and record.kit != job.kit:
             return Decision(Action.GRADE, "--regrade: another kit graded it")
     kept = f"graded {record.started.replace('T', ' ')[:16]}".strip()
@@ -143,58 +119,50 @@ def _cause(record: Record | None, job: Record) -> str:
 
 
 def make(
-    facts: ClassFacts,
-    decided: Decisions,
-    decisions: Mapping[str, Decision],
-    records: Iterable[Record],
-    maximum: Decimal,
-    at_a_time: int,
-    minutes: int,
-    new: Iterable[Doubt],
-) -> Plan:
-    """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
+    facts: ClassFacts, decided: Decisions, decisions: Mapping[str, Decision], records: Iterable[Record],
+    new: Iterable[Doubt], at_a_time: int, minutes: int,
+) -> Plan:  # fmt: skip
+    """Return the plan of a run over a class to which people's decisions are applied.
 
-    `new` are the doubts that no run had before.
-
-    `facts` are those with people's decisions applied, `maximum` are the points of the rubric.
+    `decisions` are by the entries' ids, `records` all that the class has, and `new` the doubts that no run had before.
     """
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
     for person in facts.missing:
-        doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
+        doubt = facts.doubt_about(person)
         if doubt is None:
             decision = Decision(Action.NOTHING, "0 points" if facts.zero_missing else "open until a person decides")
         else:
             theirs = doubt.kind is DoubtKind.LOST and not doubt.anyone
             decision = Decision(Action.WAIT, doubt.what if theirs else f"unless {doubt.label} is theirs")
-        rows.append(PlanRow(decision, people=person.label))
+        cells = ("", "", person.label, "", "", "", "", decision.action.value, decision.why)
+        rows.append(PlanRow(decision, None, "", cells))
     seconds = [record.seconds for record in records if record.status is Status.GRADED and record.seconds]
     todo = sum(row.decision.action is Action.GRADE for row in rows)
-    each = mean(seconds) if seconds else SECONDS_EACH
-    lost = [
+    lost = (
         f"{row.entry.id} has no grade ({row.decision.why}). Add the source that has it with --add."
         for row in rows
         if row.entry and row.entry.absent and row.decision.action is Action.LEAVE
-    ]
-    doubts = (*(doubt.text for doubt in facts.doubts), *lost)
-    examples = rule.examples(facts.deadline, maximum) if rule and facts.deadline else []
-    return Plan(
-        rows=tuple(rows),
-        doubts=doubts,
-        stops=tuple(doubt.text for doubt in new if doubt.stops),
-        ledger=facts.ledger,
-        notes=facts.notes,
-        late_rule=(facts.late_rule, *examples) if rule else (),
-        seconds=each * todo / min(at_a_time, max(todo, 1)),
-        at_a_time=at_a_time,
-        minutes=minutes,
     )
+    wall = (mean(seconds) if seconds else SECONDS_EACH) * todo / min(at_a_time, max(todo, 1))
+    return Plan(tuple(rows), facts, tuple(new), tuple(lost), wall, at_a_time, minutes)
 
 
 def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
     submitted = decided.on(entry.id).submitted or entry.submitted
-    people = ", ".join(person.label for person in entry.people)
-    return PlanRow(decision, entry, people, submitted, _late(entry, submitted, facts, decided, rule))
+    late = _late(entry, submitted, facts, decided, rule)
+    cells = (
+        entry.id,
+        entry.label,
+        ", ".join(person.label for person in entry.people),
+        ", ".join(dict.fromkeys(each.text for each in entry.matched)),
+        " ".join(entry.notes),
+        submitted.isoformat(sep=" ", timespec="minutes") if submitted else "",
+        late,
+        decision.action.value,
+        decision.why,
+    )
+    return PlanRow(decision, entry, late, cells)
 
 
 def _late(
@@ -207,20 +175,12 @@ def _late(
     for person in entry.people or (Person(),):
         extension = decided.about(person).extension
         until = extension.until if extension else facts.deadline
-        text = _lateness(submitted, until, rule) + (", with an extension" if extension else "")
+        by = lateness.late_by(submitted, until, rule) if until else ""
+        text = (f"late by {by}" if by else "in time" if until else "") + (", with an extension" if extension else "")
         names.setdefault(text, []).append(person.label)
     if len(names) == 1:
         return next(iter(names))
     return "; ".join(f"{', '.join(people)}: {text}" for text, people in names.items())
-
-
-def _lateness(submitted: dt.datetime, until: dt.datetime | None, rule: LateRule | None) -> str:
-    if until is None or submitted <= until:
-        return "in time" if until else ""
-    counted = f", {rule.counted(rule.units(submitted, until))}" if rule else ""
-    if rule and rule.too_late(submitted, until):
-        counted += ", too late to be accepted"
-    return f"late by {clock((submitted - until).total_seconds())}{counted}"
 
 
 def write(plan: Plan, path: Path) -> None:
@@ -241,16 +201,17 @@ def table(plan: Plan) -> Iterator[str]:
 
 def summary(plan: Plan) -> Iterator[str]:
     """Return the plan in a few lines: what is kept, what is to do and how long it takes, and every doubt in full."""
-    todo, kept, left = plan.of(Action.GRADE), plan.of(Action.KEEP), plan.of(Action.LEAVE)
-    missing, waiting = plan.of(Action.NOTHING), plan.of(Action.WAIT)
+    todo, kept, left, waiting, missing = map(
+        plan.of, (Action.GRADE, Action.KEEP, Action.LEAVE, Action.WAIT, Action.NOTHING)
+    )
     how_long = f", about {clock(plan.seconds)} with {plan.at_a_time} at a time" if todo else ""
     how_long += f", {plan.minutes} minutes for each at most" if todo else ""
     others = f", {len(left)} left as they are" if left else ""
-    count = len(plan.rows) - len(missing) - len(waiting)
+    count = len(plan.facts.entries)
     yield f"{counted(count, 'submission')}: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
     causes = Counter(row.decision.why for row in todo)
     yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
-    matched = Counter(each.means for row in plan.rows if row.entry for each in row.entry.matched)
+    matched = Counter(each.means for entry in plan.facts.entries for each in entry.matched)
     if matched:
         yield "  people matched by " + ", ".join(f"{kind}: {count}" for kind, count in matched.most_common())
     if late := [row.entry.id for row in plan.rows if row.entry and "late by" in row.late]:
@@ -264,20 +225,15 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"  {len(other_kit)} kept from another kit: {some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
         yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {some(absent)}"
-    if plan.late_rule:
-        rule, *examples = plan.late_rule
-        yield f"  late rule: {rule}{'' if examples else '; without a deadline nothing is late'}"
-        yield from (f"    handed in {example}" for example in examples)
-    yield from (f"ledger: {line}" for line in plan.ledger)
-    yield from (f"note: {note}" for note in plan.notes)
-    yield from (f"DOUBT{', stops' if doubt in plan.stops else ''}: {doubt}" for doubt in plan.doubts)
-    if plan.stops:
-        stop = "stops" if len(plan.stops) == 1 else "stop"
-        doubts = f"{counted(len(plan.stops), 'doubt')} {stop}"
+    if plan.facts.late_rule:
+        without = "" if plan.facts.deadline else "; without a deadline nothing is late"
+        yield f"  late rule: {plan.facts.late_rule}{without}"
+    yield from (f"ledger: {line}" for line in plan.facts.ledger)
+    yield from (f"note: {note}" for note in plan.facts.notes)
+    stops = [doubt for doubt in plan.new if doubt.stops]
+    for doubt in plan.facts.doubts:
+        yield f"DOUBT{', stops' if doubt in stops else ''}: {doubt.text}"
+    yield from (f"DOUBT: {each}" for each in plan.lost)
+    if stops:
+        doubts = f"{counted(len(stops), 'doubt')} {'stops' if len(stops) == 1 else 'stop'}"
         yield f"{doubts} the class: nothing is graded before a person has looked, or says {GO_ON}."
-
-
-def clock(seconds: float) -> str:
-    """Return a duration as hours, minutes and seconds."""
-    minutes = int(seconds) // 60
-    return f"{minutes // 60}:{minutes % 60:02}:{int(seconds) % 60:02}"

@@ -39,7 +39,6 @@ class HandIn:
         submitted: when, None if the export does not say.
         late: whether the export marks it as late.
         others: what the export says if the name of the entry is read in other ways, for one person each.
-        twice: why the time could be another one, "" if it could not.
     """
 
     path: Path
@@ -48,7 +47,6 @@ class HandIn:
     submitted: dt.datetime | None = None
     late: bool = False
     others: tuple[tuple[Claim, ...], ...] = ()
-    twice: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ class Delivery:
         book: everyone's line.
         reports: each submission's report.json by its id, None where it could not be graded.
         out: the file or folder to write.
-        sheet: a file that the platform exported, to be filled in.
+        sheet: the file to be filled in, where the platform wants one of its own.
         title: the assignment's title on the platform, "" if it was not said.
         feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
         pages: each submission's report.html by its id.
@@ -107,48 +105,44 @@ class Delivery:
     book: Gradebook
     reports: Mapping[str, dict[str, Any] | None]
     out: Path
-    sheet: Path | None = None
+    sheet: Path = Path()
     title: str = ""
     feedback: Path | None = None
     pages: Mapping[str, Path] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass
 class Filled:
     """What happened to the people of a sheet. Rows that are not final are left as they are, for a person wrote them."""
 
-    unknown: list[str] = field(default_factory=list)
-    waiting: list[str] = field(default_factory=list)
-    kept: list[str] = field(default_factory=list)
-    replaced: list[str] = field(default_factory=list)
+    def __init__(self) -> None:
+        self._said: dict[str, list[str]] = {
+            "not known to the gradebook; their lines stay as they were": [],
+            "not final yet; their lines stay as they were": [],
+            "graded or excused in the sheet by a person, which stays": [],
+            "had another grade in the sheet": [],
+        }
 
     def cell(self, row: Row | None, name: str, before: str, after: str) -> str | None:
         """Return what becomes of a person's grade in the sheet, None if the line is to stay as it is; note why."""
+        unknown, waiting, kept, replaced = self._said.values()
         held = before.strip() not in ("", "-")
         if row is None:
-            self.unknown.append(name)
+            unknown.append(name)
         elif not row.final:
-            self.waiting.append(f"{name} ({row.state.value})")
+            waiting.append(f"{name} ({row.state.value})")
         elif held and (row.state is State.MISSING or before.strip() == "EX") and not same_number(before, after):
-            self.kept.append(f"{name} ({before.strip()})")
+            kept.append(f"{name} ({before.strip()})")
         elif same_number(before, after):
             return before
         else:
-            if held:
-                self.replaced.append(f"{name} ({before.strip()}, now {after or 'none'})")
+            replaced += [f"{name} ({before.strip()}, now {after or 'none'})"] * held
             return after
         return None
 
     def notes(self) -> list[str]:
         """Return remarks for the instructor."""
-        said = {
-            "not known to the gradebook; their lines stay as they were": self.unknown,
-            "not final yet; their lines stay as they were": self.waiting,
-            "graded or excused in the sheet by a person, which stays": self.kept,
-            "had another grade in the sheet": self.replaced,
-        }
-        return [f"{words}: {', '.join(names)}" for words, names in said.items() if names]
+        return [f"{words}: {', '.join(names)}" for words, names in self._said.items() if names]
 
 
 def same_number(one: str, other: str) -> bool:
@@ -171,6 +165,7 @@ class Platform:
         read: the submissions in that folder.
         write: write the grades, and return remarks for the instructor.
         own: the names of files that the platform itself adds to its export.
+        fills: the file of its own that it wants filled in, "" if it wants none.
     """
 
     name: str
@@ -180,21 +175,7 @@ class Platform:
     read: Callable[[Path, Sequence[Path]], Export]
     write: Callable[[Delivery], list[str]]
     own: tuple[str, ...] = ()
-
-
-def deliver(
-    delivery: Delivery,
-    write: Callable[[Delivery], list[str]],
-    fill: Callable[[Delivery, Path], list[str]],
-    feedback: Callable[[Delivery], tuple[dict[str, bytes], list[str]]],
-) -> list[str]:
-    """Write a file, or fill in the sheet that the platform exported; and the zip of feedback where one is wanted."""
-    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
-    if delivery.feedback:
-        files, remarks = feedback(delivery)
-        write_zip(delivery.feedback, files)
-        notes = [*notes, *remarks]
-    return notes
+    fills: str = ""
 
 
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
@@ -297,6 +278,11 @@ def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | No
     return [rows[person][0] if person is not None else None for person in sure]
 
 
+def by_requirement(report: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
+    """Return what a report.json says of each requirement, nothing of what could not be graded."""
+    return {each["id"]: each for each in (report or {}).get("requirements", ())}
+
+
 def losses(requirement: dict[str, Any]) -> Iterator[str]:
     """Return what was seen, expected and what to try, for each check of a requirement that did not pass."""
     for check in requirement.get("checks", ()):
@@ -322,7 +308,7 @@ def short(row: Row, report: dict[str, Any] | None) -> list[str]:
     cause = (report or {}).get("cause", {})
     if cause.get("sentence"):
         lines.append(f"First cause: {prose(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
-    measured = {each["id"]: each for each in (report or {}).get("requirements", ())}
+    measured = by_requirement(report)
     unreached = []
     for each in row.requirements:
         if each.points is None or each.points >= each.max:

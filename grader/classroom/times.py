@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader.classroom import roster, worksheet
+from grader.classroom.class_folder import Entry
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
 from grader.classroom.identity import Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
@@ -26,15 +26,11 @@ _NONE = ("", "-")
 
 @dataclass(frozen=True)
 class HandInTime:
-    """That one person handed in, and when: None if `text`, which the list says, cannot be read or says no time.
-
-    `twice` says why the time could be another one, "" if it could not.
-    """
+    """That one person handed in, and when: None if `text`, which the list says, cannot be read or says no time."""
 
     claims: tuple[Claim, ...]
     when: dt.datetime | None
     text: str
-    twice: str = ""
 
 
 def load(path: Path) -> tuple[HandInTime, ...]:
@@ -69,18 +65,10 @@ def doubts(entries: Sequence[Entry], times: Sequence[HandInTime], layout: str) -
             _SOURCES.get(layout, "Give their times with --times, or as `submitted:` in overrides.yaml."),
         )
     for time in times:
-        label = ", ".join(claim.text for claim in time.claims)
-        if time.twice:
-            yield doubled(label, time.twice)
-        elif time.when is None and time.text:
+        if time.when is None and time.text:
+            label = ", ".join(claim.text for claim in time.claims)
             what = f'The time "{time.text}" of {label} cannot be read.'
             yield Doubt(DoubtKind.NO_TIME, label, what, "Write it as 2026-11-20T23:59 into a CSV for --times.")
-
-
-def doubled(label: str, twice: str) -> Doubt:
-    """Return the doubt about a time that occurs twice."""
-    what = f"The time at which {label} handed in {twice}; the earlier one is taken."
-    return Doubt(DoubtKind.NO_TIME, label, what, "If it was the other, write that as `submitted:` in overrides.yaml.")
 
 
 _SOURCES = {
@@ -107,8 +95,7 @@ def _of_table(path: Path) -> Iterator[HandInTime]:
         text = cells.get(column or next((name for name in _COLUMNS if name in cells), ""), "").strip()
         status = cells[names[sheet["status"]]] if sheet and "status" in sheet else ""
         if text not in _NONE and not worksheet.is_not_handed_in(status):
-            when = local_time(text) or worksheet.time(text)
-            yield HandInTime(_claims(person), when, text, twice(text, when))
+            yield HandInTime(_claims(person), local_time(text) or worksheet.time(text), text)
         elif worksheet.is_handed_in(status):
             yield HandInTime(_claims(person), None, "")
 
@@ -135,26 +122,9 @@ def _of_canvas(path: Path) -> Iterator[HandInTime]:
 
 
 def local_time(text: str) -> dt.datetime | None:
-    """Return a time of ISO 8601, without a zone the local one's; None for other text."""
+    """Return a time of ISO 8601, without a zone the local one's (the earlier, of two); None for other text."""
     try:
         time = dt.datetime.fromisoformat(text)
     except ValueError:
         return None
     return time if time.tzinfo else time.astimezone()
-
-
-def twice(text: str, when: dt.datetime | None = None) -> str:
-    """Return that a time without a zone occurs twice, when the clocks go back, "" if it does not.
-
-    `when` is what `text` was read as, if it is not of ISO 8601.
-    """
-    try:
-        time = dt.datetime.fromisoformat(text)
-    except ValueError:
-        time = when.replace(tzinfo=None) if when else None  # type: ignore[assignment]
-    if time is None or time.tzinfo:
-        return ""
-    first, second = time.replace(fold=0).astimezone(), time.replace(fold=1).astimezone()
-    if first == second or first.replace(tzinfo=None, fold=0) != time:  # an hour that is left out is read as another
-        return ""
-    return f"occurs twice, as {first.isoformat(timespec='minutes')} and {second.isoformat(timespec='minutes')}"

@@ -237,11 +237,13 @@ def test_a_class_of_four_is_ranked(tmp_path: Path):
         edit.made(COURSE.solution, tmp_path / "in" / name)
     folder = ClassFolder(tmp_path / "class")
     assert cli.main(["batch", str(tmp_path / "in"), "--out", str(folder.path), "--course", str(FOLDER)]) == 0
-    league = overview.summarise(folder, gradebook.read(folder)).league
-    points = {each.line.row.submission: float(each.line.row.total or 0) for each in league}
+    league = overview.league(
+        gradebook.read(folder), {name: folder.report(name) or {} for name in (e.id for e in folder.facts().entries)}
+    )
+    points = {row.submission: float(row.total or 0) for _, row, _ in league}
     assert points == {"solution": 100.0} | {name.replace("_", "-"): left for name, left in WEAKER.items()}
-    assert [each.rank for each in league] == [1, 2, 3, 4]
-    time, clearance, distance = league[0].figures
+    assert [rank for rank, *_ in league] == [1, 2, 3, 4]
+    time, clearance, distance = league[0][2]
     assert time is not None
     assert 30.0 < time < 60.0
     assert clearance is not None

@@ -22,8 +22,7 @@ from grader import KIT, cli, evidence, pipeline, report
 from grader.authoring import check_course
 from grader.authoring.release import TOP
 from grader.checks import checks_run
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.roster import Person
 from grader.course import Course, load
 from grader.course.reader import VARIABLE
@@ -393,10 +392,18 @@ def a_class(course: Course, touched: Path, tmp_path_factory: pytest.TempPathFact
     return made.path
 
 
+SHEETS = {
+    "moodle": "Identifier,Full name,Grade,Last modified (grade),Feedback comments\nParticipant 12345,Jane Doe,,-,\n",
+    "canvas": 'Student,ID,SIS User ID,Robots (77)\n"Doe, Jane",,s1,\n',
+}
+
+
 @pytest.mark.parametrize("platform", ["moodle", "canvas", "gradescope", "github", "csv"])
 def test_what_a_platform_gets_tells_nothing_of_it(platform: str, a_class: Path, tmp_path: Path):
-    zips = ["--feedback"] if platform in ("moodle", "canvas") else []
+    zips = ["--feedback", "--sheet", str(a_class / "sheet.csv")] if platform in SHEETS else []
+    (a_class / "sheet.csv").write_text(SHEETS.get(platform, ""))
     assert cli.main(["gradebook", str(a_class), "--for", platform, "--out", str(tmp_path / "grades"), *zips]) == 0
+    zips = zips[:1]
     written = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert len(written) >= 1 + len(zips)
     assert {path.name: said for path in written if (said := told(path.read_bytes(), path.name))} == {}

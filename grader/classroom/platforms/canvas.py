@@ -6,11 +6,9 @@ import io
 import re
 import zipfile
 from collections.abc import Iterable, Sequence
-from functools import partial
 from pathlib import Path
 
 from grader.classroom import cells
-from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Row, State
 from grader.classroom.identity import SHORT, Claim
 from grader.classroom.platform import (
@@ -19,14 +17,13 @@ from grader.classroom.platform import (
     Filled,
     HandIn,
     Platform,
-    deliver,
     is_archive,
     one_of,
     others,
     rows_of,
     same_number,
+    write_zip,
 )
-from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
 
 _NUMBERED = re.compile(r"(?P<title>.*)\s\((?P<id>\d+)\)", re.DOTALL)
@@ -37,28 +34,15 @@ _NUMBERS = re.compile(r"_(?P<late>LATE_|late_)?(?P<id>\d+)" + _FILE, re.DOTALL)
 _ANONYMOUS = re.compile(r"(?P<late>LATE_)?(?P<id>anon_[0-9A-Za-z]+)" + _FILE, re.DOTALL)
 _Reading = tuple[str, str]
 """A person's name and number."""
-_HEADER = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 
 
-def write(delivery: Delivery) -> list[str]:
-    """Write a file for an assignment; its title is "Robots (77)", with Canvas's own number of it.
-
-    Without the number Canvas looks for an assignment of just this title, and makes a new one if there is none.
-    """
-    book, title = delivery.book, delivery.title or delivery.book.rubric.title
-    rows: list[Sequence[Cell]] = [(*_HEADER, title), ("    Points Possible", "", "", "", "", book.max)]
-    rows += [(_sortable(r.person), _number(r), r.person.id, r.person.login, "", _score(r)) for r in book.rows]
-    cells.write(delivery.out, rows)
-    return []
-
-
-def fill(delivery: Delivery, path: Path) -> list[str]:
+def _write(delivery: Delivery) -> list[str]:
     """Fill in the column of an assignment in a gradebook that Canvas exported; all else stays, byte for byte.
 
     Raises:
         GraderError: it is not such a file, has no such column, or the points possible differ.
     """
-    book, sheet = delivery.book, cells.Sheet(path)
+    book, path, sheet = delivery.book, delivery.sheet, cells.Sheet(delivery.sheet)
     header = sheet.header
     if "Student" not in header[0] or "ID" not in header[1:2]:
         raise GraderError(f"{path} is not a gradebook of Canvas: its first columns are not Student and ID.")
@@ -77,7 +61,7 @@ def fill(delivery: Delivery, path: Path) -> list[str]:
             if cell is not None:
                 sheet.set(number, column, cell)
     sheet.write(delivery.out)
-    return filled.notes()
+    return [*filled.notes(), *(_feedback(delivery, delivery.feedback) if delivery.feedback else [])]
 
 
 def _column(sheet: Path, header: Sequence[str], title: str) -> int:
@@ -101,16 +85,6 @@ def _claims(named: dict[str, str]) -> list[Claim]:
         for column, kind in kinds.items()
         if (value := named.get(column, "").strip())
     ]
-
-
-def _number(row: Row) -> str:
-    """Return Canvas's number of a person; what Moodle calls a participant is another one's number in Canvas."""
-    return row.person.lms_id if row.person.lms == "canvas" else ""
-
-
-def _sortable(person: Person) -> str:
-    first, _, last = person.name.rpartition(" ")
-    return person.sortable or (f"{last}, {first}" if first else person.name)
 
 
 def _score(row: Row) -> str:
@@ -178,8 +152,8 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return sum(named) > others
 
 
-def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
-    """Return the files of the zip for "Upload submissions".
+def _feedback(delivery: Delivery, path: Path) -> list[str]:
+    """Write the zip for "Upload submissions".
 
     Canvas attaches each file as a comment, under the attachment's own name. It looks for the numbers of the person and
     of the attachment in a file's name, and shows it to the whole group.
@@ -187,7 +161,8 @@ def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
     files, without = {}, []
     numbers: dict[str, set[str]] = {}
     for row in delivery.book.rows:
-        numbers.setdefault(row.submission, set()).update(filter(None, [_number(row)]))
+        # What Moodle calls a participant is another one's number in Canvas.
+        numbers.setdefault(row.submission, set()).update({row.person.lms_id} if row.person.lms == "canvas" else ())
     for submission, page in delivery.pages.items():
         readings = _readings(delivery.sources.get(submission, ""))
         found = readings[0] if readings else None
@@ -201,8 +176,10 @@ def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
             archive.write(page, "report.html")
         who = f"student_{found['id']}" if found["id"].isdecimal() else found["id"]
         files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
-    return files, [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
+    write_zip(path, files)
+    return [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 
 
-_DELIVER = partial(deliver, write=write, fill=fill, feedback=_feedback)
-PLATFORM = Platform("canvas", "canvas", "canvas.csv", _recognises, _read, _DELIVER)
+PLATFORM = Platform(
+    "canvas", "canvas", "canvas.csv", _recognises, _read, _write, fills="the gradebook, by Grades, Export"
+)

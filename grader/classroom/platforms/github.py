@@ -10,14 +10,14 @@ import datetime as dt
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from grader import sandbox
-from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, comment, has, losses, others
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, by_requirement, comment, has, losses, others
 from grader.host import submission_user, tempdir
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable, prose
@@ -31,36 +31,33 @@ _ENVIRONMENT = {"PATH": "/usr/bin:/bin", "HOME": "/tmp", "GIT_CONFIG_NOSYSTEM": 
 _GIT = ("git", "--no-pager", "-c", "safe.directory=*", f"--git-dir={_INSIDE}")
 
 
-def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
-    """Write annotations.txt, summary.md and classroom.txt for each submission, in ID/ below `folder`.
+def _write(delivery: Delivery) -> list[str]:
+    """Write annotations.txt, summary.md and classroom.txt for each submission, in ID/ below `delivery.out`.
 
     A workflow prints the first, appends the second to $GITHUB_STEP_SUMMARY and the third to $GITHUB_OUTPUT.
     """
-    written = []
-    for row in book.teams.values():
-        report = reports.get(row.submission) or {}
-        place = folder / row.submission
+    for row in delivery.book.teams.values():
+        report, rubric = delivery.reports.get(row.submission) or {}, delivery.book.rubric
         texts = {
-            "annotations.txt": workflow_commands(row, book.rubric, report),
-            "summary.md": summary(row, book.rubric, report),
-            "classroom.txt": f"result={classroom(row, book.rubric, report)}\n",
+            "annotations.txt": workflow_commands(row, rubric, report),
+            "summary.md": summary(row, rubric, report),
+            "classroom.txt": f"result={classroom(row, rubric, report)}\n",
         }
         for name, text in texts.items():
-            write_atomically(place / name, text)
-            written.append(place / name)
-    return written
+            write_atomically(delivery.out / row.submission / name, text)
+    return delivery.book.apart()
 
 
 def workflow_commands(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return workflow commands: one for each requirement that lost points, the dearest first."""
     lost = [each for each in row.requirements if each.points is not None and each.points < each.max]
     lost.sort(key=lambda each: each.points - each.max if each.points is not None else 0)
-    measured = {each["id"]: each for each in report.get("requirements", ())}
+    measured = by_requirement(report)
     lines = []
     for each in lost[:MOST_ANNOTATIONS]:
         text = _joined(measured.get(each.id, {})) or prose(row.comment) or "no points"
         title = f"{each.id}: {each.points} of {each.max} points"
-        lines.append(f"::warning title={_property(title)}::{_data(printable(text, 900))}\n")
+        lines.append(f"::warning title={_data(title, ':,')}::{_data(printable(text, 900))}\n")
     total = "no grade" if row.total is None else f"{row.total} of {row.max}"
     said = printable(comment(row, rubric, total), 900) if row.flags else total
     return f"::notice title=Points::{_data(said)}\n" + "".join(lines)
@@ -68,7 +65,7 @@ def workflow_commands(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
 
 def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return the summary of a step: a table of all requirements, and what was lost, as GitHub's Markdown."""
-    measured = {each["id"]: each for each in report.get("requirements", ())}
+    measured = by_requirement(report)
     total = "no grade" if row.total is None else f"{row.total} of {row.max} points"
     lines = [f"# {_markdown(rubric.title)}: {total}", ""]
     if remarks := comment(row, rubric):
@@ -81,14 +78,15 @@ def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
         lines.append(f"| {each.id} {_markdown(rubric.requirement(each.id).title)} | {shown} | {each.max} | {mark} |")
     for each in row.requirements:
         if said := list(losses(measured.get(each.id, {}))):
-            lines += ["", f"## {each.id} {_markdown(rubric.requirement(each.id).title)}", "", *map(_line, said)]
+            lines += ["", f"## {each.id} {_markdown(rubric.requirement(each.id).title)}", ""]
+            lines += [f"    {printable(line, 1000)}" for line in said]  # as code, which Markdown leaves alone
     text = "\n".join(lines) + "\n"
     return text.encode()[: MOST_SUMMARY_BYTES - 1].decode(errors="ignore")
 
 
 def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return the result of a step of GitHub Classroom: base64 of JSON, version 3. Its numbers are whole or not."""
-    measured = {each["id"]: each for each in report.get("requirements", ())}
+    measured = by_requirement(report)
     tests = [
         {
             "name": f"{each.id} {rubric.requirement(each.id).title}",
@@ -114,26 +112,15 @@ def _joined(requirement: dict[str, Any]) -> str:
     return " | ".join(map(str.strip, losses(requirement)))
 
 
-def _data(text: str) -> str:
-    """Return text that a workflow command takes as it is."""
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
+def _data(text: str, more: str = "") -> str:
+    """Return text that a workflow command takes as it is, as a property with `more` signs escaped."""
+    return "".join(f"%{ord(char):02X}" if char in f"%\r\n{more}" else char for char in text)
 
 
 def _markdown(text: str) -> str:
     """Return text in which Markdown and HTML mean nothing."""
-    shown = printable(text, 1000)
-    for char in "\\`*_{}[]<>()#+-.!|~@:":
-        shown = shown.replace(char, f"\\{char}") if char not in "().-:" else shown
+    shown = "".join(f"\\{char}" if char in "\\`*_{}[]<>#+!|~@" else char for char in printable(text, 1000))
     return shown.replace("\\<", "&lt;").replace("\\>", "&gt;")
-
-
-def _line(text: str) -> str:
-    """Return a line as code, which Markdown leaves alone."""
-    return "    " + printable(text, 1000)
 
 
 def _read(root: Path, entries: Sequence[Path]) -> Export:
@@ -189,9 +176,4 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(has(entry, ".git") for entry in entries)
 
 
-def _deliver(delivery: Delivery) -> list[str]:
-    write_all(delivery.book, delivery.reports, delivery.out)
-    return delivery.book.apart()
-
-
-PLATFORM = Platform("github", "git", "github", _recognises, _read, _deliver)
+PLATFORM = Platform("github", "git", "github", _recognises, _read, _write)

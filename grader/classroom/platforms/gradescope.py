@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import datetime as dt
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from grader.classroom.gradebook import Gradebook, RequirementPoints, Row, State
+from grader.classroom.gradebook import Row, State
 from grader.classroom.identity import Claim
 from grader.classroom.platform import (
     Delivery,
@@ -19,6 +19,7 @@ from grader.classroom.platform import (
     HandIn,
     Lost,
     Platform,
+    by_requirement,
     comment,
     losses,
     one_of,
@@ -33,64 +34,60 @@ from grader.scoring.rubric import FLAGS, Rubric
 _METADATA = "submission_metadata.yml"
 
 
-def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str, Any]:
-    """Return what results.json says: a test for each requirement that has points; `report` is None without a grade."""
-    measured = {each["id"]: each for each in report["requirements"]} if report and "requirements" in report else {}
+def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
+    """Return what results.json says: a test for each requirement that has points; `report` is empty without a grade."""
+    measured = by_requirement(report)
     numbers = {
         requirement.id: f"{chapter}.{place}"
         for chapter, criterion in enumerate(rubric.criteria, 1)
         for place, requirement in enumerate(criterion.requirements, 1)
     }
-    found: dict[str, Any] = {
+    tests: list[dict[str, object]] = []
+    for each in row.requirements:
+        test: dict[str, object] = {"name": f"{each.id} {rubric.requirement(each.id).title}", "number": numbers[each.id]}
+        said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
+        if each.withheld:
+            tests.append(test | {"output": State.WITHHELD.value, "visibility": "visible"})
+        elif each.points is not None:
+            tests.append(
+                test
+                | {
+                    "score": float(each.points),
+                    "max_score": float(each.max),
+                    "status": "passed" if each.points == each.max else "failed",
+                    "output": "\n".join(filter(None, [said, *losses(measured.get(each.id, {}))])),
+                    "visibility": "visible",
+                }
+            )
+    seconds = report.get("wall_seconds")
+    return {
+        "score": float(row.total or 0),  # overrides the sum of the tests: it has the deduction for lateness
         "output": comment(row, rubric) or "Graded.",
         "output_format": "text",
         "test_output_format": "text",
         "visibility": "visible",
         "stdout_visibility": "hidden",
-        "tests": [
-            _test(each, numbers[each.id], rubric.requirement(each.id).title, measured.get(each.id, {}))
-            for each in row.requirements
-            if each.points is not None or each.withheld
-        ],
+        "tests": tests,
         "extra_data": {
             "state": row.state.value,
             "late": row.late_units,
             "flags": row.flags,
             "flags_do": FLAGS[rubric.withholds],
         },
-    }
-    # The score overrides the sum of the tests: it has the deduction for lateness.
-    found["score"] = float(row.total or 0)
-    if report and isinstance(report.get("wall_seconds"), int | float):
-        found["execution_time"] = round(report["wall_seconds"], 1)
-    return found
+    } | ({"execution_time": round(seconds, 1)} if isinstance(seconds, int | float) else {})
 
 
-def _test(each: RequirementPoints, number: str, title: str, measured: dict[str, Any]) -> dict[str, Any]:
-    said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
-    if each.withheld:
-        output = State.WITHHELD.value
-        return {"name": f"{each.id} {title}", "number": number, "output": output, "visibility": "visible"}
-    return {
-        "name": f"{each.id} {title}",
-        "number": number,
-        "score": float(each.points or 0),
-        "max_score": float(each.max),
-        "status": "passed" if each.points == each.max else "failed",
-        "output": "\n".join(filter(None, [said, *losses(measured)])),
-        "visibility": "visible",
-    }
-
-
-def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
-    """Write ID/results.json for each submission that has points below `folder`, and return the paths."""
-    written = []
-    for row in (row for row in book.teams.values() if row.total is not None):
-        path = folder / row.submission / "results.json"
-        found = results(row, book.rubric, reports.get(row.submission))
-        write_atomically(path, json.dumps(found, indent=2, allow_nan=False) + "\n")
-        written.append(path)
-    return written
+def _write(delivery: Delivery) -> list[str]:
+    """Write ID/results.json for each submission that has points."""
+    without = []
+    for row in delivery.book.teams.values():
+        if row.total is None:
+            without.append(f"{row.submission} ({row.state.value})")
+            continue
+        found = results(row, delivery.book.rubric, delivery.reports.get(row.submission) or {})
+        text = json.dumps(found, indent=2, allow_nan=False) + "\n"
+        write_atomically(delivery.out / row.submission / "results.json", text)
+    return [*delivery.book.apart(), *[f"no points yet, so no results.json: {', '.join(without)}"] * bool(without)]
 
 
 def _read(root: Path, entries: Sequence[Path]) -> Export:
@@ -159,10 +156,4 @@ def _recognises(root: Path, _entries: Sequence[Path]) -> bool:
     return (root / _METADATA).is_file()
 
 
-def _deliver(delivery: Delivery) -> list[str]:
-    write_all(delivery.book, delivery.reports, delivery.out)
-    without = [f"{row.submission} ({row.state.value})" for row in delivery.book.teams.values() if row.total is None]
-    return [*delivery.book.apart(), *[f"no points yet, so no results.json: {', '.join(without)}"] * bool(without)]
-
-
-PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _deliver, (_METADATA,))
+PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _write, (_METADATA,))

@@ -1,20 +1,17 @@
-"""Moodle: a CSV for its grade import, or the offline grading worksheet of an assignment, filled in.
+"""Moodle: the offline grading worksheet of an assignment, filled in.
 
-Formats: moodle, grade/import/csv/classes/load_data.php, mod/assign/feedback/offline/importgradeslib.php, and
-mod/assign/feedback/file/importziplib.php.
+Formats: moodle, mod/assign/feedback/offline/importgradeslib.php and mod/assign/feedback/file/importziplib.php.
 """
 
 from __future__ import annotations
 
 import html
 import re
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from grader.classroom import cells, worksheet
-from grader.classroom.cells import Cell
-from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim, key
 from grader.classroom.platform import (
     Delivery,
@@ -22,18 +19,16 @@ from grader.classroom.platform import (
     Filled,
     HandIn,
     Platform,
-    deliver,
     one_of,
     others,
     rows_of,
     same_number,
     short,
     unfolded,
+    write_zip,
 )
 from grader.errors import GraderError
 
-# Moodle matches a person by the column that the teacher chooses; a locked or empty one is no error.
-_IDENTITY = (("idnumber", "id"), ("email", "email"), ("username", "login"))
 _PLUGIN = re.compile(r"_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
 _WHO = re.compile(r"(?P<name>.+?)(?:_(?P<id>\d+))?", re.DOTALL)
 _BEGIN = "[Automatic grading: "
@@ -41,31 +36,28 @@ _OURS = re.compile(re.escape(_BEGIN) + r"[^\]]*\]")
 _ROUND = str.maketrans("[]", "()")  # inside our brackets
 
 
-def write(delivery: Delivery) -> list[str]:
-    """Write a file for Grades > Import > CSV; people without any identity Moodle knows are left out."""
-    book, title = delivery.book, delivery.title or delivery.book.rubric.title
-    rows: list[Sequence[Cell]] = [(*(name for name, _ in _IDENTITY), title, f"Feedback: {title}")]
-    known = [row for row in book.rows if any(getattr(row.person, field) for _, field in _IDENTITY)]
-    rows += [(*(getattr(r.person, field) for _, field in _IDENTITY), *_grade_and_comment(r, delivery)) for r in known]
-    cells.write(delivery.out, rows)
-    left = [row.person.label for row in book.rows if row not in known]
-    lead = "left out, for Moodle finds people by an id, an e-mail or a login; fill in the worksheet with --sheet, or "
-    return [f"{lead}give the class a roster: {', '.join(left)}"] * bool(left) + _too_many(book)
-
-
-def fill(delivery: Delivery, path: Path) -> list[str]:
-    """Fill in the grades and comments of the offline grading worksheet `path`; all else stays, byte for byte.
+def _write(delivery: Delivery) -> list[str]:
+    """Fill in the grades and comments of an offline grading worksheet; all else stays, byte for byte.
 
     A comment that a person wrote is kept, and ours follows it in brackets, or replaces the one that is there.
 
     Raises:
         GraderError: it is not such a file, or its maximum is not the rubric's.
     """
-    book, (sheet, columns), filled = delivery.book, _worksheet(path), Filled()
-    for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, _people(sheet, columns)), strict=True)):
+    book, (sheet, columns), filled = delivery.book, _worksheet(delivery.sheet), Filled()
+    people = [
+        _claims({what: row[place].strip() for what, place in columns.items() if place < len(row)}) for row in sheet.rows
+    ]
+    rows = rows_of(book, people)
+    for number, (row, found) in enumerate(zip(sheet.rows, rows, strict=True)):
         if not any(row):
             continue
-        _require_maximum(row[columns["maximum"]] if "maximum" in columns else "", book)
+        maximum = row[columns["maximum"]].strip() if "maximum" in columns else ""
+        if maximum and not same_number(maximum, str(book.max)):
+            raise GraderError(
+                f"The assignment's maximum grade in Moodle is {maximum}, the rubric has {book.max} points. "
+                "Set the maximum in Moodle and download the worksheet once more."
+            )
         name = row[columns.get("name", columns["identifier"])]
         grade, comment = _grade_and_comment(found, delivery) if found else ("", "")
         before = row[columns["grade"]]
@@ -75,7 +67,13 @@ def fill(delivery: Delivery, path: Path) -> list[str]:
             if "feedback" in columns:
                 sheet.set(number, columns["feedback"], _appended(row[columns["feedback"]], comment))
     sheet.write(delivery.out)
-    return [*filled.notes(), *_too_many(book)]
+    over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
+    notes = filled.notes()
+    notes += [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
+    return [
+        *notes,
+        *(_feedback(delivery, delivery.feedback, zip(rows, people, strict=True)) if delivery.feedback else []),
+    ]
 
 
 def _worksheet(path: Path) -> tuple[cells.Sheet, Mapping[str, int]]:
@@ -89,23 +87,9 @@ def _worksheet(path: Path) -> tuple[cells.Sheet, Mapping[str, int]]:
     if columns is None or "grade" not in columns:
         raise GraderError(
             f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
-            "Download it in English, or use --for moodle without a sheet."
+            "Download it in English."
         )
     return sheet, columns
-
-
-def _require_maximum(cell: str, book: Gradebook) -> None:
-    if cell.strip() and not same_number(cell, str(book.max)):
-        raise GraderError(
-            f"The assignment's maximum grade in Moodle is {cell.strip()}, the rubric has {book.max} points. "
-            "Set the maximum in Moodle and download the worksheet once more."
-        )
-
-
-def _people(sheet: cells.Sheet, columns: Mapping[str, int]) -> list[list[Claim]]:
-    return [
-        _claims({what: row[place].strip() for what, place in columns.items() if place < len(row)}) for row in sheet.rows
-    ]
 
 
 def _claims(said: Mapping[str, str]) -> list[Claim]:
@@ -129,11 +113,6 @@ def _appended(before: str, comment: str) -> str:
     """Return a comment with ours in it once, in its old place or at the end."""
     first, *rest = _OURS.split(before)
     return first + comment + "".join(rest) if rest else "<br>".join(filter(None, [before, comment]))
-
-
-def _too_many(book: Gradebook) -> list[str]:
-    over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
-    return [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
 
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:
@@ -182,17 +161,13 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(_readings(entry) for entry in entries)
 
 
-def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
-    """Return the files of the zip for "Upload multiple feedback files in a zip".
+def _feedback(delivery: Delivery, path: Path, listed: Iterable[tuple[Row | None, list[Claim]]]) -> list[str]:
+    """Write the zip for "Upload multiple feedback files in a zip"; `listed` are the people of the worksheet.
 
-    They are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an
-    underscore in it would hide the number.
+    Files are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an underscore
+    in it would hide the number.
     """
-    numbers = {r.person: r.person.lms_id for r in delivery.book.rows if r.person.lms == "moodle" and r.person.lms_id}
-    if delivery.sheet:
-        people = _people(*_worksheet(delivery.sheet))
-        found = zip(rows_of(delivery.book, people), people, strict=True)
-        numbers |= {row.person: claims[0].value for row, claims in found if row and claims[0].kind == "lms_id"}
+    numbers = {row.person: claims[0].value for row, claims in listed if row and claims[0].kind == "lms_id"}
     files, without = {}, []
     for row in delivery.book.rows:
         page = delivery.pages.get(row.submission)
@@ -202,8 +177,11 @@ def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
             files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
         else:
             without.append(row.person.label)
-    return files, [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
+    write_zip(path, files)
+    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
-_DELIVER = partial(deliver, write=write, fill=fill, feedback=_feedback)
-PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _DELIVER)
+PLATFORM = Platform(
+    "moodle", "moodle", "moodle.csv", _recognises, _read, _write,
+    fills="the assignment's grading worksheet, by Download grading worksheet",
+)  # fmt: skip

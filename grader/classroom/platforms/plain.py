@@ -2,53 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from grader.classroom import cells
 from grader.classroom.cells import Cell
-from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.gradebook import Gradebook
 from grader.classroom.platform import Delivery, Export, Platform, others
 
 PERSON = ("id", "name", "email", "login", "team")
 
 
 def write(book: Gradebook, path: Path) -> None:
-    """Write the gradebook."""
-    cells.write(path, _lines(book))
-
-
-def _lines(book: Gradebook) -> Iterator[Sequence[Cell]]:
+    """Write the gradebook: a line for each person, a column for each requirement."""
     graded = ("grade",) if book.rubric.scale else ()
     ids = [requirement.id for requirement in book.rubric.requirements]
-    yield (
+    header = (
         *PERSON, "submission", "state", "submitted", "late", *ids, "reached", "deduction", "total", *graded, "max",
         "flags", "kit", "confinement", "comment",
     )  # fmt: skip
+    rows: list[Sequence[Cell]] = [header]
     for row in book.rows:
         points = {each.id: "withheld" if each.withheld else each.points for each in row.requirements}
-        yield (
-            *who(row),
-            row.submission,
-            row.state.value,
-            row.submitted.isoformat(timespec="seconds") if row.submitted else "",
-            row.late_units,
-            *(points.get(name) for name in ids),
-            row.reached,
-            row.deduction,
-            row.total,
-            *((row.grade,) if graded else ()),
-            row.max,
-            row.flags,
-            row.kit,
-            row.confinement,
-            row.comment,
-        )
-
-
-def who(row: Row) -> tuple[str, ...]:
-    """Return what a table says of a person, in the order of `PERSON`."""
-    return tuple(getattr(row.person, field) for field in PERSON)
+        rows.append((
+            *(getattr(row.person, field) for field in PERSON), row.submission, row.state.value,
+            row.submitted.isoformat(timespec="seconds") if row.submitted else "", row.late_units,
+            *(points.get(name) for name in ids), row.reached, row.deduction, row.total,
+            *((row.grade,) if graded else ()), row.max, row.flags, row.kit, row.confinement, row.comment,
+        ))  # fmt: skip
+    cells.write(path, rows)
 
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:

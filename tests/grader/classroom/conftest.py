@@ -14,8 +14,7 @@ import pytest
 from helpers.class_reports import Workers, report
 
 from grader.classroom import batch
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.entry import Entry
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.one_grading import Ending, Order
 from grader.classroom.roster import Person
 from grader.scoring import rubric

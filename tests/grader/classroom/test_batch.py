@@ -14,7 +14,8 @@ from helpers.class_reports import GRADED, Silent, report
 from grader.classroom import batch, class_folder, gradebook
 from grader.classroom.class_folder import ClassFolder, Status
 from grader.classroom.class_settings import Options
-from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
+from grader.classroom.cluster import grade_packed, pack, unzip
+from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
 
@@ -60,11 +61,10 @@ def test_what_is_graded_is_not_graded_again(tmp_path, source, workers):
     ("change", "regraded"),
     [
         (lambda _source: Options(seed=1, change=frozenset({"seed"})), ["team01", "team02", "team03"]),
-        (lambda _source: Options(mutation_budget_s=5.0), ["team01", "team02", "team03"]),
         (lambda _source: Options(fresh=True), ["team01", "team02", "team03"]),
         (lambda source: (source / "team02" / "readme").write_text("new") and Options(), ["team02"]),
     ],
-    ids=["seed", "budget", "fresh", "input"],
+    ids=["seed", "fresh", "input"],
 )
 def test_what_changed_is_graded_again(tmp_path, source, workers, change, regraded):
     workers(lambda _order: GRADED)
@@ -163,7 +163,7 @@ def test_a_submission_is_graded_in_a_process_of_its_own(tmp_path, source):
 def order(tmp_path: Path, source: Path) -> Order:
     rubric = batch.rubric.RUBRIC.read_text()
     (tmp_path / "out").mkdir()
-    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0, str(tmp_path / "cache"), 5.0)
+    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0)
 
 
 def test_a_stopped_runner_ends_what_is_going_on(tmp_path, source):
@@ -196,11 +196,7 @@ def test_without_namespaces_no_more_gradings_run_at_a_time_than_can_be_kept_apar
 @pytest.mark.slow  # one more process for a submission
 @pytest.mark.sandbox
 def test_a_submission_may_travel_as_bytes(tmp_path, source):
-    sent = json.loads(json.dumps(order(tmp_path, source / "team01").__dict__)) | {
-        "source": "team01",
-        "out": "",
-        "cache": "",
-    }
+    sent = json.loads(json.dumps(order(tmp_path, source / "team01").__dict__)) | {"source": "team01", "out": ""}
     status, why, _, results = grade_packed(sent, pack(source / "team01"), folder=True)
     assert status == "refused"
     assert "team01" in why
@@ -244,5 +240,5 @@ def test_a_folder_travels_with_the_modes_of_its_files(tmp_path):
     program.write_text("#!/bin/sh\n")
     program.chmod(0o755)
     os.utime(program, (0, 0))  # a zip has no times before 1980
-    unpack_results(pack(tmp_path / "package"), tmp_path / "there")
+    unzip(pack(tmp_path / "package"), tmp_path / "there")
     assert (tmp_path / "there" / "scripts" / "run").stat().st_mode & 0o777 == 0o755

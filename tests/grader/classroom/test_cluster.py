@@ -62,7 +62,7 @@ def grading(folder: Path) -> Iterator[tuple[Workforce, subprocess.Popen[bytes], 
     """Yield a cluster whose only worker is grading the reference, the worker, and the processes below it."""
     (folder / "out").mkdir()
     package = KIT / "solution_pkg" / "ros2_robot_controller"
-    order = Order("t", str(package), str(folder / "out"), rubric.RUBRIC.read_text(), 0, "", 5.0, fresh=True)
+    order = Order("t", str(package), str(folder / "out"), rubric.RUBRIC.read_text(), 0, fresh=True)
     with (
         dask_cluster(folder, 1, "--no-nanny") as (address, (worker,)),
         cluster.workforce(address, provenance.kit_hash(kits_own().layers)) as found,

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grader.classroom import discovery
+from grader.classroom.class_folder import Entry
 from grader.classroom.doubt import DoubtfulClass, DoubtKind, require_certain
-from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 

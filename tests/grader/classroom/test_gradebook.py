@@ -267,8 +267,7 @@ def test_whoever_is_deleted_as_the_privacy_page_says_is_on_no_sheet_and_no_page(
     text = re.sub(block, "", (folder.path / CLASS).read_text(), flags=re.MULTILINE)
     (folder.path / CLASS).write_text(text)
     assert cli.main(["gradebook", str(folder.path)]) == 0
-    assert cli.main(["gradebook", str(folder.path), "--for", "canvas"]) == 0
-    for path in (CLASS, "gradebook.csv", "canvas.csv", "index.html"):
+    for path in (CLASS, "gradebook.csv", "index.html"):
         assert [word for word in named if word in (folder.path / path).read_text()] == [], path
     assert "Jane Doe" in (folder.path / "gradebook.csv").read_text()
     assert len(gradebook.read(folder).rows) == 3

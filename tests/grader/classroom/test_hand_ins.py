@@ -13,9 +13,8 @@ from helpers import recordings
 from helpers.report_examples import REFUSED
 
 from grader import evidence, pipeline, report
-from grader.classroom import after_grading, gradebook, hand_ins
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.entry import Entry
+from grader.classroom import command, gradebook, hand_ins
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.overrides import Decisions
 from grader.classroom.rescore import rescore
 from grader.classroom.roster import Person
@@ -75,7 +74,7 @@ def test_people_team_time_and_lateness_are_in_the_report_and_its_data(graded: Cl
     assert known["people"] == ["Jane Doe", "Li Wu"]
     assert (known["team"], known["name"]) == ("team07", "Jane Doe_12345_file_/team07.zip")
     assert (known["submitted"], known["deadline"]) == ("2026-11-22 10:00:00+00:00", "2026-11-20 23:59:00+00:00")
-    assert known["late"] == f"1 day, 10:01:00 after the deadline, 2 started days; the rule is: {RULE}"
+    assert known["late"] == f"by 34:01:00, 2 started days; the rule is: {RULE}"
     page = (graded.submission("team07") / report.PAGE).read_text()
     for words in ("Jane Doe, Li Wu", "2026-11-22 10:00:00+00:00", "2 started days", "ROS 2 package development"):
         assert words in page
@@ -172,6 +171,6 @@ def test_the_reports_stay_while_another_run_writes_to_the_class(graded: ClassFol
     with graded.locked():
         with pytest.raises(GraderError, match="being written by another run"):
             hand_ins.refresh(graded)
-        after_grading._refresh(graded)
+        command._refresh(graded)
     assert "note: the reports were left as they are" in capsys.readouterr().err
     assert said(graded)["hand_in"]["decisions"] == []

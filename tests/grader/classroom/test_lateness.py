@@ -8,7 +8,6 @@ from decimal import Decimal
 
 import pytest
 
-from grader import cli
 from grader.classroom import lateness, times
 from grader.errors import GraderError
 
@@ -59,20 +58,6 @@ def test_hours_limit_a_daily_rule_to_the_second():
     assert rule.units(after(hours=37), DEADLINE) == 2
 
 
-def test_a_rule_is_printed_back_with_three_examples_that_it_computes_itself():
-    rule = lateness.parse("1 % per started hour, at most 2 days, 15 minutes of grace")
-    assert rule.examples(DEADLINE, Decimal("100.00")) == [
-        "2026-11-21 00:15, 16 minutes after the deadline: 1 started hour; "
-        "of 80.00 points 0.80 are deducted, 79.20 are left",
-        "2026-11-23 00:14, 48 hours, 15 minutes after the deadline: 48 started hours; "
-        "of 80.00 points 38.40 are deducted, 41.60 are left",
-        "2026-11-23 00:15, 48 hours, 16 minutes after the deadline: too late; "
-        "of 80.00 points 80.00 are deducted, 0.00 are left",
-    ]
-    endless = lateness.parse("2 points per started day").examples(DEADLINE, Decimal("100.00"))
-    assert [line.partition("points ")[2].partition(" are")[0] for line in endless] == ["2.00", "2.00", "6.00"]
-
-
 def test_grace_costs_nothing_and_then_counts_from_its_end():
     rule = lateness.parse("5 % per started hour, at most 24 hours, 15 minutes of grace")
     assert [rule.units(after(minutes=minutes), DEADLINE) for minutes in (15, 16, 75, 76)] == [0, 1, 1, 2]
@@ -112,31 +97,3 @@ def test_days_are_those_of_the_calendar_also_when_the_clocks_are_changed(berlin,
     assert rule.units(when, due) == days
     assert rule.too_late(when, due) is (days > 3)
     assert lateness.parse("1 % per started hour").units(due + dt.timedelta(hours=25), due) == 25
-
-
-def test_the_examples_of_the_plan_are_those_of_the_calendar(berlin):
-    rule = lateness.parse("10 % per started day, at most 1 days")
-    said = rule.examples(times.local_time("2026-10-24T23:59"), Decimal("100.00"))
-    assert said[1].startswith("2026-10-25 23:59, 25 hours after the deadline: 1 started day;")
-    assert said[2].startswith("2026-10-26 00:00, 25 hours, 1 minute after the deadline: too late;")
-
-
-def test_a_time_that_occurs_twice_is_a_doubt(berlin, tmp_path):
-    from grader.classroom import discovery
-    from grader.classroom.roster import Person
-
-    (tmp_path / "e").mkdir()
-    (tmp_path / "e" / "boek.zip").write_text("x")
-    (tmp_path / "times.csv").write_text("login,submitted\nboek,2026-10-25T02:30\n")
-    known = times.load(tmp_path / "times.csv")
-    (doubt,) = discovery.find(tmp_path / "e", [Person(login="boek")], (), (), known, timed=True).doubts
-    assert "occurs twice, as 2026-10-25T02:30+02:00 and 2026-10-25T02:30+01:00" in doubt.what
-    assert not times.twice("2026-10-25T02:30+01:00")
-    assert not times.twice("2026-10-25T03:30")
-    assert not times.twice("2027-03-28T02:30"), "that hour is left out"
-
-
-def test_a_deadline_that_occurs_twice_is_refused(berlin, tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        cli.main(["batch", str(tmp_path), "--deadline", "2026-10-25T02:30", "--plan"])
-    assert "occurs twice" in capsys.readouterr().err

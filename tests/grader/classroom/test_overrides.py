@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from grader.classroom import overrides
-from grader.classroom.class_folder import ClassFacts
+from grader.classroom.class_folder import ClassFacts, Entry
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry
-from grader.classroom.overrides import Adjustment, Change, Decisions, Excuse, PointsOverride
+from grader.classroom.overrides import Adjustment, Change, Decisions, PointsOverride, Reason
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring import rubric
@@ -61,7 +60,7 @@ def test_points_comments_times_extensions_and_excuses(tmp_path):
     extension = found.about(PEOPLE[0]).extension
     assert extension is not None
     assert extension.until == dt.datetime(2026, 11, 25, 23, 59, tzinfo=dt.UTC)
-    assert found.about(PEOPLE[1]).excused == Excuse("passed last year", "Ada")
+    assert found.about(PEOPLE[1]).excused == Reason("passed last year", "Ada")
     assert found.on("team08").points == ()
 
 

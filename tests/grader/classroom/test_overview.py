@@ -6,14 +6,15 @@ import csv
 import json
 import re
 from dataclasses import replace
+from decimal import Decimal
+from typing import Any
 
 import pytest
 from helpers.class_reports import report
 
-from grader.classroom import gradebook, overview, similarity
+from grader.classroom import gradebook, overview
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.platforms import plain
-from grader.classroom.similarity import Pair
 from grader.scoring import rubric
 
 
@@ -72,6 +73,54 @@ def test_a_class_that_shares_no_loss_has_each_in_sight(page):
     assert teach.count('<table class="failed">') == 1
 
 
+def lost(outcome: str, *, fraction: float = 0.0, **said: str) -> dict[str, Any]:
+    """Return a report in which F4 lost something."""
+    check = {"sentence": "stops", "outcome": outcome, "worth": 2.0, "fraction": fraction, "seen": "", "because": ""}
+    return {"requirements": [{"id": "F4", "checks": [check | said]}]}
+
+
+CRASH = "robot_controller did not start: KeyError: x, driver.py line {}"
+
+
+@pytest.mark.parametrize(
+    ("reports", "said"),
+    [
+        (
+            [lost("failed", seen=f"touched the wall at {time} s, x = {time}e-1") for time in (7.3, 12.1)],
+            [("F4", "stops: touched the wall at … s, x = …", 4.0, 2)],
+        ),
+        (
+            [*(lost("partial", fraction=0.95, seen="a bit") for _ in range(3)), lost("failed", seen="much")],
+            [("F4", "stops: much", 2.0, 1), ("F4", "stops: a bit", 0.3, 3)],
+        ),
+        ([lost("failed", seen="first\n  second\tline")], [("F4", "stops: first second line", 2.0, 1)]),
+        (
+            [lost("not_reached", because="`colcon build` ended with exit status 2 (I1)")],
+            [("F4", "colcon build ended with exit status … (I1)", 2.0, 1)],
+        ),
+        (
+            [
+                {"cause": {"sentence": CRASH.format(7), "points": 9.0}},
+                {"cause": {"sentence": "F4 Stops: touched it", "points": 9.0}},
+                {"cause": {"sentence": CRASH.format(8), "points": 9.0}},
+            ],
+            [("", CRASH.format("…"), 18.0, 2), ("F4", "F4 Stops: touched it", 9.0, 1)],
+        ),
+        ([{"refused": {"because": "a.zip holds no package.xml."}}], [("", "a.zip holds no package.xml.", 100.0, 1)]),
+    ],
+    ids=["numbers", "dearest first", "line breaks", "not reached", "first causes", "refusals"],
+)
+def test_losses_are_counted_over_the_class_without_their_numbers(reports, said):
+    found = overview.losses(dict(zip("abcd", reports, strict=False)), rubric.load(rubric.RUBRIC))
+    assert [(e.requirement, e.words, round(e.points, 2), len(e.lost)) for e in found] == said
+
+
+def test_digits_in_names_are_no_numbers():
+    assert overview.without_numbers("lib/ros2_robot_controller/a2 in F4, 3 of 4") == (
+        "lib/ros2_robot_controller/a2 in F4, … of …"
+    )
+
+
 def test_doubts_and_misfits_are_at_the_top_and_said_once(class_of_four):
     """They were among the notes at the end of the page, below two tables of all submissions."""
     folder = class_of_four()
@@ -84,20 +133,6 @@ def test_doubts_and_misfits_are_at_the_top_and_said_once(class_of_four):
     assert "Eva Ost" in before  # who handed in nothing
     assert page.count(doubt.what) == 1
     assert "x.txt" not in after
-
-
-def test_packages_that_are_alike_are_on_the_page_once_they_were_looked_for(class_of_four):
-    folder = class_of_four()
-    assert "Alike" not in overview.write(folder, gradebook.read(folder)).read_text()
-    pairs = [
-        Pair("boek", "team07", 0.9, 0.7, "a.py 3 to 40"),
-        Pair("boek", "x", 0.1, 0.2),
-        Pair("x", "team07", 0.1, 0.2),
-    ]
-    similarity.write(folder, pairs)
-    page = overview.write(folder, gradebook.read(folder)).read_text()
-    assert "90 % of one is in the other; most of it in boek: a.py 3 to 40</li>" in page
-    assert page.count("of one is in the other") == 1
 
 
 def test_a_submission_that_was_graded_without_namespaces_is_named(class_of_four):
@@ -119,11 +154,10 @@ def test_the_page_needs_nothing_from_elsewhere(page):
     assert not re.search(r"https?://", page)
 
 
-def test_the_histogram_counts_every_total_once(class_of_four):
-    folder = class_of_four()
-    found = overview.summarise(folder, gradebook.read(folder))
-    assert sum(bar.count for bar in found.bars) == len(found.totals) == 1
-    assert (found.bars[-1].low, found.bars[-1].high, found.bars[-1].count) == (90, 100, 1)
+def test_the_histogram_counts_every_total_once():
+    found = list(overview.histogram([Decimal(each) for each in (0, 98, 100)], 100))
+    assert [count for _, _, count, _ in found] == [1, *[0] * 8, 2]
+    assert found[-1][:2] == (90, 100)
 
 
 LEAGUE = "league:\n  - {figure: time, unit: s, best: least}\n  - {figure: clearance, unit: m, best: most}\n\ncriteria:"
@@ -146,9 +180,10 @@ def test_a_class_is_ranked_by_points_and_then_by_the_figures_of_its_rubric(class
         found["requirements"][0]["checks"][0]["figures"] = figures
         (made / "report.json").write_text(json.dumps(found))
         folder.keep(made, replace(folder.record("team07"), id=name))
-    page = overview.write(folder, gradebook.read(folder)).read_text()
-    standings = overview.summarise(folder, gradebook.read(folder)).league
-    ranked = [(each.rank, each.line.row.submission) for each in standings]
+    book = gradebook.read(folder)
+    page = overview.write(folder, book).read_text()
+    standings = overview.league(book, {entry.id: folder.report(entry.id) or {} for entry in folder.facts().entries})
+    ranked = [(rank, row.submission) for rank, row, _ in standings]
     assert ranked == [(1, "quick"), (2, "near"), (3, "slow"), (4, "lost"), (5, "team07"), (6, "boek")]
     (league,) = re.findall(r'id="league".*?</section>', page, re.DOTALL)
     assert '<td class="num">30.00</td><td class="num">0.30</td>' in " ".join(league.split()).replace("> <", "><")

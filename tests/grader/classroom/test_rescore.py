@@ -11,9 +11,8 @@ import pytest
 from helpers import recordings
 
 from grader import evidence, pipeline, report
-from grader.classroom import comparison, gradebook
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.entry import Entry
+from grader.classroom import gradebook
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.rescore import rescore
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -43,29 +42,12 @@ def again(graded: Path, tmp_path: Path) -> ClassFolder:
 
 
 @pytest.mark.slow  # a class is judged twice
-def test_the_same_rubric_and_checks_give_the_same_points(again: ClassFolder, graded: Path):
-    done = rescore(again, jobs=1)
-    assert (done.judged, done.changes) == (1, ())
-    assert comparison.compare(graded, again.path) == ([], [])
-    assert (again.submission("team07") / pipeline.EVIDENCE / "build.json").exists()
-
-
-@pytest.mark.slow  # a class is judged twice
-def test_a_single_requirement_is_judged_again_and_the_others_keep_their_results(again: ClassFolder, graded: Path):
-    place = again.submission("team07")
-    answers = json.loads((place / pipeline.EVIDENCE / "functions.json").read_text())
-    wrong = [each | {"answer": [9.0 for _ in each["answer"]]} for each in answers]
-    (place / pipeline.EVIDENCE / "functions.json").write_text(json.dumps(wrong))
-    said = json.loads((place / "report.json").read_text())
-    next(r for r in said["requirements"] if r["id"] == "F2")["checks"][0]["seen"] = "kept from before"
-    (place / "report.json").write_text(json.dumps(said))
-    done = rescore(again, only=["F14"], jobs=1)
-    assert [(c.submission, c.requirement, c.after) for c in done.changes] == [("team07", "F14", "0.00")]
-    assert "kept from before" in (place / "report.json").read_text()
-    (difference,), alone = comparison.compare(graded, again.path)
-    assert (difference.requirement, difference.before, difference.after) == ("F14", "1.00", "0.00")
-    assert difference.why == ("the evidence",)
-    assert alone == []
+def test_the_same_rubric_and_checks_give_the_same_points_and_other_evidence_others(again: ClassFolder):
+    assert rescore(again, jobs=1) == (1, [])
+    functions = again.submission("team07") / pipeline.EVIDENCE / "functions.json"
+    answers = json.loads(functions.read_text())
+    functions.write_text(json.dumps([each | {"answer": [9.0 for _ in each["answer"]]} for each in answers]))
+    assert rescore(again, jobs=1) == (1, [("team07", "F14", "1.00", "0.00")])
 
 
 def test_a_new_rubric_counts_and_is_kept_with_the_class(again: ClassFolder, graded: Path, tmp_path: Path):
@@ -86,20 +68,8 @@ def test_a_new_rubric_counts_and_is_kept_with_the_class(again: ClassFolder, grad
 def test_evidence_that_was_not_collected_is_named_with_the_command_that_collects_it(again: ClassFolder):
     for path in (again.submission("team07") / pipeline.EVIDENCE / "trials").glob("idle*.json"):
         path.unlink()
-    with pytest.raises(
-        GraderError, match=r"team07 lacks evidence of the trial idle.* `grader batch SOURCE --out CLASS`"
-    ):
+    with pytest.raises(GraderError, match=r"team07 lacks evidence of the trial idle.* `grader batch --out CLASS"):
         rescore(again, jobs=1)
-
-
-def test_an_unknown_requirement_is_a_sentence(again: ClassFolder):
-    with pytest.raises(GraderError, match="no requirement F99"):
-        rescore(again, only=["F99"], jobs=1)
-
-
-def test_what_is_neither_a_class_nor_a_grading_is_a_sentence(graded: Path, tmp_path: Path):
-    with pytest.raises(GraderError, match="neither a class nor a grading"):
-        comparison.compare(graded, tmp_path)
 
 
 @pytest.mark.slow  # a class is judged
