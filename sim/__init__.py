@@ -3,8 +3,8 @@
 from sim.drive import Driver, Seen, drive
 from sim.geometry import Pose, Twist, normalize_angle
 from sim.inventory import Event, Presence
-from sim.obstacles import Box, Chase, Circle, GridMap, Obstacle, Path, Polygon, Wall, room
-from sim.recording import Recorder, Recording, RecordingError
+from sim.obstacles import Box, Circle, Obstacle, Path, Polygon, Wall, room
+from sim.recording import Recorder, Recording
 from sim.robot import COURSE, PROFILES, TB4, RobotProfile
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 from sim.simulator import SUBSTEP_S, Contact, Simulator
@@ -18,12 +18,10 @@ __all__ = [
     "TB4",
     "BatteryReading",
     "Box",
-    "Chase",
     "Circle",
     "Contact",
     "Driver",
     "Event",
-    "GridMap",
     "ImuReading",
     "Obstacle",
     "OdometryReading",
@@ -34,7 +32,6 @@ __all__ = [
     "Reading",
     "Recorder",
     "Recording",
-    "RecordingError",
     "RobotProfile",
     "ScanReading",
     "Seen",

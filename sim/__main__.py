@@ -26,7 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=60.0, help="maximum simulated time (default %(default)s)")
     parser.add_argument("--profile", choices=sorted(PROFILES), default="course", help="the robot (default %(default)s)")
     parser.add_argument("--no-noise", action="store_true", help="make all sensors exact")
-    parser.add_argument("--out", type=Path, help="picture (.png, .svg, .pdf), animation (.html) or recording (.npz)")
+    parser.add_argument("--out", type=Path, help="write a picture (.png, .svg, .pdf)")
     options = parser.parse_args(arguments)
     if options.world is None:
         for name in world_names():
@@ -43,7 +43,9 @@ def main(arguments: list[str] | None = None) -> int:
     recording = drive(simulator, tourist, options.seconds, until=tourist.has_arrived)
     print(summary(recording))
     if options.out:
-        write(recording, options.out)
+        from sim.views import run_view
+
+        run_view(recording).savefig(options.out, dpi=120)
         print(f"written to {options.out}")
     return 0
 
@@ -62,20 +64,6 @@ def summary(recording: Recording) -> str:
     if recording.unrepeatable:
         lines.append(recording.unrepeatable)
     return "\n".join(lines)
-
-
-def write(recording: Recording, path: Path) -> None:
-    """Write the recording in the format of the file's suffix."""
-    if path.suffix == ".npz":
-        recording.save(path)
-    elif path.suffix == ".html":
-        from sim.replay import Replay
-
-        Replay(recording).save(path)
-    else:
-        from sim.views import run_view
-
-        run_view(recording).savefig(path, dpi=120)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Where a moving obstacle is, on its path or on its way to the robot. The simulator stops it at the hull."""
+"""Where a moving obstacle is on its path. The simulator stops it at the hull."""
 
 from __future__ import annotations
 
@@ -6,21 +6,20 @@ import itertools
 import math
 
 from sim.geometry import Point
-from sim.obstacles import Chase, Motion, Obstacle, Path
+from sim.obstacles import Obstacle, Path
 
 
 class Mover:
     """The motion of one obstacle; x, y is the current position of its centre (m, map frame)."""
 
-    def __init__(self, obstacle: Obstacle, motion: Motion, has_started: bool = False) -> None:
+    def __init__(self, obstacle: Obstacle, motion: Path, has_started: bool = False) -> None:
         self.x, self.y = obstacle.pose.x, obstacle.pose.y
         self._motion = motion
         self.has_started = has_started
         self._travelled = 0.0
-        self._before = (self.x, self.y, 0.0)  # position and metres travelled before the last step
-        self._after = (self.x, self.y)
+        self._before = 0.0  # metres travelled before the last step
         self._last_step = 0.0
-        self._route = _Route((self.x, self.y), motion) if isinstance(motion, Path) else None
+        self._route = _Route((self.x, self.y), motion)
 
     def hear(self, event: str) -> None:
         """Start, if this is the event that the motion waits for."""
@@ -33,34 +32,22 @@ class Mover:
         if not self.has_started:
             if isinstance(motion.starts, str) or now < motion.starts:
                 return 0.0
-            if isinstance(motion, Path) and motion.wakes_within is not None and not distance <= motion.wakes_within:
+            if motion.wakes_within is not None and not distance <= motion.wakes_within:
                 return 0.0
             self.has_started = True
-        self._before = (self.x, self.y, self._travelled)
-        if isinstance(motion, Chase):
-            step = min(motion.speed * dt, distance - motion.standoff)
-            if step <= 0.0:
-                return 0.0
-            self.x += step * (robot_x - self.x) / distance
-            self.y += step * (robot_y - self.y) / distance
-            self._after = (self.x, self.y)
-            return step
+        self._before = self._travelled
         if motion.yields_within is not None and distance <= motion.yields_within:
             return 0.0
-        assert self._route is not None  # made in __init__ for every Path
         self._last_step = motion.speed * dt
         self._travelled += self._last_step
+        before = (self.x, self.y)
         self.x, self.y = self._route.at(self._travelled)
-        return math.hypot(self.x - self._before[0], self.y - self._before[1])
+        return math.dist(before, (self.x, self.y))
 
     def hold(self, part: float) -> None:
         """Undo the last `advance` except for a part of it (0 to 1), because something is in the way."""
-        if self._route is not None:
-            self._travelled = self._before[2] + part * self._last_step
-            self.x, self.y = self._route.at(self._travelled)
-        else:
-            self.x = self._before[0] + part * (self._after[0] - self._before[0])
-            self.y = self._before[1] + part * (self._after[1] - self._before[1])
+        self._travelled = self._before + part * self._last_step
+        self.x, self.y = self._route.at(self._travelled)
 
 
 class _Route:

@@ -1,4 +1,4 @@
-"""Obstacles: walls, boxes, circles, polygons and grid maps, and how they move.
+"""Obstacles: walls, boxes, circles and polygons, and how they move.
 
 Values only. An obstacle gives its shape as convex parts in its own frame, for ray casting and contact detection.
 """
@@ -6,7 +6,7 @@ Values only. An obstacle gives its shape as convex parts in its own frame, for r
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from sim.geometry import Point, Pose
@@ -63,24 +63,6 @@ class Path:
     yields_within: float | None = None
 
 
-@dataclass(frozen=True)
-class Chase:
-    """Reactive motion: the obstacle follows the robot and keeps a distance from it.
-
-    Attributes:
-        speed: m/s.
-        standoff: that distance, m, centre to centre.
-        starts: simulated time in s, or an event's name.
-    """
-
-    speed: float
-    standoff: float = 1.0
-    starts: When = 0.0
-
-
-Motion = Path | Chase
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Common:
     """The attributes of every obstacle: a name, when it appears and vanishes, its motion."""
@@ -88,7 +70,7 @@ class _Common:
     name: str = ""
     appears: When | None = None
     vanishes: When | None = None
-    motion: Motion | None = None
+    motion: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -193,29 +175,7 @@ class Polygon(_Common):
         return tuple(PolygonPart(t) for t in triangulate(corners))
 
 
-@dataclass(frozen=True)
-class GridMap(_Common):
-    """The occupied cells of a map, merged into rectangles (x_min, y_min, x_max, y_max) in the map image's frame.
-
-    Attributes:
-        rectangles: filled, in metres, in the frame of `origin`.
-        origin: the pose of the image's lower left corner in the map frame.
-    """
-
-    rectangles: tuple[tuple[float, float, float, float], ...]
-    origin: Pose = field(default_factory=Pose)
-
-    @property
-    def pose(self) -> Pose:
-        """The image's lower left corner."""
-        return self.origin
-
-    def parts(self) -> tuple[Part, ...]:
-        """Return one rectangle per merged block of cells."""
-        return tuple(PolygonPart(_rectangle(*r)) for r in self.rectangles)
-
-
-Obstacle = Wall | Box | Circle | Polygon | GridMap
+Obstacle = Wall | Box | Circle | Polygon
 
 
 def _demand(holds: bool, obstacle: object, needed: str) -> None:

@@ -111,7 +111,9 @@ class Simulator:
         self._v = self._omega = self._v_before = 0.0
         start = self.world.start
         self._x, self._y, self._yaw = start.x, start.y, normalize_angle(start.yaw)
-        self._start_odometry()
+        self._odom_origin = self.pose if p.odometry.starts_at_zero else Pose()
+        odom = self._odom_origin.inverse().compose(self.pose)
+        self._odom = (odom.x, odom.y, odom.yaw)
         self._free = 0.0  # metres that the hull can certainly move before it touches anything
         self._pressed: Nearest | None = None  # the surface that has stopped the hull
         self._schedule = [
@@ -288,22 +290,6 @@ class Simulator:
         self._inventory.move(name, x, y, self.time)
         self._note_contacts(abs(self._v))
 
-    def place_robot(self, pose: Pose, *, odometry_notices: bool = True) -> None:
-        """Put the robot elsewhere, at rest. With `odometry_notices=False` it is kidnapped: its odometry stays.
-
-        Raises:
-            ValueError: the pose is not finite.
-        """
-        if not all(math.isfinite(value) for value in (pose.x, pose.y, pose.yaw)):
-            raise ValueError(f"{pose} is not finite; give metres and radians")
-        self._x, self._y, self._yaw = pose.x, pose.y, normalize_angle(pose.yaw)
-        self._v = self._omega = self._v_before = 0.0
-        if odometry_notices:
-            self._odom = _flat(self._odom_origin.inverse().compose(self.pose))
-        self._free = 0.0
-        self._touching = frozenset()
-        self._note_contacts(0.0)
-
     def set_battery(self, percentage: float) -> None:
         """Set the charge, 0 to 1.
 
@@ -325,10 +311,6 @@ class Simulator:
     @property
     def _is_driving(self) -> bool:
         return self._v != 0.0 or self._omega != 0.0
-
-    def _start_odometry(self) -> None:
-        self._odom_origin = self.pose if self.profile.odometry.starts_at_zero else Pose()
-        self._odom = _flat(self._odom_origin.inverse().compose(self.pose))
 
     def _substep(self) -> None:
         self._tick += 1
@@ -504,7 +486,3 @@ class _Due:
         self._count += 1
         self.tick = self._tick_of(self._count)
         return True
-
-
-def _flat(pose: Pose) -> tuple[float, float, float]:
-    return pose.x, pose.y, pose.yaw

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from sim.geometry import Point, Pose, normalize_angle
-from sim.obstacles import Box, Circle, GridMap, Obstacle, Path, Polygon, Wall
+from sim.obstacles import Box, Circle, Obstacle, Path, Polygon, Wall
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,6 @@ class Transform:
                 return replace(obstacle, center=self.point(obstacle.center), motion=motion)
             case Polygon():
                 return replace(obstacle, points=tuple(self.point(p) for p in obstacle.points), motion=motion)
-            case GridMap():
-                rectangles = obstacle.rectangles
-                if self.mirror:
-                    rectangles = tuple((x0, -y1, x1, -y0) for x0, y0, x1, y1 in rectangles)
-                return replace(obstacle, rectangles=rectangles, origin=self.pose(obstacle.origin), motion=motion)
 
     def _angle(self, yaw: float) -> float:
         return normalize_angle((-yaw if self.mirror else yaw) + self.rotate)

@@ -77,7 +77,7 @@ class World:
         Raises:
             WorldError: a key is missing or unknown, or its value is invalid.
         """
-        return cls(**worldfile.parse(document, where, folder=None))
+        return cls(**worldfile.parse(document, where))
 
 
 def _named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:

@@ -8,13 +8,12 @@ from typing import Any, Literal, cast
 
 import yaml
 
-from sim import gridmap
 from sim.geometry import Pose
-from sim.obstacles import Box, Chase, Circle, GridMap, Motion, Obstacle, Path, Polygon, Wall, When, room
+from sim.obstacles import Box, Circle, Obstacle, Path, Polygon, Wall, When, room
 from sim.polygon import crosses_itself, signed_area
-from sim.validation import Item, WorldError, is_number
+from sim.validation import Item, WorldError
 
-KINDS = {"walls": Wall, "boxes": Box, "circles": Circle, "polygons": Polygon, "maps": GridMap}
+KINDS = {"walls": Wall, "boxes": Box, "circles": Circle, "polygons": Polygon}
 
 
 def read(path: FilePath) -> dict[str, Any]:
@@ -34,15 +33,13 @@ def read(path: FilePath) -> dict[str, Any]:
         place = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "it is not YAML"
         raise WorldError(f"{path}{place}: {problem}. Check the indentation, colons and brackets there.") from error
-    result = parse(document, str(path), folder=path.parent)
+    result = parse(document, str(path))
     result.setdefault("name", path.stem)
     return result
 
 
-def parse(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]:
-    """Return the fields of the World that plain data describe.
-
-    `where` names the file in messages. Map images are looked up in `folder`; without one they are refused.
+def parse(document: Any, where: str) -> dict[str, Any]:
+    """Return the fields of the World that plain data describe. `where` names the file in messages.
 
     Raises:
         WorldError: a key is missing or unknown, or its value is invalid.
@@ -67,8 +64,6 @@ def parse(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]:
         obstacles.append(Circle(item.point("center"), item.positive("radius"), **_common(item)))
     for item in top.items("polygons"):
         obstacles.append(_polygon(item))
-    for item in top.items("maps"):
-        obstacles.append(_map(item, folder))
     top.refuse_other_keys()
     names: set[str] = set()
     for name in (obstacle.name for obstacle in obstacles if obstacle.name):
@@ -91,11 +86,6 @@ def to_document(world: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-def obstacle_to_document(obstacle: Obstacle) -> dict[str, Any]:
-    """Return one obstacle as plain data, a document from which `parse` makes just this obstacle."""
-    return {key: [_obstacle_out(obstacle)] for key, kind in KINDS.items() if isinstance(obstacle, kind)}
-
-
 def _pose_out(pose: Pose) -> dict[str, float]:
     return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
 
@@ -106,7 +96,6 @@ def _obstacle_out(obstacle: Any) -> dict[str, Any]:
         if key == "motion":
             if value is not None:
                 entry["motion"] = {k: _plain(v) for k, v in vars(value).items() if v is not None}
-                entry["motion"]["kind"] = "path" if isinstance(value, Path) else "chase"
         elif isinstance(value, Pose):
             entry[key] = _pose_out(value)
         elif value is not None and value != "":
@@ -146,30 +135,6 @@ def _polygon(item: Item) -> Polygon:
     return Polygon(points, **_common(item))
 
 
-def _map(item: Item, folder: FilePath | None) -> GridMap:
-    if item.has("rectangles"):
-        rectangles = tuple(_rectangle(part) for part in item.items("rectangles"))
-        return GridMap(rectangles, item.pose("origin"), **_common(item))
-    name = item.text("file")
-    if folder is None:
-        item.fail("file", "a map file cannot be found without the world's file", "load the world from its file")
-    try:
-        rectangles, origin = gridmap.read(folder / name)
-    except gridmap.GridMapError as error:
-        item.fail("file", str(error), "correct or replace that file")
-    return GridMap(rectangles, origin, **_common(item))
-
-
-def _rectangle(item: Item) -> tuple[float, float, float, float]:
-    values = item.value
-    if not (isinstance(values, list) and len(values) == 4 and all(is_number(v) for v in values)):
-        item.fail("", f"expected [x_min, y_min, x_max, y_max], got {values!r}", "write four numbers in metres")
-    x0, y0, x1, y1 = (float(v) for v in values)
-    if not (x0 < x1 and y0 < y1):
-        item.fail("", f"the rectangle {values!r} is empty", "write the smaller x and y first")
-    return x0, y0, x1, y1
-
-
 def _common(item: Item) -> dict[str, Any]:
     common: dict[str, Any] = {
         "name": item.text("name", ""),
@@ -181,22 +146,18 @@ def _common(item: Item) -> dict[str, Any]:
     return common
 
 
-def _motion(item: Item) -> Motion:
-    kind = item.choice("kind", ("path", "chase"), "path")
-    speed = item.positive("speed")
-    starts = cast(When, item.when("starts", 0.0))
-    motion: Motion
-    if kind == "chase":
-        motion = Chase(speed, item.positive("standoff", 1.0), starts)
-    else:
-        repeat = item.choice("repeat", ("once", "loop", "back_and_forth"), "once")
-        motion = Path(
-            item.points("waypoints"),
-            speed,
-            cast(Literal["once", "loop", "back_and_forth"], repeat),
-            starts,
-            item.positive("wakes_within", None),
-            item.positive("yields_within", None),
-        )
+def _motion(item: Item) -> Path:
+    item.choice("kind", ("path",), "path")  # in files of older versions
+    motion = Path(
+        speed=item.positive("speed"),
+        starts=cast(When, item.when("starts", 0.0)),
+        repeat=cast(
+            Literal["once", "loop", "back_and_forth"],
+            item.choice("repeat", ("once", "loop", "back_and_forth"), "once"),
+        ),
+        waypoints=item.points("waypoints"),
+        wakes_within=item.positive("wakes_within", None),
+        yields_within=item.positive("yields_within", None),
+    )
     item.refuse_other_keys()
     return motion

@@ -5,14 +5,7 @@ from dataclasses import replace
 
 from grader.checks.findings import listing
 from grader.checks.judge import Judge
-from grader.checks.package_text import (
-    label,
-    public_definitions,
-    readable_first,
-    unread_files,
-    unread_lines,
-    unread_share,
-)
+from grader.checks.package_text import label, public_definitions, share_read
 from grader.evidence import Definition
 from grader.words import MOST_SHOWN, mark, say
 
@@ -26,35 +19,26 @@ _REPEATED = mark(" (it has the same docstring as others, which counts once)")
 def test_public_things_have_docstrings(judge: Judge) -> None:
     """Public modules, classes and functions have docstrings: full marks at 90 %, none at 0 %, linear between."""
     things = _with_docstrings_of_their_own(judge)
-    unread = unread_files(judge)
     bare = [thing for thing in things if not thing.documented]
-    share = 1 - len(bare) / len(things)
-    if share < _FULL or unread:
-        names = [label(thing) + (say(_REPEATED) if thing.words else "") for thing in bare[:MOST_SHOWN]]
-        head = say("{n} of {n2} have a docstring; it is missing at", n=len(things) - len(bare), n2=len(things))
-        said = [head, *names] if bare else []
-        seen = "\n".join([*said, *unread_lines(unread)])
-        share = min(share / _FULL, 1 - unread_share(judge, unread))
-        try_ = say("say in one sentence what a caller gets, with units and frames")
-        judge.share(share, seen, readable_first(unread, try_))
+    share = min(1.0, (1 - len(bare) / len(things)) / _FULL)
+    names = [label(thing) + (say(_REPEATED) if thing.words else "") for thing in bare[:MOST_SHOWN]]
+    head = say("{n} of {n2} have a docstring; it is missing at", n=len(things) - len(bare), n2=len(things))
+    try_ = say("say in one sentence what a caller gets, with units and frames")
+    share_read(judge, share, [head, *names] if bare else [], try_)
 
 
 def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
     """The docstrings of public modules, classes and functions follow ament_pep257's rules."""
     things = _with_docstrings_of_their_own(judge)
     clean = sum(map(_is_clean, things))
-    unread = unread_files(judge)
     # One good docstring does not earn the points of a package full of them.
     wanted = max(sum(thing.documented for thing in things), _FULL * len(things))
-    share = min(1.0, clean / wanted)
-    if share < 1 or unread:
-        violations = [violation for thing in things if thing.documented for violation in thing.violations]
-        seen = say("{clean} of {n} have a docstring that follows every rule", clean=clean, n=len(things))
-        said = [seen, *([listing(violations)] if violations else [])]
-        seen = "\n".join([*said, *unread_lines(unread)])
-        share = min(share, 1 - unread_share(judge, unread))
-        try_ = say("run `ament_pep257` in the package's folder; it reports the same")
-        judge.share(share, seen, readable_first(unread, try_))
+    violations = [violation for thing in things if thing.documented for violation in thing.violations]
+    seen = say("{clean} of {n} have a docstring that follows every rule", clean=clean, n=len(things))
+    said = [seen, *([listing(violations)] if violations else [])]
+    share_read(
+        judge, min(1.0, clean / wanted), said, say("run `ament_pep257` in the package's folder; it reports the same")
+    )
 
 
 def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:

@@ -4,18 +4,7 @@ from collections.abc import Sequence
 
 from grader.checks.findings import listing
 from grader.checks.judge import Judge
-from grader.checks.package_text import (
-    charge,
-    label,
-    measured,
-    public_definitions,
-    readable,
-    readable_first,
-    unread_files,
-    unread_lines,
-    unread_share,
-    weighed,
-)
+from grader.checks.package_text import charge, label, measured, public_definitions, readable, share_read, weighed
 from grader.evidence import Finding
 from grader.words import MOST_SHOWN, say
 
@@ -67,14 +56,10 @@ def test_public_functions_are_annotated(judge: Judge) -> None:
         bool(functions), say("there is no public function"), say("move the work of the callbacks into functions")
     )
     bare = [thing for thing in functions if thing.unannotated]
-    unread = unread_files(judge)
-    if bare or unread:
-        shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
-        said = [say("{n} of {n2} lack annotations", n=len(bare), n2=len(functions)), *shown] if bare else []
-        seen = "\n".join([*said, *unread_lines(unread)])
-        share = min(1 - len(bare) / len(functions), 1 - unread_share(judge, unread))
-        try_ = say("def nearest(ranges: Sequence[float], limit: float) -> float")
-        judge.share(share, seen, readable_first(unread, try_))
+    shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
+    said = [say("{n} of {n2} lack annotations", n=len(bare), n2=len(functions)), *shown] if bare else []
+    try_ = say("def nearest(ranges: Sequence[float], limit: float) -> float")
+    share_read(judge, 1 - len(bare) / len(functions), said, try_)
 
 
 def _habits(judge: Judge, *rules: str) -> list[Finding]:

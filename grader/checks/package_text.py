@@ -132,6 +132,14 @@ def unread_share(judge: Judge, unread: list[SourceFile]) -> float:
     return hidden / max(1, hidden + judge.measured().lines(known))
 
 
+def share_read(judge: Judge, share: float, words: Sequence[str], try_: str) -> None:
+    """Give a share, and at most that of the lines that could be read; `words` are the lines of feedback about it."""
+    unread = unread_files(judge)
+    if share < 1 or unread:
+        share = min(share, 1 - unread_share(judge, unread))
+        judge.share(share, "\n".join([*words, *unread_lines(unread)]), readable_first(unread, try_))
+
+
 def charge(judge: Judge, count: int, most: int, words: list[str], try_: str) -> None:
     """Charge one part in `most` for each finding, and for each finding that unread files may hide.
 

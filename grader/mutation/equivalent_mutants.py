@@ -27,18 +27,10 @@ _MIRRORED: dict[type[ast.cmpop], str] = {
 def equivalent_mutants(source: SourceText) -> list[Change]:
     """Return every equivalent mutant of a source, in its order; [] for a source that is too complex for Python."""
     try:
-        return [
-            change for spot in source.spots() for change in _all_equivalents(source, spot) if source.can_parse(change)
-        ]
+        ways = (_number, _comparison, _condition, _statement)
+        return [change for spot in source.spots() for way in ways for change in way(source, spot)]
     except TOO_COMPLEX:
         return []
-
-
-def _all_equivalents(source: SourceText, spot: Spot) -> Iterator[Change]:
-    yield from _number(source, spot)
-    yield from _comparison(source, spot)
-    yield from _condition(source, spot)
-    yield from _statement(source, spot)
 
 
 def _number(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -112,12 +104,3 @@ def _shares_line(spot: Spot, node: ast.stmt) -> bool:
 def _free_name(source: SourceText) -> str:
     """Return a name that the module does not use."""
     return next(name for number in itertools.count(2) if (name := f"answer{number}") not in source.names)
-
-
-def compiles(source: SourceText, change: Change) -> bool:
-    """Return whether Python compiles the module with the change made; nearly always, where it can parse it."""
-    try:
-        compile(source.apply(change), "equivalent mutant", "exec")
-    except (SyntaxError, ValueError):
-        return False
-    return True

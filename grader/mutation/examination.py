@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from grader.mutation.equivalent_mutants import WEAK, compiles, equivalent_mutants
+from grader.mutation.equivalent_mutants import WEAK, equivalent_mutants
 from grader.mutation.jobs import Job, JobResult, JobRunner
 from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change
@@ -79,7 +79,7 @@ def judge(verdicts: Verdicts, runner: JobRunner, result: JobResult) -> list[Chan
         return []
     else:
         verdicts.set_aside.add(result.noticed_by)
-    return verdicts.noticed_by(verdicts.set_aside)
+    return [change for change, mutant in verdicts.outcomes.items() if mutant.by in verdicts.set_aside]
 
 
 def _equivalent_for(verdicts: Verdicts, mutant: Change, skip: int = 0, but: Change | None = None) -> Change | None:
@@ -92,7 +92,7 @@ def _equivalent_for(verdicts: Verdicts, mutant: Change, skip: int = 0, but: Chan
     verdicts.rng.shuffle(near)
     near.sort(key=lambda change: (change.operator == WEAK, abs(change.line - mutant.line) > 3))
     skip %= len(near)
-    return next((change for change in [*near[skip:], *near[:skip]] if compiles(source, change)), None)
+    return next((change for change in [*near[skip:], *near[:skip]] if source.compiles(change)), None)
 
 
 def _up_to_failure(result: JobResult) -> tuple[Selection, ...]:

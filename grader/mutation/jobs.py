@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -75,22 +74,20 @@ class JobRunner:
 
     def __init__(self, workers: WorkerPool, package: TestedPackage, until: float) -> None:
         self._workers, self._package, self._until = workers, package, until
-        self._lock = threading.Lock()
         self.size = workers.size
         self.seconds_spent = 0.0
         """The sum over all jobs, as on a quiet machine."""
 
     def run(self, jobs: Sequence[Job]) -> list[JobResult]:
         """Return the jobs' results, in the jobs' order."""
-        return self._workers.map(self._run_one, jobs)
 
-    def _run_one(self, job: Job) -> JobResult:
-        if time.monotonic() > self._until:
-            return JobResult(job, tried=False)
-        result = run_job(self._workers, self._package, job)
-        with self._lock:
-            self.seconds_spent += result.seconds
-        return result
+        def run_one(job: Job) -> JobResult:
+            in_time = time.monotonic() <= self._until
+            return run_job(self._workers, self._package, job) if in_time else JobResult(job, tried=False)
+
+        results = self._workers.map(run_one, jobs)
+        self.seconds_spent += sum(result.seconds for result in results)
+        return results
 
 
 def run_job(workers: WorkerPool, package: TestedPackage, job: Job) -> JobResult:

@@ -59,8 +59,9 @@ def mutate(
     texts = package_modules.texts(package, install)
     sources = {name: source for name, text in texts.items() if text is not None and (source := parse(name, text))}
     possible = [change for source in sources.values() for change in mutants(source, course)]
-    selector = Selector(sources, reach)
+    selector = Selector(reach)
     chosen = choose(possible, count, lambda change: bool(selector.tests(change)))
+    chosen = [change for change in chosen if sources[change.path].compiles(change)]
     unreadable = _of_unreadable_modules(texts, len(chosen))
     paths = {name: package_modules.sandbox_paths(package, install, name, s.text) for name, s in sources.items()}
     tested = TestedPackage(sources, paths, {r.module: r for r in reach})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 
 from grader.course import Course
@@ -13,15 +13,17 @@ from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring, last_
 
 Operator = Callable[[SourceText, Spot], Iterator[Change]]
 
-_OPPOSITE: dict[type[ast.cmpop], tuple[str, str]] = {
-    ast.Lt: ("<", ">="), ast.LtE: ("<=", ">"), ast.Gt: (">", "<="), ast.GtE: (">=", "<"), ast.Eq: ("==", "!="),
-    ast.NotEq: ("!=", "=="), ast.Is: ("is", "is not"), ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"),
-    ast.NotIn: ("not in", "in"),
+# How an operator is written, what is written instead, and the kind of that mistake.
+_SWAPS: dict[type[ast.AST], tuple[str, str, str]] = {
+    ast.Lt: ("<", ">=", "comparison"), ast.LtE: ("<=", ">", "comparison"),
+    ast.Gt: (">", "<=", "comparison"), ast.GtE: (">=", "<", "comparison"),
+    ast.Eq: ("==", "!=", "comparison"), ast.NotEq: ("!=", "==", "comparison"),
+    ast.Is: ("is", "is not", "comparison"), ast.IsNot: ("is not", "is", "comparison"),
+    ast.In: ("in", "not in", "comparison"), ast.NotIn: ("not in", "in", "comparison"),
+    ast.Add: ("+", "-", "sign"), ast.Sub: ("-", "+", "sign"), ast.Mult: ("*", "/", "sign"), ast.Div: ("/", "*", "sign"),
+    ast.And: ("and", "or", "condition"), ast.Or: ("or", "and", "condition"),
 }  # fmt: skip
-_ARITHMETIC: dict[type[ast.operator], tuple[str, str]] = {
-    ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
-}  # fmt: skip
-_SWAPPED = {"min": "max", "max": "min", "sin": "cos", "cos": "sin"}
+_PAIRS = {"min": "max", "max": "min", "sin": "cos", "cos": "sin"}
 _UNIT_CALLS = {"radians", "degrees", "deg2rad", "rad2deg"}
 _UNIT_FACTORS = {100, 1000, 180, 360, 1e9, 1e-9, 1e6, 1e-3}
 _CREATES = {
@@ -43,64 +45,56 @@ _QOS = {
 
 def mutants(source: SourceText, course: Course) -> list[Change]:
     """Return every mutant of a source, in its order; [] for a source that is too complex for Python."""
+    # A node that ignores a parameter uses its default.
+    defaults = {name: value for node in course.nodes.values() for name, value in node.defaults.items()}
+    # The contract's names and words are changed wherever they are in the code.
+    words = {*course.topics, *course.words, *course.nodes}
     try:
-        return [change for change in _all_mutants(source, course) if source.changes(change)]
+        operators: tuple[Operator, ...] = (
+            swap, negate, condition, constant, unit, function, partial(parameter, defaults=defaults), left_out,
+            partial(names, words_of_contract=words), partial(empty_callback, callbacks=_callbacks(source.tree)),
+        )  # fmt: skip
+        return [change for spot in source.spots() for operator in operators for change in operator(source, spot)]
     except TOO_COMPLEX:
         return []
 
 
-def _all_mutants(source: SourceText, course: Course) -> Iterator[Change]:
-    callbacks = _callbacks(source.tree)
-    operators = _operators(course)
-    for spot in source.spots():
-        for operator in operators:
-            yield from operator(source, spot)
-        if isinstance(spot.node, Function) and (spot.node.name in callbacks or _CALLBACK.search(spot.node.name)):
-            yield from _empty_callback(source, spot)
+def swap(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Reverse a comparison or an arithmetic operation, or swap `and` and `or`."""
+    places: list[tuple[ast.expr, ast.expr, ast.AST]]
+    match spot.node:
+        case ast.Compare(left=first, ops=ops, comparators=others):
+            places = list(zip([first, *others], others, ops, strict=False))
+        case ast.BinOp(left=left, op=op, right=right):
+            is_conversion = isinstance(op, ast.Mult | ast.Div) and (_is_unit(left) or _is_unit(right))
+            places = [] if is_conversion or _is_text(left) or _is_text(right) else [(left, right, op)]
+        case ast.BoolOp(op=op, values=[left, right, *_]):
+            places = [(left, right, op)]
+        case _:
+            places = []
+    for before, after, found in places:
+        if type(found) in _SWAPS:
+            yield from _between(source, spot, before, after, *_SWAPS[type(found)])
 
 
-def compare(source: SourceText, spot: Spot) -> Iterator[Change]:
-    """Reverse a comparison."""
-    node = spot.node
-    if not isinstance(node, ast.Compare):
-        return
-    left = node.left
-    for operator, right in zip(node.ops, node.comparators, strict=True):
-        old, new = _OPPOSITE[type(operator)]
-        yield from _between(source, spot, left, right, old, new, "comparison")
-        left = right
-
-
-def arithmetic(source: SourceText, spot: Spot) -> Iterator[Change]:
-    """Reverse a sign or an arithmetic operation."""
-    node = spot.node
-    if isinstance(node, ast.BinOp) and type(node.op) in _ARITHMETIC:
-        left, right = node.left, node.right
-        is_conversion = isinstance(node.op, ast.Mult | ast.Div) and (_is_unit(left) or _is_unit(right))
-        if not (is_conversion or _is_text(left) or _is_text(right)):
-            yield from _between(source, spot, left, right, *_ARITHMETIC[type(node.op)], "sign")
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and _number(node.operand) != 0:
-        operand = source.text_of(node.operand)
-        yield source.change(spot, "sign", f"`{source.text_of(node)}` became `{operand}`", operand)
-
-
-def logic(source: SourceText, spot: Spot) -> Iterator[Change]:
-    """Swap `and` and `or`, or forget a `not`."""
-    node = spot.node
-    if isinstance(node, ast.BoolOp):
-        words = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
-        yield from _between(source, spot, node.values[0], node.values[1], *words, "condition")
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        yield _reduced(source, spot, "condition", node.operand)
+def negate(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Forget a minus or a `not`."""
+    match spot.node:
+        case ast.UnaryOp(op=ast.USub(), operand=operand) if _number(operand) != 0:
+            text = source.text_of(operand)
+            yield source.change(spot, "sign", f"`{source.text_of(spot.node)}` became `{text}`", text)
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            yield _reduced(source, spot, "condition", operand)
 
 
 def condition(source: SourceText, spot: Spot) -> Iterator[Change]:
     """Make a condition always true, or always false."""
-    node = spot.node
-    if isinstance(spot.parent, ast.If | ast.IfExp) and node is spot.parent.test:
-        text = source.short_text_of(node)
-        yield source.change(spot, "condition", f"the condition `{text}` became always true", "True")
-        yield source.change(spot, "condition", f"the condition `{text}` became always false", "False")
+    if isinstance(spot.parent, ast.If | ast.IfExp) and spot.node is spot.parent.test:
+        text = source.short_text_of(spot.node)
+        for value in ("True", "False"):
+            if text != value:
+                words = f"the condition `{text}` became always {value.lower()}"
+                yield source.change(spot, "condition", words, value)
 
 
 def constant(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -141,9 +135,9 @@ def function(source: SourceText, spot: Spot) -> Iterator[Change]:
     if not isinstance(node, ast.Call):
         return
     name = called(node)
-    if name in _SWAPPED:
+    if name in _PAIRS:
         where = _last(source, node.func, name)
-        yield source.change(spot, "function", f"`{name}` became `{_SWAPPED[name]}`", _SWAPPED[name], where)
+        yield source.change(spot, "function", f"`{name}` became `{_PAIRS[name]}`", _PAIRS[name], where)
     if name == "abs" and len(node.args) == 1:
         yield _reduced(source, spot, "function", node.args[0])
 
@@ -190,21 +184,11 @@ def names(source: SourceText, spot: Spot, words_of_contract: Collection[str]) ->
         yield source.change(spot, "qos", f"the quality of service `{node.attr}` became `{new}`", new, where)
 
 
-def _operators(course: Course) -> Sequence[Operator]:
-    # The contract's names and words are changed wherever they are in the code.
-    words = {*course.topics, *course.words, *course.nodes}
-    # A node that ignores a parameter uses its default.
-    defaults = {name: value for node in course.nodes.values() for name, value in node.defaults.items()}
-    return (
-        compare, arithmetic, logic, condition, constant, unit, function,
-        partial(parameter, defaults=defaults), left_out, partial(names, words_of_contract=words),
-    )  # fmt: skip
-
-
-def _empty_callback(source: SourceText, spot: Spot) -> Iterator[Change]:
+def empty_callback(source: SourceText, spot: Spot, callbacks: Collection[str]) -> Iterator[Change]:
     """Empty a callback; a service's callback still returns its response."""
     node = spot.node
-    assert isinstance(node, Function)
+    if not isinstance(node, Function) or not (node.name in callbacks or _CALLBACK.search(node.name)):
+        return
     body = node.body[1:] if is_docstring(node.body[0]) else node.body
     plain = [argument.arg for argument in node.args.args if argument.arg != "self"]
     if not body or (len(body) == 1 and isinstance(body[0], ast.Return | ast.Pass)):

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import ast
-import contextlib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from grader.mutation.source_text import Change, SourceText, header
-from grader.python_ast import TOO_COMPLEX, Function
+from grader.mutation.source_text import Change
 from grader.student_tests.module_results import ModuleReach
 
 _CONSIDERED = 10  # times as many changes as are to be tried, before long modules are cut to the length of others
@@ -58,8 +55,7 @@ def _spread(count: int) -> list[int]:
 class Selector:
     """Knows which tests reach which change, from the coverage of each test."""
 
-    def __init__(self, sources: Mapping[str, SourceText], reach: Sequence[ModuleReach]) -> None:
-        self._uses = _uses(sources.values())
+    def __init__(self, reach: Sequence[ModuleReach]) -> None:
         self._reach = reach
         self._breadth = {r.module: _breadth(r) for r in reach}
 
@@ -90,18 +86,7 @@ class Selector:
             return (direct & set(reach.seconds)) or (set(reach.seconds) if reach.interdependent else set())
         if not direct:
             return set()
-        if reach.interdependent:
-            return set(reach.seconds)
-        # It runs on import: what depends on it is the code that uses the names it binds.
-        users: set[str] = set()
-        for name in change.names:
-            for path, first, last in self._uses.get(name, ()):
-                users |= _hits(reach, path, range(first, last + 1))
-        users &= set(reach.seconds)
-        if users:
-            return users
-        lines = reach.lines.get(change.path, {})
-        return {test for tests in lines.values() for test in tests} & set(reach.seconds)
+        return set(reach.seconds)  # it runs on import, or in a fixture that tests share
 
 
 def _hits(reach: ModuleReach, path: str, lines: Iterable[int]) -> set[str]:
@@ -116,33 +101,3 @@ def _breadth(reach: ModuleReach) -> dict[str, int]:
         for tests in by_line.values():
             count.update(tests)
     return {name: count[name] for name in reach.seconds}
-
-
-def _uses(sources: Iterable[SourceText]) -> dict[str, list[tuple[str, int, int]]]:
-    """Return for each name the statements inside functions that use it: (path, first line, last line)."""
-    found: dict[str, list[tuple[str, int, int]]] = defaultdict(list)
-    for source in sources:
-        with contextlib.suppress(*TOO_COMPLEX):  # such a source has no mutants either
-            for name, first, last in list(_uses_in(source)):
-                found[name].append((source.path, first, last))
-    return found
-
-
-def _uses_in(source: SourceText) -> Iterator[tuple[str, int, int]]:
-    for function in (node for node in ast.walk(source.tree) if isinstance(node, Function)):
-        yield function.name, function.body[0].lineno, function.end_lineno or function.lineno
-        for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
-            for name in _names_in(statement):
-                yield (name, *header(statement))
-
-
-def _names_in(node: ast.AST) -> Iterator[str]:
-    """Yield the names that a statement uses, without those of the statements in it."""
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.stmt):
-            continue
-        if isinstance(child, ast.Name):
-            yield child.id
-        elif isinstance(child, ast.Attribute):
-            yield child.attr
-        yield from _names_in(child)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, first_line, is_docstring, tree_of
+from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, is_docstring, tree_of
 from grader.student_tests.coverage_exclusions import is_guard
 
 MODULE = "<module>"
@@ -36,8 +36,6 @@ class Change:
     start: int
     end: int
     new: str
-    names: frozenset[str] = frozenset()
-    """For code outside functions: the names it binds, through which functions depend on it."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,6 @@ class Spot:
     parents: tuple[ast.AST, ...]
     statement: ast.stmt
     function: str
-    names: frozenset[str] = frozenset()
 
     @property
     def parent(self) -> ast.AST:
@@ -59,10 +56,6 @@ class Spot:
     def function_node(self) -> Function | None:
         """Return the innermost function around the node, None outside functions."""
         return next((node for node in reversed(self.parents) if isinstance(node, Function)), None)
-
-
-_Meaning = tuple[object, ...]
-_PARSED_AT_MOST = 500_000  # bytes parsed to compare meanings: twenty times what the reference's largest module takes
 
 
 @dataclass(eq=False)
@@ -79,9 +72,6 @@ class SourceText:
         self._starts = [0]
         for line in self._bytes.splitlines(keepends=True):
             self._starts.append(self._starts[-1] + len(line))
-        self._regions = self._find_regions()
-        self._meanings: dict[tuple[int, int], _Meaning] = {}
-        self.parsed_bytes = 0
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -91,7 +81,7 @@ class SourceText:
 
     def spots(self) -> Iterator[Spot]:
         """Yield the nodes that decide behaviour: no annotations, docstrings, messages, log lines or imports."""
-        yield from _walk(self.tree, (), None, MODULE, frozenset())
+        yield from _walk(self.tree, (), None, MODULE)
 
     def span(self, node: ast.AST) -> tuple[int, int]:
         """Return where a node starts and ends, in bytes."""
@@ -115,74 +105,19 @@ class SourceText:
         start, end = where or self.span(spot.node)
         first, last = header(spot.statement)
         line = getattr(spot.node, "lineno", first)
-        return Change(self.path, line, (first, last), spot.function, operator, words, start, end, new, spot.names)
+        return Change(self.path, line, (first, last), spot.function, operator, words, start, end, new)
 
     def apply(self, change: Change) -> str:
         """Return the text with the change made."""
         return (self._bytes[: change.start] + change.new.encode() + self._bytes[change.end :]).decode()
 
-    def changes(self, change: Change) -> bool:
-        """Return whether a change leaves a module that Python can parse, and whose syntax tree differs.
-
-        Only the innermost statement around the change is parsed: a module of a thousand lines has thousands of
-        changes, and parsing all of it for each took minutes.
-        """
-        region = self._around(change)
-        if region not in self._meanings:
-            self._meanings[region] = _meaning(self._bytes[slice(*region)])
-        return self._changed_meaning(change, region) not in ((), self._meanings[region])
-
-    def can_parse(self, change: Change) -> bool:
-        """Return whether Python can parse the innermost statement around a change once it is made."""
-        return bool(self._changed_meaning(change, self._around(change)))
-
-    def _around(self, change: Change) -> tuple[int, int]:
-        inside = ((a, b) for a, b in self._regions if a <= change.start and change.end <= b)
-        return next(inside, (0, len(self._bytes)))
-
-    def _changed_meaning(self, change: Change, region: tuple[int, int]) -> _Meaning:
-        """Return the meaning of a region with the change made, () if Python cannot parse it."""
-        start, end = region
-        changed = self._bytes[start : change.start] + change.new.encode() + self._bytes[change.end : end]
-        self.parsed_bytes += len(changed)
-        return _meaning(changed) if self.parsed_bytes <= _PARSED_AT_MOST else ()
-
-    def _find_regions(self) -> list[tuple[int, int]]:
-        """Return where statements that can be parsed alone start and end, in whole lines, the shortest first."""
-        found = set()
-        for node in ast.walk(self.tree):
-            if isinstance(node, ast.stmt):
-                first = first_line(node)
-                begins, ends = self.span(node)
-                start, end = self._starts[first - 1], self._starts[node.end_lineno or node.lineno]
-                alone = not self._bytes[start:begins].strip() or first < node.lineno
-                rest = self._bytes[ends:end].strip()
-                if alone and not self._bytes.startswith(b"elif", begins) and (not rest or rest.startswith(b"#")):
-                    found.add((start, end))
-        return sorted(found, key=lambda region: region[1] - region[0])
-
-
-def _meaning(text: bytes) -> _Meaning:
-    """Return the syntax tree of some whole lines as a flat tuple, () if Python cannot parse them.
-
-    Indentation does not matter. Built without recursion: on a sum of a thousand terms `ast.dump` recurses too deeply.
-    """
-    row: list[object] = []
-    try:
-        todo: list[object] = [tree_of(("if 1:\n" if text[:1] in b" \t" else "") + text.decode())]
-        while todo:
-            part = todo.pop()
-            if isinstance(part, ast.AST):
-                row.append(type(part))
-                todo.extend([getattr(part, name, None) for name in part._fields])
-            elif isinstance(part, list):
-                row.append(len(part))
-                todo.extend(part)
-            else:
-                row.append(repr(part))
-    except UNPARSABLE:
-        return ()
-    return tuple(row)
+    def compiles(self, change: Change) -> bool:
+        """Return whether Python compiles the module with the change made: nearly always."""
+        try:
+            compile(self.apply(change), "mutant", "exec")
+        except UNPARSABLE:
+            return False
+        return True
 
 
 def parse(path: str, text: str) -> SourceText | None:
@@ -219,27 +154,20 @@ def header(statement: ast.stmt) -> tuple[int, int]:
     return statement.lineno, last
 
 
-def _walk(
-    node: ast.AST, parents: tuple[ast.AST, ...], statement: ast.stmt | None, function: str, names: frozenset[str]
-) -> Iterator[Spot]:
+def _walk(node: ast.AST, parents: tuple[ast.AST, ...], statement: ast.stmt | None, function: str) -> Iterator[Spot]:
     for name, child in _children(node):
-        inside, bound, here = function, names, statement
-        if isinstance(child, ast.stmt):
-            here = child
-            if isinstance(child, Function | ast.ClassDef):
-                inside = child.name if function == MODULE else f"{function}.{child.name}"
-                bound = bound | {child.name}
-            elif function == MODULE or (parents and isinstance(node, ast.ClassDef)):
-                bound = bound | _bound(child)
         if _is_silent(child) or (isinstance(node, ast.While) and name == "test"):
             continue
         if isinstance(node, ast.Module) and is_guard(child):
             continue
-        trail = (*parents, node)
+        inside, here, trail = function, statement, (*parents, node)
+        if isinstance(child, ast.stmt):
+            here = child
+            if isinstance(child, Function | ast.ClassDef):
+                inside = child.name if function == MODULE else f"{function}.{child.name}"
         if here is not None:
-            in_function = any(isinstance(above, Function) for above in trail)
-            yield Spot(child, trail, here, inside, frozenset() if in_function else bound)
-        yield from _walk(child, trail, here, inside, bound)
+            yield Spot(child, trail, here, inside)
+        yield from _walk(child, trail, here, inside)
 
 
 def _children(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
@@ -264,12 +192,3 @@ def _is_silent(node: ast.AST) -> bool:
     if isinstance(node, ast.Assign):
         return any(re.search(r"__all__|message$|reason$|_text$|\b__path__", ast.unparse(t)) for t in node.targets)
     return False
-
-
-def _bound(statement: ast.stmt) -> frozenset[str]:
-    targets: list[ast.expr] = []
-    if isinstance(statement, ast.Assign):
-        targets = statement.targets
-    elif isinstance(statement, ast.AnnAssign | ast.AugAssign):
-        targets = [statement.target]
-    return frozenset(n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Set
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,10 +36,6 @@ class Verdicts:
     def noticed(self) -> int:
         """Return how many mutants were noticed."""
         return sum(mutant.outcome == "noticed" for mutant in self.outcomes.values())
-
-    def noticed_by(self, tests: Set[str]) -> list[Change]:
-        """Return the mutants that one of the tests noticed: to be tried again where these prove unreliable."""
-        return [change for change, mutant in self.outcomes.items() if mutant.by in tests]
 
     def selection(self, change: Change) -> tuple[Selection, ...]:
         """Return the tests to run on a mutant, as far as is known."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,59 +17,35 @@ _TOKEN = re.compile(
 )
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
-_BLOCKS = {"if": 1, "foreach": 1, "function": 1, "macro": 1, "while": 1}
 # Far above what people write: variables that contain themselves grow without an end.
 _MAX_COMMANDS, _MAX_ARGUMENTS, _MAX_VALUE = 500, 200, 2000
 
 
 @dataclass(frozen=True)
 class Command:
-    """One command. `in_block` is True inside if(), foreach() and the like, where it may not run as it stands."""
+    """One command, as it would be without if(), foreach() and the like around it."""
 
     name: str
     arguments: tuple[str, ...]
     line: int
-    in_block: bool = False
-
-    @property
-    def is_plain(self) -> bool:
-        """Return whether its arguments are what they will be when it runs: no variable of unknown value."""
-        return not self.in_block and not any("$" in argument for argument in self.arguments)
 
 
-@dataclass(frozen=True)
-class CMakeText:
-    """The commands in order; `unclosed` is the command whose closing parenthesis is missing, None if there is none."""
+def read(text: str) -> tuple[Command, ...]:
+    """Return the commands of a CMakeLists.txt, with the project's name and variables of literal value filled in.
 
-    commands: tuple[Command, ...]
-    unclosed: Command | None = None
-
-    def named(self, *names: str) -> list[Command]:
-        """Return the commands of these names, which are lower case."""
-        return [command for command in self.commands if command.name in names]
-
-
-def read(text: str) -> CMakeText:
-    """Return the commands of a CMakeLists.txt, with the project's name and variables of literal value filled in."""
+    One whose closing parenthesis is missing is left out, with all that it takes along.
+    """
     variables: dict[str, str] = {}
     commands: list[Command] = []
-    depth = 0
-    for command, closed in _commands(text):
-        if not closed:
-            return CMakeText(tuple(commands), command)
-        opens = command.name in _BLOCKS
-        depth -= command.name.startswith("end") and command.name[3:] in _BLOCKS
+    for command in itertools.islice(_commands(text), _MAX_COMMANDS):
         written = command.arguments[:_MAX_ARGUMENTS]
         arguments = tuple(part for argument in written for part in _filled(argument, variables))[:_MAX_ARGUMENTS]
-        commands.append(Command(command.name, arguments, command.line, in_block=depth > 0))
-        depth += opens
+        commands.append(Command(command.name, arguments, command.line))
         if command.name == "project" and arguments:
             variables["PROJECT_NAME"] = arguments[0]
-        elif command.name == "set" and len(arguments) > 1 and depth == 0:
+        elif command.name == "set" and len(arguments) > 1:
             variables[arguments[0]] = " ".join(arguments[1:])[:_MAX_VALUE]
-        if len(commands) == _MAX_COMMANDS:
-            break
-    return CMakeText(tuple(commands))
+    return tuple(commands)
 
 
 def _filled(argument: str, variables: Mapping[str, str]) -> list[str]:
@@ -93,8 +70,8 @@ def _tokens(text: str) -> Iterator[tuple[str, int]]:
             yield match[0], match.start()
 
 
-def _commands(text: str) -> Iterator[tuple[Command, bool]]:
-    """Yield each command as it is written, and whether its parenthesis is closed."""
+def _commands(text: str) -> Iterator[Command]:
+    """Yield each command as it is written."""
     tokens = list(_tokens(text))
     at = 0
     while at + 1 < len(tokens):
@@ -111,7 +88,5 @@ def _commands(text: str) -> Iterator[tuple[Command, bool]]:
             if token not in "()":
                 arguments.append(token)
             at += 1
-        command = Command(name.lower(), tuple(arguments), line)
-        yield command, depth == 0
-        if depth:
-            return
+        if not depth:
+            yield Command(name.lower(), tuple(arguments), line)

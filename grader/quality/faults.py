@@ -1,29 +1,35 @@
-"""Find what will go wrong when a package is built or run, from its text alone, so that it can be said without a build.
+"""Find in a package's text why it will not run, where neither the build nor the run says it plainly.
 
-Only what is certain, or nearly so, is a fault: a variable of unknown value in CMakeLists.txt, or a module that may
-come from elsewhere, gives none.
+Only what is certain, or nearly so, is a fault: an import that may come from elsewhere gives none.
 """
 
 from __future__ import annotations
 
+import ast
+import importlib.util
 import itertools
+import re
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
-from grader.course import Course
+from grader.course import Course, definition, packages, role
+from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
-from grader.quality.faults_of_build import build_faults, interface_build_faults
-from grader.quality.faults_of_files import file_faults, interface_faults
-from grader.quality.faults_of_programs import program_faults
-from grader.quality.faults_of_start import start_faults
+from grader.quality.manifest import optional_imports
 from grader.quality.package_sources import PackageSources, read_sources
-from grader.quality.parsed_module import Module
+from grader.quality.parameter_faults import parameter_faults
+from grader.quality.parsed_module import Module, absolute
 from grader.sanitize import printable
 
 _ORDER = ("build", "install", "start", "parameters", "interfaces")
 _MAX_FAULTS = 50
 _MAX_WORDS = 300
+_MAX_IMPORTS = 2000
+_RUNS = ("module", "script")
+_LAUNCH = {"launch", "launch_ros"}
+"""The kit has its own of these, and launch files need them."""
 
 
 def find_faults(
@@ -34,19 +40,17 @@ def find_faults(
     `interfaces` is its package of interfaces, if it has one; `unreadable` are its Python files that cannot be parsed.
     """
     every = itertools.chain(
-        _beside(interfaces, sources.course),
-        start_faults(sources, modules, unreadable), program_faults(sources, modules),
-        build_faults(sources), file_faults(sources), interface_faults(sources),
+        _beside(interfaces, sources.course), _in_python(sources, modules, unreadable), _without_nodes(sources, modules),
+        _of_the_build(sources), _first_lines(sources), parameter_faults(sources), _interface_faults(sources),
     )  # fmt: skip
-    found = itertools.islice(every, 2 * _MAX_FAULTS)  # looking for what was meant takes time
+    found = itertools.islice(every, 2 * _MAX_FAULTS)
     return [_printable(fault) for fault in sorted(found, key=lambda fault: _ORDER.index(fault.stops))[:_MAX_FAULTS]]
 
 
 def _beside(interfaces: Path | None, course: Course) -> Iterator[Fault]:
     """Yield the faults of the package of interfaces, if there is one, with its folder in their paths."""
     if interfaces is not None:
-        sources = read_sources(interfaces, None, course)
-        for fault in (*interface_build_faults(sources), *interface_faults(sources)):
+        for fault in _interface_faults(read_sources(interfaces, None, course)):
             yield replace(fault, path=f"{interfaces.name}/{fault.path}")
 
 
@@ -59,3 +63,127 @@ def _printable(fault: Fault) -> Fault:
         shown_as=[word[:_MAX_WORDS] for word in fault.shown_as[:_MAX_FAULTS]],
         lacks=fault.lacks[:_MAX_FAULTS],
     )
+
+
+def _in_python(sources: PackageSources, modules: Sequence[Module], unreadable: Sequence[SourceFile]) -> Iterator[Fault]:
+    """Yield what keeps Python from running the package: its syntax, and imports of packages that are not here."""
+    for file in unreadable:
+        if role(file.path, sources.course.package) in _RUNS:
+            line = re.search(r": line (\d+): ", file.problem)
+            cure = "look at that line, and at the end of the line before it"
+            text = f"it {re.sub(': line [0-9]+: ', ': ', file.problem)}"
+            yield Fault(file.path, int(line[1]) if line else 0, "start", text, cure)
+    programs = sources.programs()
+    # A folder with Python below it may be found by whoever starts the node there.
+    own = {PurePosixPath(path).parts[0] for path in sources.paths if path.endswith(".py") and "/" in path}
+    own |= {module.name.partition(".")[0] for module in modules if "." in module.name} | sources.names
+    for module in (module for module in modules if module.role == "module" or module.path in programs):
+        # Of the package's own modules Python says enough.
+        for name, node in list(_imports(module))[:_MAX_IMPORTS]:
+            top = name.partition(".")[0]
+            if top and top not in own and (words := _elsewhere(sources, top)):
+                yield Fault(module.path, node.lineno, "start", *words, shown_as=[f"No module named '{top}'"])
+
+
+def _imports(module: Module) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
+    """Yield the dotted modules that a module imports, other than as an option, with the statements."""
+    optional = optional_imports(module.tree)
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Import) and id(node) not in optional:
+            yield from ((alias.name, node) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and id(node) not in optional:
+            yield absolute(module, node), node
+
+
+def _elsewhere(sources: PackageSources, top: str) -> tuple[str, str] | None:
+    """Return what to say of a package that is not built with this one, and not installed here either."""
+    if top in sources.built | sources.known | _LAUNCH or _is_known(top, sources):
+        return None
+    if f"{top}.py" in {PurePosixPath(path).name for path in sources.paths}:
+        text = f"it imports `{top}`, which Python finds only where it lies beside the program that runs"
+        return text, f"from {sources.name} import {top}"
+    if top in ROS_1:
+        return f"it imports `{top}`, which is part of ROS 1", ROS_1[top]
+    if top == sources.course.package:
+        return f"it imports `{top}`, and this package is called `{sources.name}`", f"from {sources.name} import ..."
+    if top.endswith(("_interfaces", "_msgs")):
+        beside = min(sources.built - sources.names, default="")
+        cure = f"the package of interfaces is called {beside}: from {beside}.srv import ..." if beside else ONE_ZIP
+        return f"it imports `{top}`, {NOT_BUILT}", cure
+    text = f"it imports `{top}`, which is not among the packages that this course offers"
+    ask = f"ask your instructor to add it to {packages.EXTRA}"
+    return f"{text}: {packages.names(sources.course)}, and those of ROS in the handout", f"do without it, or {ask}"
+
+
+def _is_known(name: str, sources: PackageSources) -> bool:
+    """Return whether Python finds a module of this name here, which is not the package's. Nothing is imported.
+
+    The assignment's package does not count: this process may have the one that the kit builds for itself.
+    """
+    try:
+        known = name in sys.stdlib_module_names or importlib.util.find_spec(name) is not None
+        return known and name != sources.course.package
+    except (ImportError, ValueError):
+        return False
+
+
+def _without_nodes(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
+    """Yield that the package lacks modules of the assignment, and which package it is."""
+    course = sources.course
+    there = {PurePosixPath(path).name for path in (*sources.paths, *(module.path for module in modules))}
+    written = f"{sources.read('CMakeLists.txt')}\n{sources.read('setup.py')}\n{sources.read('setup.cfg')}"
+    # One that is in no file of its name may be made by the build.
+    missing = [node for node in course.nodes if not {node, f"{node}.py"} & there and node not in written]
+    if missing:
+        folders = {path.partition("/")[0] for path in sources.paths}
+        folder = sources.name if sources.name in folders else course.package
+        wanted = " and ".join(f"{folder}/{node}.py" for node in missing)
+        which = f"this is the package `{sources.name}`, and it" if sources.name != course.package else "the package"
+        text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
+        cure = f"write {wanted}, or hand in the package that has them"
+        yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
+
+
+def _of_the_build(sources: PackageSources) -> Iterator[Fault]:
+    """Yield why a build that ends well leaves nothing of the package."""
+    if not sources.has_cmake:
+        return
+    course = sources.course
+    if sources.xml.build_type == "ament_python":
+        line = sources.line_of("package.xml", "<build_type>")
+        text = "it says `ament_python`, so colcon ignores CMakeLists.txt and all that it makes and installs"
+        stops = "install" if "setup.py" in sources.paths else "build"
+        cure = "<build_type>ament_cmake</build_type>: that of a package with a CMakeLists.txt"
+        lost = [*course.nodes, *(path for path in course.shared if path in sources.paths), *sources.interfaces]
+        yield Fault("package.xml", line, stops, text, cure, shown_as=["can't open file 'setup.py'"], lacks=lost)
+    elif not re.search(r"ament(_auto)?_package", sources.read("CMakeLists.txt")):
+        text = "it does not end with `ament_package()`, so ROS cannot find the package"
+        yield Fault("CMakeLists.txt", 0, "build", text, "write ament_package() as its last line")
+
+
+def _first_lines(sources: PackageSources) -> Iterator[Fault]:
+    """Yield what is wrong with the first line of the programs that CMakeLists.txt installs, the nodes first."""
+    nodes = sources.course.nodes
+    for path in sorted(sources.programs(), key=lambda path: (PurePosixPath(path).stem not in nodes, path)):
+        first, _, _ = sources.read(path).partition("\n")
+        if not first.startswith("#!"):
+            text = "its first line does not say which program runs it, so the system cannot start it"
+            cure = "write `#!/usr/bin/env python3` as its first line"
+            yield Fault(path, 1, "start", text, cure, shown_as=["Exec format error"])
+        elif first.endswith("\r"):
+            text = "its lines end as on Windows, so the system looks for a program called `python3\\r`"
+            cure = f"save it with Unix line ends (LF): sed -i 's/\\r$//' {path}"
+            yield Fault(path, 1, "start", text, cure, shown_as=["python3\\r", "python3\r"])
+
+
+def _interface_faults(sources: PackageSources) -> Iterator[Fault]:
+    """Yield how the interface files of a package, if it has any, differ from the contract's."""
+    course = sources.course
+    for interface in course.interfaces if sources.interfaces else ():
+        kind, path = interface.partition("/")[0], course.interface_file(interface)
+        if path not in sources.paths:
+            yield Fault(path, 0, "interfaces", "it is not there", "write it as the contract says")
+            continue
+        wanted = (course.contract / path).read_text()
+        for line, words in definition.differences(kind, sources.read(path), wanted):
+            yield Fault(path, line, "interfaces", words, "compare it with the contract: types, names, order")

@@ -116,7 +116,7 @@ def _uses(sources: PackageSources, modules: Sequence[Module]) -> dict[str, list[
 
 def _build_words(sources: PackageSources, modules: Sequence[Module]) -> set[str]:
     """Return the words that CMakeLists.txt and setup.py use for what they build and install."""
-    texts = [argument for command in sources.cmake.commands for argument in command.arguments]
+    texts = [argument for command in sources.cmake for argument in command.arguments]
     for tree in (module.tree for module in modules if module.role == "setup"):
         texts += [literal_string(part) for node in tree.body if not is_docstring(node) for part in ast.walk(node)]
     return {word for text in texts for word in re.split(r"\W+", text)}
@@ -176,7 +176,7 @@ def optional_imports(tree: ast.Module) -> set[int]:
 
 
 def _in_cmake(sources: PackageSources) -> Iterator[tuple[str, str]]:
-    for command in sources.cmake.named("find_package"):
+    for command in sources.commands("find_package"):
         name = command.arguments[0] if command.arguments else ""
         if re.fullmatch(r"[a-z][a-z0-9_]*", name):
             yield name, f"CMakeLists.txt:{command.line}"

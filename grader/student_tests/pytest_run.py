@@ -26,8 +26,7 @@ import coverage
 import coverage.sqldata
 import pytest
 from _pytest.assertion import rewrite
-from _pytest.config import Config, default_plugins
-from _pytest.fixtures import FixtureFunctionDefinition, FixtureManager
+from _pytest.config import Config
 
 PACKAGE = Path("/ws/package")
 OUT = Path("/ws/out")
@@ -45,7 +44,6 @@ Request = Mapping[str, Any]
 
 def prepare() -> Callable[[int, Request, Path], None]:
     """Do once what takes time at each start of pytest and coverage; return `run_module`, to be called in a fork."""
-    skip_plugins_without_fixtures()
     config = _pytest.config.get_config()
     with contextlib.suppress(ImportError):
         importlib.import_module("readline")  # as pytest does at each start
@@ -139,28 +137,6 @@ def compiled(make: Callable[[], CodeType]) -> CodeType | None:
 def byte_code(code: CodeType, data: bytes) -> bytes:
     """Return the content of a .pyc file that Python uses only while the source has exactly this text."""
     return bytes(importing._code_to_hash_pyc(code, source_hash(data), True))  # type: ignore[attr-defined]
-
-
-def skip_plugins_without_fixtures() -> None:
-    """Keep pytest from looking for fixtures where its own plugins have none: saves 25 ms at each start."""
-    for name in default_plugins:
-        importlib.import_module(name if name.startswith("_pytest.") else f"_pytest.{name}")
-    modules = [module for name, module in sys.modules.items() if name.startswith("_pytest.")]
-    classes = [thing for module in modules for thing in vars(module).values() if isinstance(thing, type)]
-    own = [*modules, *(thing for thing in classes if thing.__module__.startswith("_pytest."))]
-    homes = ((thing, thing.__mro__ if isinstance(thing, type) else (thing,)) for thing in own)
-    without = {
-        id(thing) for thing, places in homes
-        if not any(type(value) is FixtureFunctionDefinition for place in places for value in vars(place).values())
-    }  # fmt: skip
-    parse = FixtureManager.parsefactories
-
-    def parse_fixtures(self: FixtureManager, *arguments: Any, **options: Any) -> None:
-        holder = options.get("holder")
-        if not {id(holder), id(type(holder))} & without:
-            parse(self, *arguments, **options)
-
-    FixtureManager.parsefactories = parse_fixtures  # type: ignore[method-assign]
 
 
 class Recorder:

@@ -44,17 +44,6 @@ MODULES = (
     "action_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "rcl_interfaces.msg", "rcl_interfaces.srv",
     "rosgraph_msgs.msg", "sensor_msgs.msg", "std_msgs.msg", "std_srvs.srv", "unittest.mock",
 )  # fmt: skip
-# Types whose libraries it loads with them.
-TYPES = {
-    "geometry_msgs.msg": ("Pose", "Twist"), "nav_msgs.msg": ("Odometry",), "rcl_interfaces.msg": ("Log",),
-    "rcl_interfaces.srv": ("GetParameters",), "rosgraph_msgs.msg": ("Clock",), "std_msgs.msg": ("Float32",),
-    "sensor_msgs.msg": ("BatteryState", "Imu", "LaserScan"), "std_srvs.srv": ("Trigger",),
-}  # fmt: skip
-# Packages of the types that a node sends or receives, those of its parameters, its clock and its action included.
-SERIALIZED = (
-    "action_msgs", "builtin_interfaces", "geometry_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs",
-    "service_msgs", "std_msgs", "std_srvs", "type_description_interfaces", "unique_identifier_msgs",
-)  # fmt: skip
 POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
 _SET_DUMPABLE, _SET_CHILD_SUBREAPER = 4, 36  # <linux/prctl.h>
@@ -92,16 +81,6 @@ def import_ros() -> None:
     for name in MODULES:
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
-    with contextlib.suppress(ImportError, AttributeError):
-        check = importlib.import_module("rclpy.type_support").check_for_type_support
-        for package, names in TYPES.items():
-            for name in names:
-                check(getattr(importlib.import_module(package), name))
-    with contextlib.suppress(ImportError, AttributeError):
-        importlib.import_module("rclpy.utilities").get_rmw_implementation_identifier()  # loads DDS
-    for package in SERIALIZED:
-        with contextlib.suppress(OSError):
-            ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
 
 
 def set_dumpable(wanted: bool) -> None:

@@ -1,4 +1,4 @@
-"""Recordings that the tests of views, replay and command line share."""
+"""Recordings that the tests of views and command line share."""
 
 import pytest
 

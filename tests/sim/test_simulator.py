@@ -1,6 +1,7 @@
 """The robot in its world: motion, time, contacts, changes at run time."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from sim import (
     COURSE,
     SUBSTEP_S,
     Box,
-    Chase,
     Circle,
     ImuReading,
     Obstacle,
@@ -277,21 +277,6 @@ def test_an_obstacle_added_onto_the_robot_is_a_contact_and_the_robot_can_leave()
     assert simulator.clearance() > 0.1
 
 
-def test_a_placed_robot_is_at_rest_and_its_odometry_follows() -> None:
-    simulator = exact(WALL_AT_2)
-    simulator.command(0.5, 0.0)
-    simulator.step(1.0)
-    simulator.place_robot(Pose(-1.0, 0.5, 2.0))
-    assert simulator.twist == Twist()
-    assert simulator.pose == simulator.odometry().pose == Pose(-1.0, 0.5, 2.0)
-
-
-def test_a_kidnapped_robots_odometry_does_not_change() -> None:
-    simulator = exact()
-    simulator.place_robot(Pose(5.0, 5.0, 0.0), odometry_notices=False)
-    assert simulator.odometry().pose == Pose()
-
-
 def test_obstacles_appear_and_vanish_at_their_times() -> None:
     box = Box((1.0, 0.0), (0.2, 2.0), name="box", appears=1.0, vanishes=2.0)
     simulator = exact(World(obstacles=(box,)))
@@ -369,7 +354,7 @@ def test_the_hull_never_enters_an_obstacle_and_every_contact_is_recorded(
 # -------------------------------------------------------------------------------------------------- moving obstacles
 
 
-def cart(motion: Path | Chase) -> Simulator:
+def cart(motion: Path) -> Simulator:
     return exact(World(obstacles=(Circle((3.0, 0.0), 0.3, name="cart", motion=motion),)))
 
 
@@ -414,7 +399,9 @@ def test_a_cart_that_runs_into_the_robot_is_a_contact_and_goes_on_when_the_way_i
     assert (contact.obstacle, contact.speed) == ("cart", 0.0)
     assert simulator.pose == Pose()
     assert simulator.clearance() >= 0.0
-    simulator.place_robot(Pose(0.0, 2.0, 0.0))
+    simulator.command(0.0, math.pi / 2)
+    simulator.step(1.0)
+    simulator.command(0.5, 0.0)
     simulator.step(10.0)
     assert place(simulator)[0] < -1.5
 
@@ -423,9 +410,9 @@ def test_a_walker_starts_when_the_robot_comes_near() -> None:
     simulator = cart(Path(((3.0, 2.0),), speed=0.5, wakes_within=2.0))
     simulator.step(2.0)
     assert place(simulator) == (3.0, 0.0)
-    simulator.place_robot(Pose(1.5, 0.0, 0.0))
-    simulator.step(2.0)
-    assert place(simulator)[1] == pytest.approx(1.0)
+    simulator.command(0.5, 0.0)
+    simulator.step(4.0)
+    assert 0.5 < place(simulator)[1] < 1.5
 
 
 def test_a_considerate_cart_yields_to_the_robot() -> None:
@@ -433,15 +420,6 @@ def test_a_considerate_cart_yields_to_the_robot() -> None:
     simulator.step(20.0)
     assert not simulator.contacts
     assert place(simulator)[0] == pytest.approx(1.0, abs=0.01)
-
-
-def test_a_chaser_follows_and_keeps_its_distance() -> None:
-    simulator = cart(Chase(speed=0.4, standoff=0.8))
-    simulator.step(20.0)
-    assert place(simulator) == pytest.approx((0.8, 0.0), abs=1e-6)
-    simulator.command(-0.3, 0.0)
-    simulator.step(5.0)
-    assert math.dist(place(simulator), (simulator.pose.x, simulator.pose.y)) == pytest.approx(0.8, abs=0.01)
 
 
 # --------------------------------------------------------------------------------------------------- moved obstacles
@@ -535,8 +513,7 @@ def test_every_world_loads_and_has_space_for_the_robot(name: str) -> None:
     assert simulator.clearance() > 0.1
     assert not simulator.contacts
     for goal in world.goals:
-        simulator.place_robot(goal)
-        assert simulator.clearance() > 0.05, goal
+        assert Simulator(replace(world, start=goal)).clearance() > 0.05, goal
 
 
 def test_there_are_at_least_a_dozen_worlds() -> None:

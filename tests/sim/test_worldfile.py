@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim import Box, Chase, Circle, Path, Polygon, Pose, Simulator, Wall, World, WorldError, load_world, world_names
+from sim import Box, Circle, Path, Polygon, Pose, Simulator, Wall, World, WorldError, load_world, world_names
 
 EVERYTHING = """
 title: Everything that a file can contain
@@ -26,7 +26,7 @@ circles:
     center: [-3, 0]
     radius: 0.3
     motion: {waypoints: [[-3, 2], [-1, 2]], speed: 0.4, repeat: loop, starts: go, wakes_within: 2, yields_within: 0.5}
-  - {center: [-3, -3], radius: 0.2, motion: {kind: chase, speed: 0.3, standoff: 0.7}}
+  - {center: [-3, -3], radius: 0.2}
 polygons:
   - {points: [[2, -2], [3, -2], [2, -3]]}
 """
@@ -46,7 +46,6 @@ def test_a_file_can_contain_all_this(tmp_path: FilePath) -> None:
     assert named["desk"] == Box((3, 3), (1.0, 0.5), 0.3, name="desk", appears=2.0, vanishes="tidy up")
     path = Path(((-3, 2), (-1, 2)), 0.4, "loop", "go", 2, 0.5)
     assert named["cart"] == Circle((-3, 0), 0.3, name="cart", motion=path)
-    assert named["circle 1"].motion == Chase(0.3, 0.7)
     assert isinstance(named["polygon 1"], Polygon)
     assert named["wall 1"] == Wall((0, 0), (1, 0), 0.1, name="wall 1")
 
@@ -84,7 +83,6 @@ MISTAKES = [
     (f"{CIRCLE}, motion: {{speed: 1, waypoints: [[1, 1]], repeat: ever}}}}", "circles[0].motion.repeat", "once, loop"),
     (f"{CIRCLE}, appears: -1}}", "circles[0].appears", "name of an event"),
     (f"{CIRCLE}, name: a}}\n  - {{name: a, center: [1, 2], radius: 1}}", "named 'a'", "its own name"),
-    ("maps:\n  - {file: nowhere.yaml}", "maps[0].file: nowhere.yaml cannot be read", "correct or replace"),
     ("title: [1]", "title: expected a text", "a few words"),
     ("- 1", "the file: expected keys", "`key: value`"),
     ("walls:\n - {start: [1, 2}", "line 2", "brackets"),
@@ -106,7 +104,7 @@ values = st.recursive(
     lambda inner: (
         st.lists(inner, max_size=3)
         | st.dictionaries(
-            st.sampled_from(["x", "y", "yaw", "center", "size", "radius", "points", "motion", "speed", "kind", "file"]),
+            st.sampled_from(["x", "y", "yaw", "center", "size", "radius", "points", "motion", "speed", "kind"]),
             inner,
             max_size=4,
         )
@@ -114,7 +112,7 @@ values = st.recursive(
     max_leaves=6,
 )
 keys = st.sampled_from(
-    ["name", "title", "seed", "start", "goals", "rooms", "walls", "boxes", "circles", "polygons", "maps", "other"]
+    ["name", "title", "seed", "start", "goals", "rooms", "walls", "boxes", "circles", "polygons", "other"]
 )
 
 

@@ -40,7 +40,7 @@ def reach(lines: dict[int, set[str]], *, interdependent: bool = False, module: s
 
 
 def selected(change: Change, *reaches: ModuleReach, **options: set[str]) -> list[tuple[str, tuple[str, ...]]]:
-    found = Selector({NODE: source()}, reaches).tests(change, **options)
+    found = Selector(reaches).tests(change, **options)
     return [(selection.module, selection.tests) for selection in found]
 
 
@@ -130,15 +130,12 @@ def test_the_narrowest_test_comes_first():
     ]
 
 
-def test_a_constant_is_reached_by_the_tests_that_use_it():
-    """TOP_SPEED is bound on import, in no test; it is used in set_speed."""
-    bound, used, other = line_of("TOP_SPEED ="), line_of("> TOP_SPEED"), line_of("self.publish(0.0)")
-    assert selected(mutant_at("TOP_SPEED ="), reach({bound: {""}, used: {"a"}, other: {"b"}})) == [(TESTS, ("a",))]
-
-
-def test_a_constant_whose_use_is_not_seen_is_reached_by_all_tests_of_the_module():
+def test_a_constant_is_reached_by_all_tests_of_a_module_that_imports_it():
+    """A module of constants alone has no line that a test runs."""
     bound, other = line_of("TOP_SPEED ="), line_of("self.publish(0.0)")
-    assert selected(mutant_at("TOP_SPEED ="), reach({bound: {""}, other: {"b"}})) == [(TESTS, ("b",))]
+    imports = reach({bound: {""}, other: {"b", "a"}})
+    assert selected(mutant_at("TOP_SPEED ="), imports) == [(TESTS, ("a", "b"))]
+    assert selected(mutant_at("TOP_SPEED ="), reach({other: {"a"}})) == []
 
 
 def test_tests_that_share_a_fixture_run_together_in_their_own_order():

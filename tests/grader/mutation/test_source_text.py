@@ -9,7 +9,6 @@ from helpers.course import COURSE
 
 from grader.mutation.equivalent_mutants import equivalent_mutants
 from grader.mutation.operators import mutants
-from grader.mutation.selection import Selector
 from grader.mutation.source_text import SourceText, parse
 
 
@@ -43,25 +42,10 @@ def test_only_a_guard_protects_its_body_from_mutation(text: str):
     ids=["digits", "elif", "sum"],
 )
 def test_a_module_that_is_too_complex_for_python_stops_nothing(text: str):
-    """It may have mutants or none; the other modules have theirs."""
-    path, other = "ros2_robot_controller/node.py", source("def g(a):\n    return a + 1\n")
-    huge = parse(path, text)
-    sources = {path: huge} if huge else {}
-    for one in sources.values():
-        assert isinstance(mutants(one, COURSE), list)
-        assert isinstance(equivalent_mutants(one), list)
-    Selector({**sources, "other.py": other}, [])
-    assert mutants(other, COURSE)
-
-
-def test_a_module_of_a_thousand_lines_is_not_parsed_anew_for_each_mutant():
-    """It took minutes. Measured in bytes, not in time."""
-    long = source(
-        "".join(f"def f{n}(a):\n    if a == {n}:\n        return a + {n}\n    return a * 3\n" for n in range(250))
-    )
-    found = mutants(long, COURSE)
-    assert len(found) >= 1000
-    assert long.parsed_bytes < 100 * len(found)
+    """It may have mutants or none."""
+    if huge := parse("ros2_robot_controller/node.py", text):
+        assert isinstance(mutants(huge, COURSE), list)
+        assert isinstance(equivalent_mutants(huge), list)
 
 
 INDENTED = """\

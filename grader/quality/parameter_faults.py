@@ -1,15 +1,16 @@
-"""Faults of parameter files and interface files."""
+"""Faults of parameter files, which keep their values from a node or end it as it starts."""
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator
 from dataclasses import replace
 
 import yaml
 
-from grader.course import Node, definition
+from grader.course import Node
 from grader.evidence import Fault
-from grader.quality.package_sources import PackageSources, similar
+from grader.quality.package_sources import PackageSources
 from grader.yaml_reader import (
     PARAMETERS,
     ParameterFileError,
@@ -23,7 +24,7 @@ _SIM_TIME = "use_sim_time"
 _TYPES: dict[type, str] = {bool: "true or false", int: "an integer", float: "a float", str: "a text"}
 
 
-def file_faults(sources: PackageSources) -> Iterator[Fault]:
+def parameter_faults(sources: PackageSources) -> Iterator[Fault]:
     """Yield what is wrong with the parameter files."""
     for node in sources.course.nodes.values():
         if node.config in sources.paths:
@@ -47,9 +48,10 @@ def _in_parameters(sources: PackageSources, path: str, node: Node) -> Iterator[F
     for block in blocks:
         absent = {*node.parameters, _SIM_TIME} - block.values.keys()
         for name, value in block.values.items():
-            if name not in {*node.parameters, _SIM_TIME} and (meant := similar(name, absent)):
-                text = f"it sets `{name}`, and the parameter is called `{meant}`"
-                yield Fault(path, line_of(value), "parameters", text, f"{meant}:")
+            near = difflib.get_close_matches(name.lower(), sorted(absent), 1, 0.75)
+            if near and name not in {*node.parameters, _SIM_TIME}:
+                text = f"it sets `{name}`, and the parameter is called `{near[0]}`"
+                yield Fault(path, line_of(value), "parameters", text, f"{near[0]}:")
             elif block in reached and isinstance(value, yaml.ScalarNode):
                 yield from _other_type(path, line_of(value), node, name, scalar_of(value))
     if blocks and not reached:
@@ -72,20 +74,3 @@ def _other_type(path: str, line: int, node: Node, name: str, value: object) -> I
     cure = f"write {right}" + " without quotation marks" * isinstance(value, str)
     text = f"`{name}` is {said}, {_TYPES[type(value)]}, and the node declares {_TYPES[type(usual)]}"
     yield Fault(path, line, "parameters", text, cure, shown_as=[f"Trying to set parameter '{name}'"])
-
-
-def interface_faults(sources: PackageSources) -> Iterator[Fault]:
-    """Yield how the interface files of a package, if it has any, differ from the contract's."""
-    if not sources.interfaces:
-        return
-    course = sources.course
-    for interface in course.interfaces:
-        kind, path = interface.partition("/")[0], course.interface_file(interface)
-        if path not in sources.paths:
-            meant = similar(path, sources.interfaces)
-            cure = f"{meant} should be {path}" if meant else "write it as the contract says"
-            yield Fault(path, 0, "interfaces", "it is not there", cure)
-            continue
-        wanted = (course.contract / path).read_text()
-        for line, words in definition.differences(kind, sources.read(path), wanted):
-            yield Fault(path, line, "interfaces", words, "compare it with the contract: types, names, order")
