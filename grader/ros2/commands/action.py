@@ -8,10 +8,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import arguments, messages
-from .graph import Graph, NamesAndTypes, full_name, graph, split_name, wait
-from .refusals import Refusal
-from .spinning import interrupt_later, spin
+from . import Refusal, arguments, messages
+from .graph import Graph, NamesAndTypes, full_name, graph, interrupt_later, spin, split_name, wait
 
 ANSWER_S = 5.0  # how long to wait for an answer after Ctrl-C
 
@@ -25,12 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.name_argument(info, "action")
     send = add_verb("send_goal", "Send an action goal", run_send_goal)
     arguments.name_argument(send, "action")
-    text = "Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
-    arguments.type_argument(send, "action_type", "action", text)
+    send.add_argument("action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')")
     text = "Goal request values in YAML format (e.g. '{order: 10}')"
-    arguments.values_arguments(send, "action", "action_type", text, name="goal")
+    arguments.values_arguments(send, text, name="goal")
     send.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
-    send.add_argument("-t", "--timeout", metavar="N", type=float, help="Seconds to wait for the result, then cancel")
 
 
 def served(seen: Graph) -> NamesAndTypes:
@@ -84,9 +80,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
                 print("Goal was rejected.")
                 return 0  # as with the real command
             print(f"Goal accepted with ID: {bytes(asked.result().goal_id.uuid).hex()}\n", flush=True)
-            if not spin(seen.node, result.done, args.timeout):
-                print(f"Timeout of {args.timeout:g} s is over.")
-                _cancel(seen, asked.result(), result)
+            spin(seen.node, result.done)
         except KeyboardInterrupt:
             code = 2
             if asked is None:

@@ -6,14 +6,12 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from . import messages, packages
-from .graph import Graph, NamesAndTypes, graph
+from . import messages
+from .graph import NamesAndTypes, graph
 
 Completer = Callable[..., list[str]]
 AddVerb = Callable[..., argparse.ArgumentParser]
 
-# By kind of name: the kind of interface that is its type, and an example.
-INTERFACES = {"topic": "msg", "service": "srv", "action": "action"}
 EXAMPLES = {"topic": "/chatter", "service": "/add_two_ints", "action": "/fibonacci"}
 
 
@@ -45,68 +43,25 @@ def offer(names: Callable[[], Iterable[str]]) -> Completer:
     return lambda prefix, **_: [name for name in names() if name.startswith(prefix)]
 
 
-# -- names in the graph -------------------------------------------------------------------------------------------
-def from_graph(names: Callable[[Graph], Iterable[str]]) -> Completer:
-    """Return a completer that offers names in the running graph."""
-
-    def complete(prefix: str, **_: Any) -> list[str]:
-        with graph() as seen:
-            seen.settle()
-            return [name for name in names(seen) if name.startswith(prefix)]
-
-    return complete
-
-
-def names_completer(kind: str) -> Completer:
-    """Return a completer that offers the topics, services or actions in the running graph."""
-    return from_graph(lambda seen: [name for name, _types in seen.names(kind)])
-
-
 def name_argument(parser: argparse.ArgumentParser, kind: str) -> None:
     """Declare the name of a topic, service or action."""
-    add(parser, f"{kind}_name", names_completer(kind), help=f"Name of the ROS {kind} (e.g. '{EXAMPLES[kind]}')")
+    parser.add_argument(f"{kind}_name", help=f"Name of the ROS {kind} (e.g. '{EXAMPLES[kind]}')")
 
 
 def node_argument(parser: argparse.ArgumentParser, **rest: Any) -> None:
     """Declare the name of a node."""
-    complete = from_graph(lambda seen: seen.nodes())
-    add(parser, "node_name", complete, help="Node name to request information", **rest)
+    parser.add_argument("node_name", help="Node name to request information", **rest)
 
 
 def graph_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the flags that the real commands take for their daemon; there is none, so `--no-daemon` has no effect."""
+    """Declare the flags of commands that look at the graph."""
     parser.add_argument("--spin-time", type=float, metavar="SPIN_TIME", help="Seconds to wait for discovery, exactly")
     parser.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
-    parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")
 
 
-# -- interfaces ---------------------------------------------------------------------------------------------------
-def type_argument(parser: argparse.ArgumentParser, name: str, kind: str, text: str, **rest: Any) -> None:
-    """Declare the type of the topic, service or action named before it.
-
-    The shell offers the type that it has in the graph, else all types that it can have.
-    """
-
-    def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
-        with graph() as seen:
-            there = seen.types(kind, getattr(parsed_args, f"{kind}_name"))
-        return [name for name in there or packages.interfaces(INTERFACES[kind]) if name.startswith(prefix)]
-
-    add(parser, name, complete, help=text, **rest)
-
-
-def values_arguments(parser: argparse.ArgumentParser, kind: str, of: str, text: str, name: str = "values") -> None:
-    """Declare the values of a message of the type that the argument `of` names.
-
-    The shell offers all fields of the type, to be filled in.
-    """
-
-    def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
-        prototype = messages.prototype(getattr(parsed_args, of), INTERFACES[kind])
-        text = messages.to_yaml(prototype, flow=True).strip()
-        return [text] if text.startswith(prefix) else []
-
-    add(parser, name, complete, nargs="?", default="", help=text)
+def values_arguments(parser: argparse.ArgumentParser, text: str, name: str = "values") -> None:
+    """Declare the values of a message."""
+    parser.add_argument(name, nargs="?", default="", help=text)
     parser.set_defaults(values_word=name)
 
 

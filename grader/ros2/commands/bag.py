@@ -13,11 +13,9 @@ from typing import Any
 
 import yaml
 
-from . import arguments, messages, packages
-from .graph import Graph, full_name, graph, matching
+from . import Refusal, arguments, messages, packages
+from .graph import Graph, full_name, graph, interrupt_later, matching, spin, steady_clock
 from .interface import nested
-from .refusals import Refusal
-from .spinning import interrupt_later, spin, steady_clock
 
 LOOK_S = 0.1  # how often to look for new topics
 
@@ -26,8 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "bag")
     record = add_verb("record", "Record ROS data to a bag", run_record)
-    text = "Topics to be recorded"
-    arguments.add(record, "topics", arguments.names_completer("topic"), metavar="topic", nargs="*", help=text)
+    record.add_argument("topics", metavar="topic", nargs="*", help="Topics to be recorded")
     record.add_argument("-a", "--all", "--all-topics", action="store_true", help="Record all topics")
     record.add_argument("-o", "--output", help="Destination of the bag folder; a name with the time by default")
     play = add_verb("play", "Play back ROS data from a bag", run_play)

@@ -6,9 +6,8 @@ import argparse
 import re
 from collections.abc import Iterator
 
-from . import arguments, messages, packages
+from . import Refusal, arguments, messages, near, packages
 from .packages import KINDS
-from .refusals import Refusal, near
 
 PRIMITIVES = {
     *("bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32"),

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from .refusals import Refusal
+from . import Refusal
 
 FULL = 128  # entries of a sequence, or letters of a text, that are shown by default
 TITLES = {"msg": "message", "srv": "service"}
@@ -90,12 +90,12 @@ class Limits:
         return value if self.length is None or count <= self.length else [*value[: self.length], "..."]
 
 
-def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False) -> str:
-    """Return a message, or a value in one, as YAML, in the order of the definition; with `flow`, in one line."""
+def to_yaml(value: Any, limits: Limits | None = None) -> str:
+    """Return a message, or a value in one, as YAML, in the order of the definition."""
     plain = to_plain(value, limits)
     if isinstance(plain, Mapping) and not plain:
         return "{}\n"
-    text = yaml.safe_dump(plain, default_flow_style=flow, sort_keys=False, allow_unicode=True, width=10**9)
+    text = yaml.safe_dump(plain, default_flow_style=False, sort_keys=False, allow_unicode=True, width=10**9)
     return text[: -len("...\n")] if text.endswith("\n...\n") else text  # the end mark of a document, not of a long text
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 
-from . import arguments
+from . import Refusal, arguments, near
 from .graph import NamesAndTypes, full_name, graph, is_hidden, split_name
-from .refusals import Refusal, near
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

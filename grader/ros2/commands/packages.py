@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ament_index_python import get_resources, get_search_paths
 
-from .refusals import SETUP, Refusal, near
+from . import SETUP, Refusal, near
 
 # Packages that tutorials start and no Python index has, and what the course uses in their place.
 ELSEWHERE = {
@@ -101,10 +101,9 @@ def interfaces_of(package: str) -> list[str]:
     return [name for name, ending in (line.rsplit(".", 1) for line in files if "." in line) if ending in KINDS]
 
 
-def interfaces(*kinds: str) -> list[str]:
-    """Return all interfaces of the kinds, by default of all kinds, as `package/kind/Name`."""
-    found = (f"{package}/{name}" for package in names("rosidl_interfaces") for name in interfaces_of(package))
-    return sorted(name for name in found if not kinds or name.split("/")[1] in kinds)
+def interfaces() -> list[str]:
+    """Return all interfaces, as `package/kind/Name`."""
+    return sorted(f"{package}/{name}" for package in names("rosidl_interfaces") for name in interfaces_of(package))
 
 
 def definition(package: str, kind: str, name: str) -> Path:

@@ -12,10 +12,8 @@ from typing import Any
 
 import yaml
 
-from . import arguments
-from .graph import Graph, full_name, graph
-from .refusals import Refusal, near
-from .spinning import spin
+from . import Refusal, arguments, near
+from .graph import Graph, full_name, graph, spin
 
 # By the numbers of rcl_interfaces/msg/ParameterType.
 TYPES = (
@@ -35,26 +33,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
         return verb
 
-    def parameter(verb: argparse.ArgumentParser, name: str = "parameter_name", **rest: Any) -> None:
-        arguments.add(verb, name, complete, help="Name of the parameter", **rest)
-
     of_node("list", "Output a list of available parameters", show_list, nargs="?")
-    parameter(of_node("get", "Get parameter", show_get))
+    of_node("get", "Get parameter", show_get).add_argument("parameter_name", help="Name of the parameter")
     set_ = of_node("set", "Set parameter", run_set)
-    parameter(set_)
+    set_.add_argument("parameter_name", help="Name of the parameter")
     set_.add_argument("value", nargs="+", help="Value of the parameter")
     describe = of_node("describe", "Show descriptive information about declared parameters", show_describe)
-    parameter(describe, "parameter_names", nargs="+")
+    describe.add_argument("parameter_names", nargs="+", help="Name of the parameter")
     of_node("dump", "Show all of the parameters of a node in a YAML file format", show_dump)
     load = of_node("load", "Load parameter file for a node", run_load)
     load.add_argument("parameter_file", type=Path, help="Parameter file")
-
-
-def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
-    """Return the node's parameters that begin with `prefix`."""
-    with graph() as seen:
-        parameters = Parameters(seen, parsed_args.node_name, include_hidden=True)
-        return [name for name in parameters.names() if name.startswith(prefix)]
 
 
 class Parameters:

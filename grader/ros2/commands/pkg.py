@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import argparse
+import getpass
+import os
+import re
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
-from . import arguments, packages, pkg_create
-from .refusals import Refusal
+from . import Refusal, arguments, packages
+
+LICENSES = ("Apache-2.0", "BSL-1.0", "BSD-2.0", "BSD-2-Clause", "BSD-3-Clause", "GPL-3.0-only", "LGPL-3.0-only", "MIT")
+DESCRIPTION = "TODO: Package description"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "pkg")
-    pkg_create.add_arguments(add_verb("create", "Create a new ROS 2 package", pkg_create.run))
+    create = add_verb("create", "Create a new ROS 2 package", run_create)
+    create.add_argument("package_name", help="The package name")
+    create.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
+    create.add_argument("--build-type", default="ament_cmake", choices=("ament_cmake", "ament_python"))
     add_verb("list", "Output a list of available packages", show_list)
     prefix = add_verb("prefix", "Output the prefix path of a package", show_prefix)
     _package(prefix)
-    prefix.add_argument("--share", action="store_true", help="Show the share directory for the package")
     executables = add_verb("executables", "Output a list of package specific executables", show_executables)
     _package(executables, nargs="?")
     _package(add_verb("xml", "Output the XML of the package manifest", show_xml))
@@ -42,7 +50,7 @@ def show_list(_args: argparse.Namespace) -> int:
 def show_prefix(args: argparse.Namespace) -> int:
     """Print where a package is installed."""
     found = _prefix(args.package_name)
-    print(found / "share" / args.package_name if args.share else found)
+    print(found)
     return 0
 
 
@@ -61,3 +69,177 @@ def show_xml(args: argparse.Namespace) -> int:
     """Print a package's manifest."""
     print((_prefix(args.package_name) / "share" / args.package_name / "package.xml").read_text())
     return 0
+
+
+# -- create -----------------------------------------------------------------------------------------------------------
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "user"
+
+
+def run_create(args: argparse.Namespace) -> int:
+    """Write the package and print what was written."""
+    name = args.package_name
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or "__" in name:
+        raise Refusal(
+            f"Package name '{name}' is not allowed: use lower-case letters, digits and single underscores, "
+            "beginning with a letter"
+        )
+    if Path(name).exists():
+        raise Refusal(
+            f"\nAborted!\nThe directory already exists: {Path(name).resolve()}\nEither remove the directory or "
+            "choose a different package name"
+        )
+    user = _user()
+    print("going to create a new package")
+    for title, value in (
+        ("package name", name),
+        ("destination directory", Path.cwd()),
+        ("package format", "3"),
+        ("version", "0.0.0"),
+        ("description", DESCRIPTION),
+        ("maintainer", [f"{user} <{user}@todo.todo>"]),
+        ("licenses", [args.license]),
+        ("build type", args.build_type),
+        ("dependencies", []),
+    ):
+        print(f"{title}: {value}")
+    files = _python(args, user) if args.build_type == "ament_python" else _cmake(args, user)
+    for path, text in files.items():
+        _write(Path(name) / path, text)
+    if args.license not in LICENSES:
+        print(
+            f"\n[WARNING]: Unknown license '{args.license}'. This has been set in the package.xml, but no LICENSE "
+            "file has been created.\nIt is recommended to use one of the ament license identifiers:\n"
+            + "\n".join(LICENSES)
+        )
+    return 0
+
+
+def _write(path: Path, text: str) -> None:
+    for parent in reversed(path.parents[:-1]):
+        if not parent.exists():
+            print(f"creating folder .{os.sep}{parent}")
+            parent.mkdir(parents=True)
+    print(f"creating .{os.sep}{path}")
+    path.write_text(text, encoding="utf-8")
+
+
+# -- the files of a new package: path -> text ------------------------------------------------------------------------
+def _manifest(args: argparse.Namespace, user: str, tool: str, *tests: str) -> str:
+    lines = [
+        '<?xml version="1.0"?>',
+        '<?xml-model href="http://download.ros.org/schema/package_format3.xsd" '
+        'schematypens="http://www.w3.org/2001/XMLSchema"?>',
+        '<package format="3">',
+        f"  <name>{args.package_name}</name>",
+        "  <version>0.0.0</version>",
+        f"  <description>{DESCRIPTION}</description>",
+        f'  <maintainer email="{user}@todo.todo">{user}</maintainer>',
+        f"  <license>{escape(args.license)}</license>",
+        "",
+        *([f"  <buildtool_depend>{tool}</buildtool_depend>", ""] if tool else []),
+        *(f"  <test_depend>{name}</test_depend>" for name in tests),
+        "",
+        "  <export>",
+        f"    <build_type>{args.build_type}</build_type>",
+        "  </export>",
+        "</package>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _python(args: argparse.Namespace, user: str) -> dict[str, str]:
+    name = args.package_name
+    return {
+        "package.xml": _manifest(args, user, "", "ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest"),
+        "setup.py": SETUP_PY.format(name=name, user=user, description=DESCRIPTION, license=args.license),
+        "setup.cfg": f"[develop]\nscript_dir=$base/lib/{name}\n[install]\ninstall_scripts=$base/lib/{name}\n",
+        f"resource/{name}": "",
+        f"{name}/__init__.py": "",
+        "test/test_copyright.py": COPYRIGHT,
+        "test/test_flake8.py": FLAKE8,
+        "test/test_pep257.py": PEP257,
+    }
+
+
+def _cmake(args: argparse.Namespace, user: str) -> dict[str, str]:
+    return {
+        "package.xml": _manifest(args, user, "ament_cmake", "ament_lint_auto", "ament_lint_common"),
+        "CMakeLists.txt": CMAKE.format(name=args.package_name),
+    }
+
+
+SETUP_PY = """from setuptools import find_packages, setup
+
+package_name = '{name}'
+
+setup(
+    name=package_name,
+    version='0.0.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages',
+            ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='{user}',
+    maintainer_email='{user}@todo.todo',
+    description='{description}',
+    license={license!r},
+    tests_require=['pytest'],
+    entry_points={{
+        'console_scripts': [
+        ],
+    }},
+)
+"""
+# ament_copyright is on no Python index, so its test is skipped with that reason; the other two run.
+COPYRIGHT = """import pytest
+
+
+@pytest.mark.linter
+def test_copyright():
+    copyright_ = pytest.importorskip(
+        'ament_copyright.main', reason='ament_copyright cannot be installed with pip')
+    rc = copyright_.main(argv=['.', 'test'])
+    assert rc == 0, 'Found errors'
+"""
+FLAKE8 = """from ament_flake8.main import main_with_errors
+import pytest
+
+
+@pytest.mark.flake8
+@pytest.mark.linter
+def test_flake8():
+    rc, errors = main_with_errors(argv=[])
+    assert rc == 0, \\
+        'Found %d code style errors / warnings:\\n' % len(errors) + \\
+        '\\n'.join(errors)
+"""
+PEP257 = """from ament_pep257.main import main
+import pytest
+
+
+@pytest.mark.linter
+@pytest.mark.pep257
+def test_pep257():
+    rc = main(argv=['.', 'test'])
+    assert rc == 0, 'Found code style errors / warnings'
+"""
+CMAKE = """cmake_minimum_required(VERSION 3.8)
+project({name})
+
+if(CMAKE_COMPILER_IS_GNUCXX OR CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  add_compile_options(-Wall -Wextra -Wpedantic)
+endif()
+
+# find dependencies
+find_package(ament_cmake REQUIRED)
+
+ament_package()
+"""

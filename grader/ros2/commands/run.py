@@ -8,8 +8,7 @@ import subprocess
 from typing import Any
 
 from ..launching.guard import die_with_parent  # noqa: TID252 - the folder has no fixed name
-from . import arguments, packages
-from .refusals import Refusal
+from . import Refusal, arguments, packages
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

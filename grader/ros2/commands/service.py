@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from . import arguments, messages
-from .graph import Graph, NamesAndTypes, graph, wait
-from .refusals import Refusal
-from .spinning import spin
+from . import Refusal, arguments, messages
+from .graph import Graph, NamesAndTypes, graph, spin, wait
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,9 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     find.set_defaults(kind="service")
     call = add_verb("call", "Call a service", run_call)
     arguments.name_argument(call, "service")
-    arguments.type_argument(call, "service_type", "service", "Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
-    text = "Values to fill the service request with in YAML format"
-    arguments.values_arguments(call, "service", "service_type", text)
+    call.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
+    arguments.values_arguments(call, "Values to fill the service request with in YAML format")
 
 
 def show_type(args: argparse.Namespace) -> int:

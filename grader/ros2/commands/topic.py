@@ -1,13 +1,21 @@
-"""`ros2 topic`: list the topics, and show who publishes and subscribes."""
+"""`ros2 topic`: list the topics, show who publishes and subscribes, print and publish messages, measure a topic."""
 
 from __future__ import annotations
 
 import argparse
+import statistics
+import sys
+import time
+from collections import deque
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
-from . import arguments, topic_meters, topic_pubsub
-from .graph import full_name, graph
-from .refusals import Refusal, near
+from . import Refusal, arguments, messages, near
+from .graph import Graph, NamesAndTypes, full_name, graph, matching, other_type, spin, steady_clock, wait
+
+KEEP_ALIVE_S = 0.1  # after the last message, for it to arrive
+WINDOW = 10000  # messages, as with the real command
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,8 +26,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     info = add_verb("info", "Print information about a topic", show_info, graph=True)
     arguments.name_argument(info, "topic")
     info.add_argument("-v", "--verbose", action="store_true", help="Prints detailed information like QoS profiles")
-    topic_pubsub.add_verbs(add_verb)
-    topic_meters.add_verbs(add_verb)
+
+    echo = add_verb("echo", "Output messages from a topic", run_echo, graph=True)
+    arguments.name_argument(echo, "topic")
+    echo.add_argument("message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')")
+    echo.add_argument("--field", metavar="FIELD", help="Echo a selected field of a message")
+    echo.add_argument("--no-arr", action="store_true", help="Don't print array fields of messages")
+    echo.add_argument("--once", action="store_true", help="Print the first message received and then exit")
+
+    pub = add_verb("pub", "Publish a message to a topic", run_pub)
+    arguments.name_argument(pub, "topic")
+    pub.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
+    arguments.values_arguments(pub, "Values to fill the message with in YAML format")
+    pub.add_argument("-r", "--rate", metavar="N", type=positive, default=1.0, help="Publishing rate in Hz (default: 1)")
+    group = pub.add_mutually_exclusive_group()
+    group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
+    group.add_argument("-t", "--times", type=int, default=0, help="Publish this number of times and then exit")
+    pub.add_argument("-w", "--wait-matching-subscriptions", type=int, help="Wait until finding this many subscriptions")
+
+    for name, text, run in (
+        ("hz", "Print the average publishing rate to screen", run_hz),
+        ("delay", "Display delay of topic from timestamp in header", run_delay),
+    ):
+        verb = add_verb(name, text, run, graph=True)
+        arguments.name_argument(verb, "topic")
 
 
 def show_info(args: argparse.Namespace) -> int:
@@ -73,3 +103,191 @@ def endpoint(end: Any) -> str:
             f"  Liveliness lease duration: {time(qos.liveliness_lease_duration)}",
         ]
     )
+
+
+# -- echo and pub -----------------------------------------------------------------------------------------------------
+def positive(text: str) -> float:
+    """Return a number above zero."""
+    value = float(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"{text} is not greater than zero")
+    return value
+
+
+def subscription(
+    seen: Graph, args: argparse.Namespace, given: str | None = None, wait_for_it: bool = False
+) -> tuple[str, Any, list[Any]]:
+    """Return the topic's full name, its message class and its publishers.
+
+    Without a given type, a topic that does not exist is waited for if `wait_for_it`, else refused.
+    """
+    name = full_name(args.topic_name)
+    types = [given] if given else seen.types("topic", name)
+    if not types:
+        hint = near(name, dict(seen.names("topic")))
+        print(f"WARNING: topic [{name}] does not appear to be published yet", file=sys.stderr)
+        if not wait_for_it:
+            raise Refusal(f"Could not determine the type for the passed topic{hint}")
+        print(hint.strip(), end="\n" if hint else "", file=sys.stderr, flush=True)
+        while not types:
+            types = seen.types("topic", name)
+    message = messages.load(types[0], "msg")
+    publishers = seen.wait_for(lambda: seen.node.get_publishers_info_by_topic(name), 0.3)
+    if warning := other_type(name, types[0], (end.topic_type for end in publishers)):
+        print(warning, file=sys.stderr, flush=True)
+    return name, message, publishers
+
+
+def run_echo(args: argparse.Namespace) -> int:
+    """Print messages as they arrive."""
+    limits = messages.Limits(messages.FULL, not args.no_arr)
+    count = 0
+
+    def show(message: Any) -> None:
+        nonlocal count
+        if args.once and count:
+            return
+        count += 1
+        part = message if args.field is None else messages.field(message, args.field)
+        print(shown(part, limits), flush=True)
+
+    with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
+        name, kind, publishers = subscription(seen, args, args.message_type)
+        profile = matching([end.qos_profile for end in publishers])
+        listening = seen.node.create_subscription(kind, name, show, profile)
+        spin(seen.node, lambda: args.once and count > 0)
+        seen.node.destroy_subscription(listening)
+    return 0
+
+
+def shown(part: Any, limits: messages.Limits) -> str:
+    """Return a message, or the field of one that was asked for, as `echo` prints it.
+
+    Like the real command, it prints a field that is no message itself as Python does, in full.
+    """
+    if not hasattr(part, "__slots__"):
+        return f"{part}\n---"
+    return f"{messages.to_yaml(part, limits)}---"
+
+
+def run_pub(args: argparse.Namespace) -> int:
+    """Publish a message, once or repeatedly."""
+    kind = messages.load(args.message_type, "msg")
+    values = arguments.given_values(args)
+    times = 1 if args.once else args.times
+    wanted = args.wait_matching_subscriptions
+    if wanted is None:
+        wanted = 1 if times else 0
+    with graph() as seen:
+        message = kind()
+        messages.fill(message, values, seen.node.get_clock().now().to_msg())
+        publisher = seen.node.create_publisher(kind, args.topic_name, matching([]))
+        _wait_for_subscribers(seen, publisher, args, wanted)
+        print("publisher: beginning loop", flush=True)
+        count, begin = 0, time.monotonic()
+        while True:
+            messages.fill(message, values, seen.node.get_clock().now().to_msg())
+            count += 1
+            print(f"publishing #{count}: {message!r}\n", flush=True)
+            publisher.publish(message)
+            if times and count >= times:
+                break
+            # Against the first message, so that small delays do not add up.
+            time.sleep(max(0.0, begin + count / args.rate - time.monotonic()))
+        time.sleep(KEEP_ALIVE_S)
+    return 0
+
+
+def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace, wanted: int) -> None:
+    begin = time.monotonic()
+    said = begin - 1.0
+
+    def others() -> NamesAndTypes:
+        """Return the topic with the types that subscriptions want of it, then the other topics."""
+        heard = {end.topic_type for end in seen.node.get_subscriptions_info_by_topic(full_name(args.topic_name))}
+        here = [(full_name(args.topic_name), sorted(heard))] if heard else []
+        return [*here, *(one for one in seen.names("topic") if one[0] != full_name(args.topic_name))]
+
+    def enough() -> bool:
+        nonlocal said
+        if publisher.get_subscription_count() >= wanted:
+            return True
+        now = time.monotonic()
+        # A subscription that exists is found at once; only a missing one is worth a remark.
+        if now - begin >= 0.2 and now - said >= 1.0:
+            print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
+            said = now
+        return False
+
+    wait(enough, args.topic_name, args.message_type, others)
+
+
+# -- hz and delay -----------------------------------------------------------------------------------------------------
+def run_hz(args: argparse.Namespace) -> int:
+    """Print how often messages arrive, by simulated time if it was asked for."""
+
+    def arrival_s(_message: Any, now_ns: int) -> float:
+        return now_ns * 1e-9 if args.use_sim_time else time.monotonic()
+
+    def gaps(arrivals: list[float]) -> list[float]:
+        return [after - before for before, after in pairwise(arrivals)]
+
+    return _measure(args, arrival_s, gaps, lambda mean: f"average rate: {1 / mean if mean else 0:.3f}", raw=True)
+
+
+def run_delay(args: argparse.Namespace) -> int:
+    """Print how old the messages' stamps are when they arrive."""
+
+    def age_s(message: Any, now_ns: int) -> float:
+        if not hasattr(message, "header"):
+            raise Refusal("msg does not have header")
+        stamp = message.header.stamp
+        return float(now_ns - stamp.sec * 10**9 - stamp.nanosec) * 1e-9
+
+    return _measure(args, age_s, list, "average delay: {:.3f}".format, raw=False)
+
+
+def _measure(
+    args: argparse.Namespace,
+    measure: Callable[[Any, int], float],
+    durations_s: Callable[[list[float]], list[float]],
+    title: Callable[[float], str],
+    *,
+    raw: bool,
+) -> int:
+    """Measure the messages of a topic, and print a summary of the last ones each second until Ctrl-C."""
+    from rclpy.qos import qos_profile_sensor_data
+
+    samples: deque[float] = deque(maxlen=WINDOW)
+    count = reported = 0
+    with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
+        clock = seen.node.get_clock()
+
+        def take(message: Any) -> None:
+            nonlocal count
+            now_ns = clock.now().nanoseconds
+            if args.use_sim_time and now_ns == 0:
+                return  # before simulated time is known, a sample would be of no use
+            samples.append(measure(message, now_ns))
+            count += 1
+
+        def report() -> None:
+            nonlocal reported
+            if count == reported:
+                if reported:
+                    print("no new messages", flush=True)
+                return
+            reported = count
+            if found := durations_s(list(samples)):
+                print(
+                    f"{title(statistics.fmean(found))}\n\tmin: {min(found):.3f}s max: {max(found):.3f}s "
+                    f"std dev: {statistics.pstdev(found):.5f}s window: {len(samples)}",
+                    flush=True,
+                )
+
+        name, kind, _ = subscription(seen, args, wait_for_it=True)
+        # Best effort and volatile, whatever is offered: so does Jazzy's command, and every publisher fits.
+        seen.node.create_subscription(kind, name, take, qos_profile_sensor_data, raw=raw)
+        seen.node.create_timer(1.0, report, clock=steady_clock())
+        spin(seen.node, lambda: False)
+    return 0

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from ..commands import arguments, packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import modules
+from .actions import OTHER_FORMATS, AnyLaunchDescriptionSource, IncludeLaunchDescription, read
 from .entities import LaunchDescription, describe
 from .errors import LaunchError, explain
-from .include import OTHER_FORMATS, AnyLaunchDescriptionSource, IncludeLaunchDescription, read
 from .output import RECORD_VARIABLE
 from .service import LaunchService
 from .substitutions import find_prefix
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add(parser, "package_name", arguments.offer(packages.names), help=text)
     arguments.add(parser, "launch_file_name", _complete_files, nargs="?", help="Name of the launch file")
     text = "Arguments to the launch file; '<name>:=<value>' (last one wins)"
-    arguments.add(parser, "launch_arguments", _complete_arguments, nargs="*", help=text)
+    parser.add_argument("launch_arguments", nargs="*", help=text)
     parser.set_defaults(run=main)
 
 
@@ -129,19 +129,7 @@ def arguments_shown(description: LaunchDescription) -> str:
 
 
 def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
-    if Path(parsed_args.package_name).is_file():  # a launch file by its path: its arguments follow
-        return _complete_arguments(prefix, parsed_args)
     name = parsed_args.package_name
     if (found := packages.prefix(name)) is None:
         return []
     return [path.name for path in launch_files(found / "share" / name) if path.name.startswith(prefix)]
-
-
-def _complete_arguments(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
-    modules.install()  # the launch file imports them
-    try:
-        path, _words = find(parsed_args.package_name, parsed_args.launch_file_name, [])
-        names = [argument.name for argument, _ in read(path).declared_arguments()]
-    except Exception:
-        return []
-    return [f"{name}:=" for name in names if name.startswith(prefix)]

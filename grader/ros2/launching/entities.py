@@ -1,16 +1,58 @@
-"""The parts of a launch description: descriptions, actions, conditions and substitutions."""
+"""The state of a launch, and the parts of its description: descriptions, actions, conditions and substitutions."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+import os
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from types import SimpleNamespace
 from typing import Any, Protocol
 
-from .context import LaunchContext
 from .errors import InvalidConditionExpressionError, caller
-from .events import ExecutionComplete
 
 Entities = Sequence["LaunchDescriptionEntity"]
+
+
+class LaunchContext:
+    """The state of one launch. Configurations are one flat dictionary; only a group restores them afterwards."""
+
+    environment: MutableMapping[str, str] = os.environ  # that processes inherit: this process's own
+    asyncio_loop: asyncio.AbstractEventLoop
+    runner: Any = None  # the service that runs this context, with the output, the record and the counter
+
+    def __init__(self) -> None:
+        self.launch_configurations: dict[str, Any] = {}
+        self.locals = SimpleNamespace()  # has the event that is being handled
+        self.is_shutdown = False
+        self.events: asyncio.Queue[Any] = asyncio.Queue()  # None: look whether anything is left to wait for
+        self.handlers: deque[Any] = deque()
+
+    def restore(self, configurations: Mapping[str, Any], environment: Mapping[str, str]) -> None:
+        """Set configurations and environment to these."""
+        configurations = dict(configurations)
+        self.launch_configurations.clear()
+        self.launch_configurations.update(configurations)
+        for name in os.environ.keys() - environment.keys():
+            del os.environ[name]
+        os.environ.update(environment)
+
+    def perform_substitution(self, substitution: Any) -> str:
+        """Return the substitution's current text."""
+        return str(substitution.perform(self))
+
+    def register_event_handler(self, handler: Any) -> None:
+        """Ask the handler about every further event, before those registered earlier."""
+        self.handlers.appendleft(handler)
+
+    def unregister_event_handler(self, handler: Any) -> None:
+        """Stop asking the handler about events."""
+        if handler in self.handlers:
+            self.handlers.remove(handler)
+
+    def emit_event_sync(self, event: Any) -> None:
+        """Queue an event."""
+        self.events.put_nowait(event)
 
 
 # -- substitutions ------------------------------------------------------------------------------------------------
@@ -155,20 +197,13 @@ class LaunchConfigurationEquals(Condition):
     """Holds if a configuration has this value; `None` means that it is not set."""
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeSubstitutionsType | None) -> None:
-        super().__init__(predicate=self._holds)
-        self.name = launch_configuration_name
-        self.expected = None if expected_value is None else substitutions(expected_value)
+        expected = None if expected_value is None else substitutions(expected_value)
 
-    def _holds(self, context: LaunchContext) -> bool:
-        value = context.launch_configurations.get(self.name)
-        return bool(value is None if self.expected is None else value == perform(context, self.expected))
+        def holds(context: LaunchContext) -> bool:
+            wanted = None if expected is None else perform(context, expected)
+            return bool(context.launch_configurations.get(launch_configuration_name) == wanted)
 
-
-class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds if a configuration has another value, or none."""
-
-    def _holds(self, context: LaunchContext) -> bool:
-        return not super()._holds(context)
+        super().__init__(predicate=holds)
 
 
 # -- entities -----------------------------------------------------------------------------------------------------
@@ -252,16 +287,7 @@ class Action(LaunchDescriptionEntity):
         """Execute the action if its condition holds."""
         if self.condition is not None and not self.condition.evaluate(context):
             return None
-        try:
-            return self.execute(context)
-        finally:
-            event = ExecutionComplete(action=self)
-            if any(handler.matches(event) for handler in context.handlers):
-                future = self.get_asyncio_future()
-                if future is None:
-                    context.emit_event_sync(event)
-                else:
-                    future.add_done_callback(lambda _: context.emit_event_sync(event))
+        return self.execute(context)
 
     def execute(self, context: LaunchContext) -> Entities | None:  # noqa: ARG002 - for subclasses
         """Execute the action and return the entities to visit next."""

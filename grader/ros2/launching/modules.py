@@ -14,21 +14,8 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
-from ..commands.refusals import near  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
-from . import (
-    actions,
-    context,
-    entities,
-    event_handling,
-    events,
-    include,
-    output,
-    parameters,
-    process,
-    ros_actions,
-    service,
-    substitutions,
-)
+from ..commands import near  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
+from . import actions, entities, events, parameters, process, ros_actions, service, substitutions
 from .errors import InvalidConditionExpressionError, LaunchError, SubstitutionFailure, UnsupportedError, caller
 
 # The names by the modules of launch 3.4.3 and launch_ros 0.26.6 that have them. `LogInfo` of launch.actions is in
@@ -36,28 +23,25 @@ from .errors import InvalidConditionExpressionError, LaunchError, SubstitutionFa
 _TABLE = """
 launch: Action Condition Event EventHandler InvalidLaunchFileError LaunchContext LaunchDescription
   LaunchDescriptionEntity LaunchDescriptionSource LaunchService SomeEntitiesType SomeSubstitutionsType Substitution
-launch.actions: AppendEnvironmentVariable DeclareLaunchArgument EmitEvent ExecuteProcess GroupAction
-  IncludeLaunchDescription LogInfo OpaqueFunction RegisterEventHandler SetEnvironmentVariable SetLaunchConfiguration
-  Shutdown TimerAction
+launch.actions: DeclareLaunchArgument EmitEvent ExecuteProcess GroupAction IncludeLaunchDescription LogInfo
+  OpaqueFunction RegisterEventHandler SetEnvironmentVariable SetLaunchConfiguration Shutdown TimerAction
 launch.actions.shutdown_action: Shutdown
-launch.conditions: IfCondition InvalidConditionExpressionError LaunchConfigurationEquals LaunchConfigurationNotEquals
-  UnlessCondition evaluate_condition_expression
+launch.conditions: IfCondition InvalidConditionExpressionError LaunchConfigurationEquals UnlessCondition
+  evaluate_condition_expression
 launch.event_handler: EventHandler
-launch.event_handlers: OnExecutionComplete OnProcessExit OnProcessIO OnProcessStart OnShutdown
-launch.events: ExecutionComplete Shutdown TimerEvent
-launch.events.process: ProcessExited ProcessIO ProcessStarted ProcessStderr ProcessStdout RunningProcessEvent
+launch.event_handlers: OnProcessExit OnProcessStart OnShutdown
+launch.events: Shutdown TimerEvent
+launch.events.process: ProcessExited ProcessStarted RunningProcessEvent
 launch.launch_description_sources: AnyLaunchDescriptionSource InvalidLaunchFileError InvalidPythonLaunchFileError
   PythonLaunchDescriptionSource
-launch.logging: get_logger
+launch.logging:
 launch.some_entities_type: SomeEntitiesType
 launch.some_substitutions_type: SomeSubstitutionsType
-launch.substitutions: AndSubstitution Command EnvironmentVariable EqualsSubstitution FileContent FindExecutable
-  LaunchConfiguration LocalSubstitution NotEqualsSubstitution NotSubstitution OrSubstitution PathJoinSubstitution
-  PythonExpression SubstitutionFailure TextSubstitution ThisLaunchFileDir
-launch.substitutions.boolean_substitution: AndSubstitution NotSubstitution OrSubstitution
+launch.substitutions: Command EnvironmentVariable FindExecutable LaunchConfiguration PathJoinSubstitution
+  PythonExpression SubstitutionFailure TextSubstitution
 launch.utilities: normalize_to_list_of_substitutions perform_substitutions
 launch_ros:
-launch_ros.actions: LifecycleNode Node PushROSNamespace PushRosNamespace SetParameter SetParametersFromFile
+launch_ros.actions: LifecycleNode Node PushROSNamespace PushRosNamespace SetParameter
 launch_ros.descriptions: ComposableNode ParameterFile ParameterValue
 launch_ros.parameter_descriptions: ParameterFile ParameterValue
 launch_ros.substitutions: ExecutableInPackage FindPackagePrefix FindPackageShare
@@ -77,26 +61,34 @@ INSTEAD = {
     "ExecuteLocal": "Use ExecuteProcess of launch.actions.",
     "UnregisterEventHandler": "Use handle_once=True of the event handler.",
     **dict.fromkeys(("ShutdownProcess", "SignalProcess"), "Use ExecuteProcess with `kill`, or Shutdown."),
-    **dict.fromkeys(("AnySubstitution", "AllSubstitution"), "Use OrSubstitution and AndSubstitution."),
-    "IfElseSubstitution": "Use PythonExpression.",
+    **dict.fromkeys(
+        (
+            *("AllSubstitution", "AndSubstitution", "AnySubstitution", "EqualsSubstitution", "IfElseSubstitution"),
+            *("LaunchConfigurationNotEquals", "NotEqualsSubstitution", "NotSubstitution", "OrSubstitution"),
+        ),
+        "Use PythonExpression.",
+    ),
+    "AppendEnvironmentVariable": "Use SetEnvironmentVariable, with EnvironmentVariable in its value.",
+    "FileContent": "Use Command(['cat ', path]).",
+    "LocalSubstitution": "Write a function as the reaction to the event, which it is given.",
+    **dict.fromkeys(("OnExecutionComplete", "OnProcessIO"), "Use OnProcessStart or OnProcessExit."),
+    "SetParametersFromFile": "Write the file into `parameters` of each node.",
+    "get_logger": "Use LogInfo of launch.actions, or print.",
     "SetRemap": "Write `remappings` for each node.",
     "SetUseSimTime": "Use SetParameter('use_sim_time', True).",
-    "ThisLaunchFile": "Use ThisLaunchFileDir, or __file__.",
+    "ThisLaunchFile": "Use __file__.",
+    "ThisLaunchFileDir": "Use os.path.dirname(__file__).",
     "SetROSLogDir": "Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.",
     "Parameter": "Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.",
-    "FrontendLaunchDescriptionSource": include.PYTHON_FILE,
+    "FrontendLaunchDescriptionSource": actions.PYTHON_FILE,
 }
 
 
 def table() -> dict[str, dict[str, Any]]:
     """Return the supported names by the modules that have them."""
-    places = (
-        *(actions, context, entities, event_handling, include, output, parameters, process, ros_actions),
-        *(service, substitutions),
-    )
+    places = (actions, entities, events, parameters, process, ros_actions, service, substitutions)
     known: dict[str, Any] = {name: value for place in places for name, value in vars(place).items()}
     known |= {
-        "Event": events.Event,
         "InvalidConditionExpressionError": InvalidConditionExpressionError,
         "SubstitutionFailure": SubstitutionFailure,
         "PushRosNamespace": ros_actions.PushROSNamespace,
@@ -109,7 +101,8 @@ def table() -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for line in _TABLE.strip().replace("\n  ", " ").splitlines():
         module, _, names = line.partition(":")
-        values = vars(events) if module.startswith("launch.events") else known  # two events are called as actions are
+        # One event is called as an action is.
+        values = known | {"Shutdown": events.ShutdownEvent} if module.startswith("launch.events") else known
         found[module] = {name: values[name] for name in names.split()}
     return found
 

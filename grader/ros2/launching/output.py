@@ -5,45 +5,18 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import logging
 import os
 import socket
 import sys
 import time
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 RECORD_VARIABLE = "ROS2_LAUNCH_RECORD"
 
-CHANNELS = ("stdout", "stderr", "both")
-# The values of `output=`, as what goes where. Processes have no logs of their own: their lines are in the launch's.
-KINDS: dict[str, dict[str, set[str]]] = {
-    "screen": {"both": {"screen"}},
-    "log": {"both": {"log"}, "stderr": {"screen"}},
-    "both": {"both": {"screen", "log"}},
-    "own_log": {"both": {"log"}},
-    "full": {"both": {"screen", "log"}},
-}
-
-
-def routes(output: Any) -> dict[str, set[str]]:
-    """Return where each of stdout, stderr and both goes: screen, log, own_log (which is the log)."""
-    if isinstance(output, str):
-        if output not in KINDS:
-            raise ValueError(f"'{output}' is not a valid standard output config i.e. one of: {', '.join(KINDS)}")
-        chosen: dict[str, Any] = KINDS[output]
-    else:
-        chosen = dict(output)
-        if unknown := chosen.keys() - set(CHANNELS):
-            raise ValueError(f"a process has the channels {', '.join(CHANNELS)}, not {', '.join(sorted(unknown))}")
-    found: dict[str, set[str]] = {}
-    for channel, places in chosen.items():
-        found[channel] = {places} if isinstance(places, str) else set(places)
-        if wrong := found[channel] - {"screen", "log", "own_log"}:
-            raise ValueError(f"output goes to screen, log or own_log, not to {', '.join(sorted(wrong))}")
-    return found
+KINDS = ("screen", "log", "both", "own_log", "full")
+"""The values of `output=`. Processes have no logs of their own: their lines are in the launch's."""
 
 
 class Output:
@@ -55,7 +28,6 @@ class Output:
         name = f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
         self.folder = log_root() / name
         self._file: Any = None
-        _handler.output = self
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._file = (self.folder / "launch.log").open("a", buffering=1)
@@ -84,13 +56,12 @@ class Output:
         self._print(f"[{level}] [{name}]: {text}")
         self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
 
-    def lines(self, label: str, channel: str, places: dict[str, set[str]], lines: list[str]) -> None:
-        """Print and log lines of a process with its label; `places` says where each channel goes, as `routes` does."""
-        here = places.get(channel, set()) | places.get("both", set())
+    def lines(self, label: str, channel: str, kind: str, lines: list[str]) -> None:
+        """Print and log lines of a process with its label; `kind` is the value of `output=`."""
         for line in lines:
-            if "screen" in here:
+            if kind in ("screen", "both", "full") or (kind == "log" and channel == "stderr"):
                 self._print(f"[{label}] {line}")
-            if here & {"log", "own_log"}:
+            if kind != "screen":
                 self._log(f"{time.time():.7f} [{label}] {line}")
 
     def _print(self, line: str) -> None:
@@ -106,37 +77,9 @@ class Output:
 
     def close(self) -> None:
         """Close the log file."""
-        if _handler.output is self:
-            _handler.output = None
         if self._file is not None:
             self._file.close()
             self._file = None
-
-
-class _Handler(logging.Handler):
-    """Passes on what a launch file logs: to the screen, and to the log file once the launch has one."""
-
-    output: Output | None = None
-
-    def emit(self, record: logging.LogRecord) -> None:
-        text = record.getMessage() + (f"\n{record.exc_text or traceback.format_exc()}" if record.exc_info else "")
-        if self.output is not None:
-            self.output._say(record.levelname, record.name, text)
-        else:
-            print(f"[{record.levelname}] [{record.name}]: {text}", flush=True)
-
-
-_handler = _Handler()
-
-
-def get_logger(name: str | None = None) -> logging.Logger:
-    """Return a logger that writes as the launch does: `launch.logging.get_logger`."""
-    logger = logging.getLogger(name)
-    if _handler not in logger.handlers:
-        logger.addHandler(_handler)
-        logger.setLevel(logging.DEBUG if _handler.output is not None and _handler.output.debug_wanted else logging.INFO)
-        logger.propagate = False
-    return logger
 
 
 def log_root() -> Path:
@@ -170,10 +113,10 @@ class Record:
 class LineReader:
     """Reads a file descriptor in an event loop, cuts what arrives into lines, and closes it at its end.
 
-    `written` is called with the bytes that have arrived and the complete lines in them.
+    `written` is called with the complete lines among what has arrived.
     """
 
-    def __init__(self, fd: int, loop: asyncio.AbstractEventLoop, written: Callable[[bytes, list[str]], None]) -> None:
+    def __init__(self, fd: int, loop: asyncio.AbstractEventLoop, written: Callable[[list[str]], None]) -> None:
         self._fd, self._loop, self._written, self._rest, self.closed = fd, loop, written, b"", False
         os.set_blocking(fd, False)
         loop.add_reader(fd, self._read)
@@ -193,7 +136,7 @@ class LineReader:
             self.closed = True
             return False
         *lines, self._rest = (self._rest + text).split(b"\n")
-        self._written(text, [_decode(line) for line in lines])
+        self._written([_decode(line) for line in lines])
         return True
 
     def drain(self) -> None:
@@ -205,7 +148,7 @@ class LineReader:
     def _flush(self) -> None:
         if self._rest:
             rest, self._rest = self._rest, b""
-            self._written(b"", [_decode(rest)])
+            self._written([_decode(rest)])
 
 
 def _decode(line: bytes) -> str:

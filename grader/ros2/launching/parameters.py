@@ -1,25 +1,27 @@
-"""The parameters of a node: their values, the types of these, and the file that carries them."""
+"""The parameters of a node: their values, the types of these, and the file that carries them.
+
+What is accepted, and the words of a refusal, are those of launch 3.4.3.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import typing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from . import typed
-from .context import LaunchContext
-from .entities import SomeSubstitutionsType, Substitution, TextSubstitution, perform, substitutions
-from .errors import UnsupportedError, caller
-from .substitutions import (
-    EnvironmentVariable,
-    FindPackagePrefix,
-    FindPackageShare,
-    LaunchConfiguration,
-    ThisLaunchFileDir,
+from .entities import (
+    LaunchContext,
+    SomeSubstitutionsType,
+    Substitution,
+    TextSubstitution,
+    is_substitution,
+    perform,
+    substitutions,
 )
+from .errors import UnsupportedError
 
 AS_TEXT = (
     "If the parameter is meant to be a string, try wrapping it in "
@@ -31,55 +33,31 @@ class ParameterValue:
     """A value whose type is given, rather than found by reading its text as YAML."""
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
-        self.value, self.value_type = typed.given(value, value_type), value_type
+        self.value, self.value_type = _given(value, value_type), value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        return typed.performed(context, self.value, self.value_type)
+        return _performed(context, self.value, self.value_type)
 
 
 class ParameterFile:
-    """A parameter file; with `allow_substs=True`, expressions such as `$(var x)` in it are replaced first."""
+    """A parameter file."""
 
     def __init__(self, param_file: SomeSubstitutionsType | Path, *, allow_substs: bool = False) -> None:
+        if allow_substs:
+            raise UnsupportedError(
+                "allow_substs= of ParameterFile", "Write the values as a dictionary in `parameters`."
+            )
         if not isinstance(param_file, str | Path | Substitution | Iterable):
             raise TypeError(
                 "'ParameterFile()' expected 'param_file' to be one of [<class 'str'>, "
                 "<class 'launch.substitution.Substitution'>, <class 'collections.abc.Iterable'>, "
                 f"<class 'os.PathLike'>], but got '{param_file}' of type '{type(param_file)}'"
             )
-        if not isinstance(allow_substs, bool):
-            raise TypeError(
-                "'ParameterFile()' expected 'allow_subst' to be one of [<class 'bool'>], "
-                f"but got '{allow_substs}' of type '{type(allow_substs)}'"
-            )
         self.param_file = substitutions(str(param_file) if isinstance(param_file, Path) else param_file)
-        self.allow_substs, self.place = allow_substs, caller()
 
     def evaluate(self, context: LaunchContext) -> Path:
-        """Return the path of the file to pass on."""
-        path = Path(perform(context, self.param_file))
-        if not self.allow_substs:
-            return path
-        text = re.sub(r"\$\(([^()]*)\)", lambda found: self._replace(context, found[1]), path.read_text())
-        return Path(context.runner.parameter_file(text))
-
-    def _replace(self, context: LaunchContext, expression: str) -> str:
-        kind, *words = expression.split()
-        words = [word.strip("'\"") for word in words]
-        known: dict[str, Callable[..., Substitution]] = {
-            "var": lambda name, *default: LaunchConfiguration(name, default=default[0] if default else None),
-            "env": lambda name, *default: EnvironmentVariable(name, default_value=default[0] if default else None),
-            "find-pkg-share": FindPackageShare,
-            "find-pkg-prefix": FindPackagePrefix,
-            "dirname": ThisLaunchFileDir,
-        }
-        if kind not in known:
-            raise UnsupportedError(
-                f"$({expression}) in a parameter file",
-                f"Use one of {', '.join(f'$({name} …)' for name in known)}.",
-                self.place,
-            )
-        return known[kind](*words).perform(context)
+        """Return the file's path."""
+        return Path(perform(context, self.param_file))
 
 
 class Parameters:
@@ -136,3 +114,108 @@ def listed(parameters: Any) -> list[Parameters | ParameterFile]:
         Parameters(one) if isinstance(one, Mapping) else one if isinstance(one, ParameterFile) else ParameterFile(one)
         for one in parameters
     ]
+
+
+# -- values of a known type -------------------------------------------------------------------------------------------
+SCALARS = (int, float, bool, str)
+
+
+def _item(kind: Any) -> tuple[Any, bool]:
+    """Return the type of a scalar, or of the items of a list type, and whether it is a list type."""
+    items = typing.get_args(kind)
+    return (items[0], True) if items else (kind, False)
+
+
+def _given(value: Any, kind: Any) -> Any:
+    """Return a value for `_performed`: a scalar, a list of substitutions, or a list of scalars and of such lists.
+
+    Args:
+        value: a scalar, a substitution (texts and substitutions in a list are one), or a list of these.
+        kind: bool, int, float, str, a list type of one of them, or None for any.
+
+    Raises:
+        TypeError: the value is not of that type.
+    """
+    item, is_list = _item(kind)
+    if isinstance(value, SCALARS):
+        if kind is not None and (is_list or not isinstance(value, item)):
+            raise TypeError(f"value='{value}' is not an instance of {kind}")
+        return value
+    if is_substitution(value):
+        return substitutions(value)
+    if not isinstance(value, Iterable):
+        raise TypeError(
+            "value should be either a scalar, a substitutions, or a mixed list of scalars and substitutions. "
+            f"Got `value={value}` of type `{type(value)}`."
+        )
+    entries = list(value)
+    if not all(isinstance(one, SCALARS) or is_substitution(one) for one in entries):
+        raise TypeError(
+            "value is a list, and one of the items is not a scalar, a Substitution or a list of substitutions. "
+            f"Got value='{value}'"
+        )
+    if kind is not None and not is_list:
+        raise TypeError(
+            "The provided value resolves to a list, though the required type is a scalar. "
+            f"Got value='{value}', data_type='{kind}'."
+        )
+    kinds = {type(one) for one in entries if isinstance(one, SCALARS)}
+    if kinds == {int, float}:
+        kinds = {float}
+    if len(kinds) > 1:
+        raise TypeError(f"Input value is not an acceptable 'SomeValueType'.Got value='{value}': mix no types in a list")
+    found = kinds.pop() if kinds else None
+    if found is not None and item not in (None, found):
+        raise TypeError(f"Got a list of '{found}', expected a list of '{item}'. value='{value}'")
+    return [substitutions(one) if is_substitution(one) else float(one) if found is float else one for one in entries]
+
+
+def _performed(context: LaunchContext, value: Any, kind: Any) -> Any:
+    """Return the current value of what `_given` has returned.
+
+    Raises:
+        ValueError: a text does not stand for a value of the type.
+    """
+    if not isinstance(value, list):
+        return value
+    if value and all(isinstance(one, Substitution) for one in value):
+        return read(perform(context, value), kind)
+    item, _ = _item(kind)
+    found = [read(perform(context, one), item) if isinstance(one, list) else one for one in value]
+    if not _uniform(found):
+        raise ValueError("The output list is not uniform")
+    return found
+
+
+def read(text: str, kind: Any) -> Any:
+    """Return the value of a type that a text stands for; without a type, the value that it is as YAML."""
+    item, is_list = _item(kind)
+    if is_list:
+        found = _yaml(text, f"Cannot convert value '{text}' to a list of '{item}'")
+        if not isinstance(found, list) or not all(isinstance(one, item) for one in found):
+            raise ValueError(f"Cannot convert value '{text}' to a list of '{item}'")
+        return found
+    if kind is None:
+        return _yaml(text, f"Failed to convert '{text}' using yaml rules")
+    if kind is bool:
+        found = _yaml({"1": "true", "0": "false"}.get(text, text), f"Failed to convert '{text}' to '{kind}'")
+        if not isinstance(found, bool):
+            raise ValueError(f"Cannot convert value '{text}' to '{kind}'")
+        return found
+    return kind(text)
+
+
+def _yaml(text: str, refusal: str) -> Any:
+    if not text:
+        return text
+    try:
+        found = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"{refusal}: yaml.safe_load() failed\n{error}") from error
+    if not isinstance(found, SCALARS) and not (isinstance(found, list) and _uniform(found)):
+        raise ValueError(f"{refusal}: output type is not allowed, got {type(found)}")
+    return found
+
+
+def _uniform(values: list[Any]) -> bool:
+    return not values or (isinstance(values[0], SCALARS) and all(isinstance(one, type(values[0])) for one in values))

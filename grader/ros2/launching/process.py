@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import os
 import pty
-import shlex
 import signal
 import subprocess
 import time
@@ -15,15 +14,23 @@ from functools import partial
 from signal import Signals as _Signals
 from typing import Any
 
-from . import events, typed
-from .context import LaunchContext
-from .entities import Action, Entities, SomeSubstitutionsType, Substitution, perform, substitutions, truth
-from .errors import LaunchError
-from .event_handling import EventHandler, OnProcessExit, OnShutdown
-from .output import LineReader, routes
-from .substitutions import LaunchConfiguration
+from . import events
+from .entities import (
+    Action,
+    Entities,
+    LaunchContext,
+    SomeSubstitutionsType,
+    Substitution,
+    perform,
+    substitutions,
+    truth,
+)
+from .errors import LaunchError, UnsupportedError, refuse_keywords
+from .output import KINDS, LineReader
 
-TIMEOUT_S = 5.0  # how long each signal has to work before the next one, as in the real launch
+# How long each signal has to work before the next one, as in the real launch; `sigterm_timeout:=` sets another limit.
+TIMEOUT_S = 5.0
+ABSENT = ("prefix", "sigterm_timeout", "sigkill_timeout", "output_format", "cached_output", "log_cmd")
 
 
 class ExecuteProcess(Action):
@@ -33,37 +40,31 @@ class ExecuteProcess(Action):
         self,
         *,
         cmd: Iterable[SomeSubstitutionsType],
-        prefix: SomeSubstitutionsType | None = None,
         name: SomeSubstitutionsType | None = None,
         cwd: SomeSubstitutionsType | None = None,
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None,
         shell: bool = False,
-        sigterm_timeout: Any = None,
-        sigkill_timeout: Any = None,
         emulate_tty: Any = False,
-        output: Any = "log",
-        output_format: str = "",  # noqa: ARG002 - accepted; each line begins with the label
-        cached_output: bool = False,  # noqa: ARG002 - accepted; launch files cannot ask for the text here
-        log_cmd: bool = False,
+        output: SomeSubstitutionsType = "log",
         on_exit: Any = None,
         respawn: Any = False,
         respawn_delay: float | None = None,
         respawn_max_retries: int = -1,
         **rest: Any,
     ) -> None:
+        refuse_keywords(self, rest, *ABSENT)
         super().__init__(**rest)
+        if isinstance(output, dict):
+            raise UnsupportedError("a dictionary as `output`", "Write 'screen', 'log' or 'both'.")
+        if not isinstance(respawn, bool | Substitution):
+            raise TypeError(f"value='{respawn}' is not an instance of <class 'bool'>")
         self.cmd = [substitutions(word) for word in cmd]
-        self.prefix, self.label, self.cwd = (None if x is None else substitutions(x) for x in (prefix, name, cwd))
+        self.label, self.cwd = (None if x is None else substitutions(x) for x in (name, cwd))
         self.env, self.additional_env = (None if x is None else _pairs(x) for x in (env, additional_env))
-        self.shell, self.log_cmd, self.emulate_tty = shell, log_cmd, emulate_tty
-        self.output = output if isinstance(output, dict) else substitutions(output)
-        self.timeouts = [
-            substitutions(LaunchConfiguration(f"{name}_timeout", default=TIMEOUT_S) if limit is None else limit)
-            for name, limit in (("sigterm", sigterm_timeout), ("sigkill", sigkill_timeout))
-        ]
-        self.on_exit = on_exit
-        self.respawn = typed.given(respawn, bool)
+        self.shell, self.emulate_tty = shell, emulate_tty
+        self.output = substitutions(output)
+        self.on_exit, self.respawn = on_exit, respawn
         self.respawn_delay_s, self.respawn_max_retries = respawn_delay, respawn_max_retries
         self.process_details: dict[str, Any] = {}
         self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
@@ -84,7 +85,7 @@ class ExecuteProcess(Action):
 
     # -- starting --------------------------------------------------------------------------------------------------
     def command(self, context: LaunchContext) -> list[str]:
-        """Return the command's current words, without the prefix."""
+        """Return the command's current words."""
         return [perform(context, word) for word in self.cmd]
 
     def _environment(self, context: LaunchContext) -> dict[str, str]:
@@ -102,7 +103,6 @@ class ExecuteProcess(Action):
             return None
         self._context = context
         cmd = self.command(context)
-        cmd = cmd if self.prefix is None else [*shlex.split(perform(context, self.prefix)), *cmd]
         base = os.path.basename(cmd[0]) if self.label is None else perform(context, self.label)  # noqa: PTH119 - text
         self.process_details = {
             "name": f"{base}-{context.runner.next_number()}",
@@ -111,20 +111,23 @@ class ExecuteProcess(Action):
             "env": self._environment(context),
             "pid": 0,
         }
-        self._routes = routes(self.output if isinstance(self.output, dict) else perform(context, self.output))
+        self._output = perform(context, self.output)
+        if self._output not in KINDS:
+            raise ValueError(f"'{self._output}' is not a valid standard output config i.e. one of: {', '.join(KINDS)}")
         everywhere = context.launch_configurations.get("emulate_tty")
         self._tty = bool(self.emulate_tty) if everywhere is None else truth(context, everywhere)
-        self._respawns = typed.performed(context, self.respawn, bool)
-        self._limits_s = [float(perform(context, limit)) for limit in self.timeouts]
-        handlers: list[EventHandler] = [OnShutdown(on_shutdown=lambda *_: self._stop.set())]
+        self._respawns = self.respawn if isinstance(self.respawn, bool) else truth(context, self.respawn)
+        limits = (context.launch_configurations.get(f"{name}_timeout", TIMEOUT_S) for name in ("sigterm", "sigkill"))
+        self._limits_s = [float(limit) for limit in limits]
+        handlers: list[events.EventHandler] = [events.OnShutdown(on_shutdown=lambda *_: self._stop.set())]
         if self.on_exit is not None:
-            handlers.append(OnProcessExit(target_action=self, on_exit=self.on_exit))
+            handlers.append(events.OnProcessExit(target_action=self, on_exit=self.on_exit))
         for handler in handlers:
             context.register_event_handler(handler)
         self._life = context.asyncio_loop.create_task(self._live(handlers))
         return None
 
-    async def _live(self, handlers: list[EventHandler]) -> None:
+    async def _live(self, handlers: list[events.EventHandler]) -> None:
         """Run the process, again as often as it respawns; then declare the action over."""
         context, restarts = self._context, 0
         try:
@@ -147,8 +150,6 @@ class ExecuteProcess(Action):
         """Start the process and return True; report why that fails and return False."""
         runner, name, cmd = self._context.runner, self.process_details["name"], self.process_details["cmd"]
         ours, theirs = _channels(self._tty)
-        if self.log_cmd:
-            runner.output.info(name, f"process details: cmd='{' '.join(cmd)}', cwd='{self.process_details['cwd']}'")
         try:
             self._process = subprocess.Popen(
                 " ".join(cmd) if self.shell else cmd,
@@ -174,19 +175,12 @@ class ExecuteProcess(Action):
         self.process_details["pid"] = self._process.pid
         self._readers = [reader for reader in self._readers if not reader.closed]
         for fd, channel in zip(ours, ("stdout", "stderr"), strict=True):
-            self._readers.append(LineReader(fd, self._context.asyncio_loop, partial(self._written, channel)))
+            written = partial(runner.output.lines, name, channel, self._output)
+            self._readers.append(LineReader(fd, self._context.asyncio_loop, written))
         runner.output.info(name, f"process started with pid [{self._process.pid}]")
         runner.record.add("started", process=name, pid=self._process.pid, cmd=cmd, **self.facts)
         self._event(events.ProcessStarted)
         return True
-
-    def _written(self, channel: str, text: bytes, lines: list[str]) -> None:
-        """Pass on what the process has written."""
-        name = self.process_details["name"]
-        self._context.runner.output.lines(name, channel, self._routes, lines)
-        if text:
-            kind, fd = (events.ProcessStdout, 1) if channel == "stdout" else (events.ProcessStderr, 2)
-            self._event(kind, text=text, fd=fd)
 
     # -- ending ----------------------------------------------------------------------------------------------------
     async def _end(self) -> None:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
-from .context import LaunchContext
-from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
+from .entities import Action, Entities, LaunchContext, SomeSubstitutionsType, perform, substitutions
 from .errors import LaunchError
 from .parameters import ParameterFile, Parameters, document, listed
 from .process import ExecuteProcess
-from .substitutions import PARAMETERS, ExecutableInPackage
+from .substitutions import ExecutableInPackage
 
-NAMESPACE = "ros_namespace"  # a key among the configurations, as PARAMETERS is
+PARAMETERS, NAMESPACE = "global_params", "ros_namespace"  # the configurations that hold for all nodes
 RENAMED = {
     "node_executable": "executable",
     "node_name": "name",
@@ -112,8 +110,8 @@ class Node(ExecuteProcess):
             "executable": perform(context, self.executable),
             "node": full or name,
         }
-        for setting in context.launch_configurations.get(PARAMETERS, ()):
-            cmd += ["--params-file", setting] if isinstance(setting, str) else ["-p", f"{setting[0]}:={setting[1]}"]
+        for key, value in context.launch_configurations.get(PARAMETERS, ()):
+            cmd += ["-p", f"{key}:={value}"]
         for one in self.parameters:
             cmd += self._parameter(context, one, full or "/**")
         for old, new in self.remappings:
@@ -179,11 +177,6 @@ class PushROSNamespace(Action):
             context.launch_configurations[NAMESPACE] = inner
 
 
-def _append(context: LaunchContext, setting: Any) -> None:
-    # A group restores which list there is, not what is in it: so it is in the real one.
-    context.launch_configurations.setdefault(PARAMETERS, []).append(setting)
-
-
 class SetParameter(Action):
     """Sets a parameter of all nodes that follow."""
 
@@ -194,18 +187,6 @@ class SetParameter(Action):
     def execute(self, context: LaunchContext) -> None:
         """Set it. A list becomes text in round brackets, which no node reads as a list: the real one does the same."""
         for name, value in self.parameters.evaluate(context).items():
-            _append(context, (name, tuple(value) if isinstance(value, list) else value))
-
-
-class SetParametersFromFile(Action):
-    """Passes a parameter file to all nodes that follow."""
-
-    def __init__(self, filename: SomeSubstitutionsType, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.filename = substitutions(filename)
-
-    def execute(self, context: LaunchContext) -> None:
-        file = Path(perform(context, self.filename)).absolute()
-        if not file.is_file():
-            raise LaunchError(f"Parameter file path is not a file: {file}")
-        _append(context, str(file))
+            setting = (name, tuple(value) if isinstance(value, list) else value)
+            # A group restores which list there is, not what is in it: so it is in the real one.
+            context.launch_configurations.setdefault(PARAMETERS, []).append(setting)

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from . import events
-from .context import LaunchContext
-from .entities import LaunchDescription, LaunchDescriptionEntity
+from .entities import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from .errors import explain
 from .guard import Guard
 from .output import Output, Record
@@ -110,7 +109,7 @@ class LaunchService:
 
     def _handle(self, event: events.Event) -> None:
         context = self.context
-        if isinstance(event, events.Shutdown):
+        if isinstance(event, events.ShutdownEvent):
             if context.is_shutdown:
                 return
             context.is_shutdown = True
@@ -149,7 +148,7 @@ class LaunchService:
             self._shut_down(f"Caught exception in launch: {self._error}")
 
     def _shut_down(self, reason: str, due_to_sigint: bool = False) -> None:
-        self.context.emit_event_sync(events.Shutdown(reason=reason, due_to_sigint=due_to_sigint))
+        self.context.emit_event_sync(events.ShutdownEvent(reason=reason, due_to_sigint=due_to_sigint))
 
     # -- signals ---------------------------------------------------------------------------------------------------
     def _reap(self) -> None:

@@ -8,19 +8,17 @@ import os
 import shlex
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
-from . import typed
-from .context import LaunchContext
 from .entities import (
+    LaunchContext,
     SomeSubstitutionsType,
     Substitution,
     TextSubstitution,
     describe,
-    is_substitution,
     perform,
     substitutions,
 )
@@ -34,7 +32,7 @@ class LaunchConfiguration(Substitution):
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
         self.variable_name = substitutions(variable_name)
-        self.default = None if default is None else list(texts(default))
+        self.default = None if default is None else list(_texts(default))
 
     def perform(self, context: LaunchContext) -> str:
         name = perform(context, self.variable_name)
@@ -45,7 +43,7 @@ class LaunchConfiguration(Substitution):
         return perform(context, self.default)
 
 
-def texts(default: Any) -> Iterator[Substitution]:
+def _texts(default: Any) -> Iterator[Substitution]:
     """Yield the parts of a default; what is not text becomes text, item by item."""
     for item in default if isinstance(default, Iterable) and not isinstance(default, str) else [default]:
         yield item if isinstance(item, Substitution) else TextSubstitution(text=str(item))
@@ -154,122 +152,7 @@ class PythonExpression(Substitution):
             ) from error
 
 
-class LocalSubstitution(Substitution):
-    """A value known only where the substitution is performed, such as `event.reason`."""
-
-    def __init__(self, expression: str, description: str | None = None) -> None:
-        self.expression, self.description = expression, description
-
-    def perform(self, context: LaunchContext) -> str:
-        value: Any = context.locals
-        for name in self.expression.split("."):
-            if not hasattr(value, name):
-                raise SubstitutionFailure(f"there is no local '{self.expression}' here")
-            value = getattr(value, name)
-        return str(value)
-
-    def describe(self) -> str:
-        return f"LocalVar('{self.description or self.expression}')"
-
-
-class FileContent(Substitution):
-    """The text of a file."""
-
-    def __init__(self, path: SomeSubstitutionsType) -> None:
-        self.path = substitutions(path)
-
-    def perform(self, context: LaunchContext) -> str:
-        path = perform(context, self.path)
-        try:
-            return Path(path).read_text()
-        except OSError as error:
-            raise SubstitutionFailure(f"Failed to open file: {path}: {error.strerror}") from error
-
-
-class ThisLaunchFileDir(Substitution):
-    """The folder of the launch file being run."""
-
-    def perform(self, context: LaunchContext) -> str:
-        found = getattr(context.locals, "current_launch_file_directory", None)  # set by the include that reads the file
-        if found is None:
-            raise SubstitutionFailure("ThisLaunchFileDir used outside of a launch file (in a script)")
-        return str(found)
-
-
-class EqualsSubstitution(Substitution):
-    """Whether two texts are equal: as truth values, as numbers, or letter by letter."""
-
-    def __init__(self, left: Any, right: Any) -> None:
-        self.left, self.right = _side(left), _side(right)
-
-    def perform(self, context: LaunchContext) -> str:
-        return _text(self._equal(context))
-
-    def _equal(self, context: LaunchContext) -> bool:
-        left, right = perform(context, self.left), perform(context, self.right)
-        truths = {"true": True, "1": True, "false": False, "0": False}
-        if left.lower() in truths and right.lower() in truths:
-            return truths[left.lower()] == truths[right.lower()]
-        try:
-            return math.isclose(float(left), float(right))
-        except ValueError:
-            return left == right
-
-
-class NotEqualsSubstitution(EqualsSubstitution):
-    """Whether two texts differ."""
-
-    def _equal(self, context: LaunchContext) -> bool:
-        return not super()._equal(context)
-
-
-class OrSubstitution(Substitution):
-    """Whether one of two is true."""
-
-    combine: Callable[[Iterable[bool]], bool] = staticmethod(any)
-
-    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
-        self.args = [substitutions(left), substitutions(right)]
-
-    def perform(self, context: LaunchContext) -> str:
-        return _text(self.combine([_truth(context, value) for value in self.args]))
-
-
-class AndSubstitution(OrSubstitution):
-    """Whether both are true."""
-
-    combine = staticmethod(all)
-
-
-class NotSubstitution(OrSubstitution):
-    """The opposite of a truth value."""
-
-    combine = staticmethod(lambda values: not any(values))
-
-    def __init__(self, value: SomeSubstitutionsType) -> None:
-        super().__init__(value, value)
-
-
-def _truth(context: LaunchContext, value: Iterable[Substitution]) -> bool:
-    """Return the truth value of a text, as YAML has it; a condition of an action is stricter."""
-    try:
-        return bool(typed.read(perform(context, value), bool))
-    except ValueError as error:
-        raise SubstitutionFailure(str(error)) from error
-
-
-def _text(value: bool) -> str:
-    return "true" if value else "false"
-
-
-def _side(value: Any) -> list[Substitution]:
-    return substitutions(value if is_substitution(value) else "" if value is None else str(value))
-
-
 # -- of launch_ros: the places of packages and of their executables ----------------------------------------------------
-PARAMETERS = "global_params"  # the configuration that holds the settings for all nodes
-
-
 def find_prefix(package: str) -> Path:
     """Return the prefix that a package is installed in.
 

@@ -1,16 +1,21 @@
-"""A package `demo` whose executables are shell scripts, and fixtures that launch it."""
+"""A package `demo` whose executables are shell scripts, and fixtures that launch it, or only visit what would start."""
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
-from helpers.ros2_runs import COMMAND, FILES, Launcher, environment
+from helpers.ros2_runs import COMMAND, FILES, Launcher, environment, tidy
+
+from grader.ros2.launching import modules
+from grader.ros2.launching.entities import LaunchContext
 
 SCRIPTS = {
     "show": 'echo "ARGV $*"',
@@ -78,3 +83,85 @@ def ros2(demo: Path, tmp_path: Path) -> Callable[..., subprocess.CompletedProces
         )
 
     return run
+
+
+class Visitor:
+    """Visits actions like a launch, but starts nothing."""
+
+    def __init__(self, demo: Path, folder: Path) -> None:
+        self.names: dict[str, Any] = {}
+        for module, names in modules.table().items():
+            self.names |= names if not module.startswith("launch.events") else {}
+        self.context = LaunchContext()
+        self.context.asyncio_loop = self.loop = asyncio.new_event_loop()
+        self.context.runner = self
+        self.output = self
+        self.said: list[str] = []
+        self.files: list[str] = []
+        self.started: list[Any] = []
+        self.demo, self.folder, self.number = demo, folder, 0
+
+    def __getattr__(self, name: str) -> Any:
+        return self.names[name]
+
+    def next_number(self) -> int:
+        self.number += 1
+        return self.number
+
+    def parameter_file(self, text: str) -> Path:
+        self.files.append(text)
+        path = self.folder / f"launch_params_{len(self.files)}"
+        path.write_text(text)
+        return path
+
+    def info(self, _name: str, text: str) -> None:
+        self.said.append(text)
+
+    warn = info
+
+    def visit(self, *entities: Any) -> list[str]:
+        """Visit them, and return the command lines of what would start."""
+        for entity in entities:
+            inner = entity.visit(self.context)
+            if getattr(entity, "process_details", None):
+                self.started.append(entity)
+            self.visit(*(inner or ()))
+        return [tidy(" ".join(one.process_details["cmd"]), self.demo) for one in self.started]
+
+    def launch(self, file: Path, *given: tuple[str, str]) -> list[str]:
+        """Read a launch file with the names in place, visit it with arguments, and return the command lines."""
+        finders = list(sys.meta_path)
+        assert modules.install()
+        try:
+            return self.visit(self.IncludeLaunchDescription(str(file), launch_arguments=given))
+        finally:
+            sys.meta_path[:] = finders
+            for name in [name for name in sys.modules if name.split(".")[0] in ("launch", "launch_ros")]:
+                del sys.modules[name]
+
+    def text(self, substitution: Any) -> str:
+        return str(substitution.perform(self.context))
+
+    def parameters(self, values: dict[str, Any], **rest: Any) -> dict[str, Any]:
+        """Return the parameters in the file that is written for a dictionary."""
+        import yaml
+
+        self.visit(self.Node(package="demo", executable="show", parameters=[values], **rest))
+        ((self.key, body),) = yaml.safe_load(self.files[-1]).items()
+        found: dict[str, Any] = body["ros__parameters"]
+        return found
+
+
+@pytest.fixture
+def visitor(demo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{demo}:{sys.prefix}")
+    made = Visitor(demo, tmp_path)
+    before = dict(os.environ)
+    yield made
+    os.environ.clear()
+    os.environ.update(before)
+    if never_started := asyncio.all_tasks(made.loop):
+        for task in never_started:
+            task.cancel()
+        made.loop.run_until_complete(asyncio.wait(never_started))
+    made.loop.close()

@@ -5,15 +5,14 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from grader.ros2.commands import messages, param, topic_pubsub
-from grader.ros2.commands.refusals import Refusal
+from grader.ros2.commands import Refusal, messages, param, topic
 
 pytestmark = pytest.mark.ros
 FULL = messages.Limits(messages.FULL)
 
 
 def echoed(part):
-    return topic_pubsub.shown(part, FULL)
+    return topic.shown(part, FULL)
 
 
 def test_a_long_last_text_is_cut_and_keeps_its_line_end():

@@ -13,7 +13,8 @@ import pytest
 import yaml
 
 from grader import KIT
-from grader.ros2.commands import arguments, bag, graph, param, refusals, topic_meters
+from grader.ros2 import commands
+from grader.ros2.commands import bag, graph, param, topic
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 
@@ -28,7 +29,7 @@ ODOMETRY = "nav_msgs/msg/Odometry"
     ],
 )
 def test_the_nearest_name_is_suggested(name, said):
-    assert refusals.near(name, ["/odom", "/scan", "/navigate_to_position"]) == said
+    assert commands.near(name, ["/odom", "/scan", "/navigate_to_position"]) == said
 
 
 def test_a_type_that_differs_is_a_warning():
@@ -46,9 +47,9 @@ def test_the_parameters_of_a_hidden_node_are_asked_for_by_a_flag():
         return ["/robot_controller", *(["/_do_not_use/motion_control"] if hidden else [])]
 
     seen: Any = SimpleNamespace(node=None, nodes=nodes, has_node=lambda name, hidden: name in nodes(hidden))
-    with pytest.raises(refusals.Refusal, match="Node not found\nIt is hidden: add --include-hidden-nodes"):
+    with pytest.raises(commands.Refusal, match="Node not found\nIt is hidden: add --include-hidden-nodes"):
         param.Parameters(seen, "/_do_not_use/motion_control")
-    with pytest.raises(refusals.Refusal, match="Node not found\nDid you mean /robot_controller"):
+    with pytest.raises(commands.Refusal, match="Node not found\nDid you mean /robot_controller"):
         param.Parameters(seen, "/robot_control", include_hidden=True)
 
 
@@ -59,11 +60,11 @@ def test_a_meter_asks_for_best_effort_whatever_is_offered(verb, monkeypatch):
     from rclpy.qos import qos_profile_sensor_data
 
     node = Mock()
-    monkeypatch.setattr(topic_meters, "graph", lambda *_, **__: nullcontext(SimpleNamespace(node=node)))
-    monkeypatch.setattr(topic_meters, "subscription", lambda *_, **__: ("/map", object, []))
-    monkeypatch.setattr(topic_meters, "spin", lambda *_: True)
+    monkeypatch.setattr(topic, "graph", lambda *_, **__: nullcontext(SimpleNamespace(node=node)))
+    monkeypatch.setattr(topic, "subscription", lambda *_, **__: ("/map", object, []))
+    monkeypatch.setattr(topic, "spin", lambda *_: True)
     parser = argparse.ArgumentParser()
-    topic_meters.add_verbs(arguments.verbs(parser, "topic"))
+    topic.add_arguments(parser)
     args = parser.parse_args([verb, "/map"])
     args.run(args)
     assert node.create_subscription.call_args.args[-1] == qos_profile_sensor_data

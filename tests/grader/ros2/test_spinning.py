@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from grader.ros2.commands.spinning import interrupt_later
+from grader.ros2.commands.graph import interrupt_later
 
 
 @pytest.fixture

@@ -2,14 +2,8 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, SetLaunchConfiguration
-from launch.conditions import IfCondition, LaunchConfigurationEquals, LaunchConfigurationNotEquals, UnlessCondition
-from launch.substitutions import (
-    EqualsSubstitution,
-    LaunchConfiguration,
-    NotEqualsSubstitution,
-    PythonExpression,
-    TextSubstitution,
-)
+from launch.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
+from launch.substitutions import LaunchConfiguration, PythonExpression, TextSubstitution
 from launch_ros.actions import Node
 
 sim = LaunchConfiguration("sim")
@@ -32,11 +26,9 @@ def generate_launch_description():
             show(robot),
             SetLaunchConfiguration("robot", "other"),
             show(robot, condition=LaunchConfigurationEquals("robot", "other")),
-            show("never", condition=LaunchConfigurationNotEquals("robot", "other")),
+            show("never", condition=LaunchConfigurationEquals("robot", None)),
             show(PythonExpression([LaunchConfiguration("speed"), " * 2 + floor(1.5)"])),
             show("fast", condition=IfCondition(PythonExpression(["float('", LaunchConfiguration("speed"), "') > 1"]))),
-            show(EqualsSubstitution(sim, "1")),
-            show(NotEqualsSubstitution(LaunchConfiguration("speed"), 0.5)),
             ExecuteProcess(cmd=["echo", ["a", "b"], robot], output="screen"),
             LogInfo(msg=["the robot is ", robot]),
         ]

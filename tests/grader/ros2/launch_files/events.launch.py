@@ -3,8 +3,8 @@
 
 from launch import LaunchDescription
 from launch.actions import GroupAction, LogInfo, RegisterEventHandler, SetLaunchConfiguration, TimerAction
-from launch.event_handlers import OnExecutionComplete, OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
-from launch.substitutions import LaunchConfiguration, LocalSubstitution
+from launch.event_handlers import OnProcessExit, OnProcessStart, OnShutdown
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node, PushRosNamespace
 
 
@@ -15,24 +15,14 @@ def show(*words, **rest):
 def generate_launch_description():
     first = show("first", output="screen")
     last = show("last")
-    hello = LogInfo(msg="hello")
     return LaunchDescription(
         [
             RegisterEventHandler(OnProcessStart(target_action=first, on_start=[LogInfo(msg="first has started")])),
             RegisterEventHandler(
                 OnProcessExit(target_action=first, on_exit=[LogInfo(msg="first has ended"), show("second")])
             ),
-            RegisterEventHandler(
-                OnProcessIO(
-                    target_action=first,
-                    on_stdout=lambda event: LogInfo(msg=f"first says {event.text.decode().split()[0]}"),
-                )
-            ),
-            RegisterEventHandler(
-                OnExecutionComplete(target_action=hello, on_completion=lambda event, context: LogInfo(msg="greeted"))
-            ),
-            RegisterEventHandler(OnShutdown(on_shutdown=[LogInfo(msg=["bye: ", LocalSubstitution("event.reason")])])),
-            hello,
+            RegisterEventHandler(OnShutdown(on_shutdown=lambda event, context: LogInfo(msg=f"bye: {event.reason}"))),
+            LogInfo(msg="hello"),
             GroupAction(
                 [
                     PushRosNamespace("inside"),

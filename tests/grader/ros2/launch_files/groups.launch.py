@@ -1,4 +1,4 @@
-"""Groups restore configurations and environment, unless they are not scoped; without forwarding they begin empty."""
+"""Groups restore configurations and environment, unless they are not scoped."""
 
 from launch import LaunchDescription
 from launch.actions import GroupAction, SetEnvironmentVariable, SetLaunchConfiguration
@@ -21,9 +21,6 @@ def generate_launch_description():
             *change("outer"),
             GroupAction(change("scoped")),
             state(),
-            GroupAction([state()], launch_configurations={"x": "given"}),
-            GroupAction([state()], forwarding=False),
-            GroupAction([state()], forwarding=False, launch_configurations={"x": "kept"}),
             GroupAction(change("leaked"), scoped=False),
             state(),
         ]

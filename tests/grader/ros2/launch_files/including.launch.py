@@ -6,7 +6,7 @@ import os
 from launch import LaunchDescription
 from launch.actions import GroupAction, IncludeLaunchDescription
 from launch.launch_description_sources import AnyLaunchDescriptionSource, PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, ThisLaunchFileDir
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 
 
@@ -20,7 +20,7 @@ def after():
 
 def generate_launch_description():
     here = os.path.dirname(__file__)
-    child = PathJoinSubstitution([ThisLaunchFileDir(), "child_launch.py"])
+    child = PathJoinSubstitution([here, "child_launch.py"])
     return LaunchDescription(
         [
             GroupAction(
@@ -34,7 +34,7 @@ def generate_launch_description():
             ),
             after(),
             IncludeLaunchDescription(
-                PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/child_launch.py"]),
+                PythonLaunchDescriptionSource([here, "/child_launch.py"]),
                 launch_arguments=[("word", "given")],
             ),
             after(),

@@ -39,10 +39,7 @@ def generate_launch_description():
             Node(
                 package="demo",
                 executable="show",
-                parameters=[
-                    ParameterFile(wild, allow_substs=True),
-                    ParameterFile(wild),
-                ],
+                parameters=[ParameterFile(wild)],
             ),
         ]
     )

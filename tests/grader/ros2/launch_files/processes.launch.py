@@ -1,8 +1,8 @@
-"""Plain processes: shell, working folder, environment, prefix, label, programs found on PATH and in packages."""
+"""Plain processes: shell, working folder, environment, label, programs found on PATH and in packages."""
 
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess, SetEnvironmentVariable
-from launch.substitutions import Command, EnvironmentVariable, FileContent, FindExecutable
+from launch.substitutions import Command, EnvironmentVariable, FindExecutable
 from launch_ros.actions import Node
 from launch_ros.substitutions import ExecutableInPackage
 
@@ -21,8 +21,6 @@ def generate_launch_description():
             ExecuteProcess(
                 cmd=["sh", "-c", "echo only $DEMO; exit 3"], env={"DEMO": "env", "PATH": "/bin"}, output="both"
             ),
-            ExecuteProcess(cmd=["cat", FileContent("/proc/sys/kernel/ostype")], output="log"),
-            Node(package="demo", executable="show", prefix="env X=1"),
             Node(executable="echo", arguments=["no package"]),
         ]
     )
