@@ -306,10 +306,10 @@ FAULTS = (
         "tests/sim/test_world.py::test_a_world_is_mirrored_rotated_and_shifted_in_this_order",
     ),
     Fault(
-        "what_follows_from_a_new_result_is_taken_from_an_earlier_one",
-        "grader/processes/jobs.py",
-        "if (job.after in found or not job.after) and (result",
-        "if (result",
-        "tests/grader/processes/test_jobs.py::test_what_may_end_in_another_way_is_done_again_and_all_that_comes_after_it",
+        "after_a_reset_the_noise_goes_on_instead_of_beginning_again",
+        "sim/simulator.py",
+        "        self._lidar = LidarModel(p.lidar, self._seed, self.noise)\n",
+        "        if not hasattr(self, '_lidar'):\n            self._lidar = LidarModel(p.lidar, self._seed, self.noise)\n",
+        "tests/sim/test_recording.py::test_after_a_reset_the_run_repeats",
     ),
 )
