@@ -169,71 +169,32 @@ def _ccache(machine: Machine) -> list[Diagnosis]:
 
 
 def _wheels(machine: Machine) -> list[Diagnosis]:
+    """Compare the ROS packages that are installed with the lock, in which they fit each other."""
     name = "ROS 2 wheels"
-    pins = machine.read(str(KIT / "requirements.txt"))
-    count = sum(1 for package in _installed() if package.startswith("ros-jazzy-"))
-    if not count:
+    installed = _installed()
+    if not any(package.startswith("ros-jazzy-") for package in installed):
         return [_bad(name, "not installed", REINSTALL)]
-    problems = _mismatches_here(pins or "")
+    problems = mismatches(installed, machine.read(str(KIT / "requirements.txt")) or "")
     if problems:
         more = f" and {len(problems) - 3} more" if len(problems) > 3 else ""
         return [_bad(name, "; ".join(problems[:3]) + more, _pip("install -r requirements.txt"))]
-    return [_ok(name, f"{count} ros-jazzy packages, matching {'the lock and ' if pins else ''}each other")]
+    return [_ok(name, f"{sum(package.startswith('ros-jazzy-') for package in installed)} ros-jazzy packages")]
 
 
-@dataclass(frozen=True)
-class Installed:
-    """One installed distribution."""
-
-    version: str
-    requires: tuple[str, ...] = ()
-
-
-def mismatches(installed: Mapping[str, Installed], pins: str) -> list[str]:
-    """Return how the ROS packages among `installed` (by canonical name) disagree with each other and with `pins`.
-
-    The un-prefixed packages, such as ros-std-msgs, are always installed: ros-jazzy-std-msgs needs one version of them.
-    Only another version, from a newer ROS distribution, breaks things.
-    """
-    # Imported here: the doctor must work on a host on which nothing is installed yet.
-    from packaging.requirements import Requirement
-
-    found: dict[str, str] = {}
-    for name, package in installed.items():
-        for text in package.requires if name.startswith("ros-") else ():
-            wanted = Requirement(text)
-            other = _canonical(wanted.name)
-            if not other.startswith("ros-") or (wanted.marker and not wanted.marker.evaluate({"extra": ""})):
-                continue
-            if other not in installed:
-                found.setdefault(other, f"{other} is missing ({name} needs it)")
-            elif not wanted.specifier.contains(installed[other].version, prereleases=True):
-                found.setdefault(other, f"{other} is {installed[other].version}, {name} needs {wanted.specifier}")
-    for name, version in re.findall(r"^(ros-[\w.-]+)==([^\s;]+)", pins, re.MULTILINE):
-        if name not in installed:
-            found.setdefault(name, f"{name} {version} is missing")
-        elif installed[name].version != version:
-            found.setdefault(name, f"{name} is {installed[name].version}, not {version}")
-    return [found[name] for name in sorted(found)]
+def mismatches(installed: Mapping[str, str], pins: str) -> list[str]:
+    """Return how the ROS packages among `installed` (versions by canonical name) differ from those in `pins`."""
+    pinned = re.findall(r"^(ros-[\w.-]+)==([^\s;]+)", pins, re.MULTILINE)
+    missing = [f"{name} {version} is missing" for name, version in pinned if name not in installed]
+    others = [(name, installed[name], version) for name, version in pinned if installed.get(name, version) != version]
+    return sorted([*missing, *(f"{name} is {found}, not {version}" for name, found, version in others)])
 
 
 @functools.cache
-def _mismatches_here(pins: str) -> list[str]:
-    return mismatches(_installed(), pins)
-
-
-@functools.cache
-def _installed() -> dict[str, Installed]:
-    found: dict[str, Installed] = {}
-    for distribution in importlib.metadata.distributions():
-        name = distribution.metadata["Name"]
-        if name:
-            found[_canonical(name)] = Installed(distribution.version, tuple(distribution.requires or ()))
-    return found
-
-
-def _canonical(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
+def _installed() -> dict[str, str]:
+    names = (
+        (distribution.metadata["Name"], distribution.version) for distribution in importlib.metadata.distributions()
+    )
+    return {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in names if name}
 
 
 def _rclpy(machine: Machine) -> list[Diagnosis]:

@@ -19,10 +19,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grader.course import Course, find
-from grader.course import load as load_course
+from grader.course import Course, find, load
 from grader.errors import EXIT_USAGE, GraderError
-from grader.host import provenance
 from grader.scoring import rubric
 from grader.trials.request import LATE_VARIABLE
 
@@ -34,17 +32,12 @@ _BUSY = "import os\nwhile os.getppid() == {pid}:\n    sum(range(100000))"
 
 @dataclass(frozen=True)
 class GradingRun:
-    """One grading: its number, whether it was under stress, and each requirement's points and outcome.
-
-    `sha256` is that of the submission, `kit` a hash of the code that graded; `seen` says what cost points.
-    """
+    """One grading: its number, whether it was under stress, each requirement's points and outcome, what cost points."""
 
     number: int
     stress: bool
     points: dict[str, float]
     outcomes: dict[str, str]
-    sha256: str = ""
-    kit: str = ""
     seen: dict[str, str] = field(default_factory=dict)
 
 
@@ -82,52 +75,17 @@ def _passed(runs: Sequence[GradingRun], name: str) -> str:
 
 
 def grade_repeatedly(
-    submission: Path,
-    log: Path,
-    count: int,
-    *,
-    stress: bool,
-    requirements: Sequence[str] = (),
-    course: Course | None = None,
+    submission: Path, count: int, *, stress: bool, requirements: Sequence[str] = (), course: Course | None = None
 ) -> Iterator[GradingRun]:
-    """Yield `count` runs: first those in `log`, then new ones, each added to the log as soon as it has ended.
+    """Yield `count` runs.
 
     Raises:
-        GraderError: a grading failed, or the log is of another submission; the runs so far stay in the log.
+        GraderError: a grading failed.
     """
-    done = load(log)
-    yield from done[:count]
-    for number in range(len(done), count):
+    for number in range(count):
         under_stress = stress and number % 2 == 1
         with load_on_every_core() if under_stress else contextlib.nullcontext():
-            found = _grade(submission, number, under_stress, requirements, course or find())
-        if done and _what(found) != _what(done[0]):
-            raise GraderError(
-                f"{log} has runs of another submission, of other requirements or of another version of the kit. "
-                "Choose another --log, or remove it."
-            )
-        log.parent.mkdir(parents=True, exist_ok=True)
-        with log.open("a") as stream:
-            stream.write(json.dumps(found.__dict__) + "\n")
-        yield found
-
-
-def _what(run: GradingRun) -> tuple[str, str, set[str]]:
-    """Return what a run graded: only runs that agree in it can be compared."""
-    return run.sha256, run.kit, set(run.points)
-
-
-def load(log: Path) -> list[GradingRun]:
-    """Return the runs in a log. A line that was cut off when the grader was killed is removed, to be graded again."""
-    found: list[GradingRun] = []
-    for line in log.read_text().splitlines() if log.exists() else []:
-        try:
-            found.append(GradingRun(**json.loads(line)))
-        except (ValueError, TypeError):
-            break
-    if log.exists():
-        log.write_text("".join(json.dumps(each.__dict__) + "\n" for each in found))
-    return found
+            yield _grade(submission, number, under_stress, requirements, course or find())
 
 
 @contextlib.contextmanager
@@ -145,7 +103,6 @@ def load_on_every_core() -> Iterator[None]:
 
 
 def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[str], course: Course) -> GradingRun:
-    kit = provenance.kit_hash(course.layers)
     with tempfile.TemporaryDirectory(prefix="flakiness-") as folder:
         command = [sys.executable, "-P", "-m", "grader.selftest.flakiness", str(submission), folder]
         command += [",".join(requirements), str(course.folder)]
@@ -163,8 +120,6 @@ def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[s
         stress,
         {r["id"]: r["points"] for r in graded},
         {r["id"]: r["outcome"] for r in graded},
-        data["sha256"],
-        kit,
         {r["id"]: r["seen"] for r in graded if r["seen"]},
     )
 
@@ -185,7 +140,6 @@ def add(verbs: Any) -> None:
     parser.add_argument("--stress", action="store_true", help="load every core in every second run")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
     parser.add_argument("--only", nargs="+", default=[], metavar="REQUIREMENT", help="grade only these requirements")
-    parser.add_argument("--log", type=Path, help="continue the runs in this file (default: out/flakiness/NAME.jsonl)")
     parser.set_defaults(run=main)
 
 
@@ -199,11 +153,10 @@ def main(options: argparse.Namespace) -> int:
     if unknown := [name for name in options.only if name not in known]:
         print(f"grader: there is no requirement {unknown[0]!r}. There are {', '.join(known)}.", file=sys.stderr)
         return EXIT_USAGE
-    log = options.log or Path("out", "flakiness", f"{options.submission.resolve().name}.jsonl")
     runs: list[GradingRun] = []
     try:
         for run in grade_repeatedly(
-            options.submission, log, options.runs, stress=options.stress, requirements=options.only, course=course
+            options.submission, options.runs, stress=options.stress, requirements=options.only, course=course
         ):
             runs.append(run)
             how = "under stress" if run.stress else "calm"
@@ -213,7 +166,6 @@ def main(options: argparse.Namespace) -> int:
     finally:  # also if it is interrupted: what is known so far is a table already
         if runs:
             print(render(runs))
-    print(f"Runs: {log}")
     return 1 if flaky(runs) else 0
 
 
@@ -231,4 +183,4 @@ def _grade_once(submission: Path, out: Path, requirements: str, course: Course) 
 
 
 if __name__ == "__main__":
-    _grade_once(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], load_course(Path(sys.argv[4])))
+    _grade_once(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], load(Path(sys.argv[4])))

@@ -1,4 +1,4 @@
-"""`grader flakiness`: flaky requirements are named, and a log is continued only for the same submission."""
+"""`grader flakiness`: flaky requirements are named."""
 
 from __future__ import annotations
 
@@ -7,32 +7,13 @@ from pathlib import Path
 import pytest
 
 from grader import cli
-from grader.errors import EXIT_USAGE, GraderError
+from grader.errors import EXIT_USAGE
 from grader.selftest import flakiness
 from grader.selftest.flakiness import GradingRun
 
 
-def one(
-    number: int, f1: float = 3.0, stress: bool = False, sha256: str = "a", name: str = "F1", kit: str = "k"
-) -> GradingRun:
-    return GradingRun(number, stress, {name: f1}, {name: "passed" if f1 == 3.0 else "partial"}, sha256, kit)
-
-
-@pytest.fixture
-def graded(monkeypatch: pytest.MonkeyPatch):
-    """Return a function that sets the results of the next gradings and returns a list of their (number, stress)."""
-
-    def arrange(*runs: GradingRun) -> list[tuple[int, bool]]:
-        waiting, asked = iter(runs), []
-
-        def grade(_submission: Path, number: int, stress: bool, *_: object) -> GradingRun:
-            asked.append((number, stress))
-            return next(waiting)
-
-        monkeypatch.setattr(flakiness, "_grade", grade)
-        return asked
-
-    return arrange
+def one(number: int, f1: float = 3.0, stress: bool = False) -> GradingRun:
+    return GradingRun(number, stress, {"F1": f1}, {"F1": "passed" if f1 == 3.0 else "partial"})
 
 
 def test_a_requirement_that_differs_once_is_flaky():
@@ -47,15 +28,10 @@ def test_a_requirement_that_differs_once_is_flaky():
     assert "total                      1.5 to 3\n1 requirement was flaky in 2 runs: F1." in table
 
 
-def test_every_second_run_is_under_stress_and_a_log_is_continued(graded, tmp_path: Path):
-    log = tmp_path / "log.jsonl"
-    asked = graded(one(0), one(1), one(2))
-    assert len(list(flakiness.grade_repeatedly(tmp_path, log, 1, stress=True))) == 1
-    with log.open("a") as stream:
-        stream.write('{"number": 1, "str')  # the grader was killed here
-    assert [run.number for run in flakiness.grade_repeatedly(tmp_path, log, 3, stress=True)] == [0, 1, 2]
-    assert asked == [(0, False), (1, True), (2, False)]
-    assert len(flakiness.load(log)) == 3
+def test_every_second_run_is_under_stress(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setattr(flakiness, "_grade", lambda _submission, number, stress, *_: one(number, stress=stress))
+    runs = flakiness.grade_repeatedly(tmp_path, 3, stress=True)
+    assert [(run.number, run.stress) for run in runs] == [(0, False), (1, True), (2, False)]
 
 
 def test_an_interrupted_series_prints_the_table_of_its_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys):
@@ -65,30 +41,14 @@ def test_an_interrupted_series_prints_the_table_of_its_runs(monkeypatch: pytest.
         return one(number)
 
     monkeypatch.setattr(flakiness, "_grade", grade)
-    assert cli.main(["flakiness", str(tmp_path), "--runs", "30", "--log", str(tmp_path / "log")]) == 130
+    assert cli.main(["flakiness", str(tmp_path), "--runs", "30"]) == 130
     assert "No requirement was flaky in 2 runs, 0 of them under stress." in capsys.readouterr().out
-    assert len(flakiness.load(tmp_path / "log")) == 2
 
 
 def test_a_requirement_that_does_not_exist_is_wrong_usage(tmp_path: Path, capsys):
     """`--only F` graded nothing thirty times, and said that nothing was flaky."""
     assert cli.main(["flakiness", str(tmp_path), "--only", "F"]) == EXIT_USAGE
     assert "there is no requirement 'F'. There are F1, F2" in capsys.readouterr().err
-
-
-OTHERS = {"submission": one(1, sha256="b"), "requirements": one(1, name="F2"), "kit": one(1, kit="l")}
-
-
-@pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
-def test_a_log_of_another_submission_is_refused_at_once_and_kept(graded, tmp_path: Path, other: GradingRun):
-    """After thirty gradings it would be late, and other requirements would all seem flaky."""
-    log = tmp_path / "log.jsonl"
-    asked = graded(one(0), other, one(2))
-    list(flakiness.grade_repeatedly(tmp_path, log, 1, stress=False))
-    with pytest.raises(GraderError, match="Choose another --log, or remove it"):
-        list(flakiness.grade_repeatedly(tmp_path, log, 3, stress=False))
-    assert len(asked) == 2
-    assert flakiness.load(log) == [one(0)]
 
 
 def test_what_cost_points_in_a_flaky_requirement_is_in_the_table():
