@@ -14,6 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+from grader.classroom.cells import Sheet
 from grader.classroom.gradebook import Gradebook, Row, State
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import Person
@@ -110,39 +111,6 @@ class Delivery:
     feedback: Path | None = None
     pages: Mapping[str, Path] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
-
-
-class Filled:
-    """What happened to the people of a sheet. Rows that are not final are left as they are, for a person wrote them."""
-
-    def __init__(self) -> None:
-        self._said: dict[str, list[str]] = {
-            "not known to the gradebook; their lines stay as they were": [],
-            "not final yet; their lines stay as they were": [],
-            "graded or excused in the sheet by a person, which stays": [],
-            "had another grade in the sheet": [],
-        }
-
-    def cell(self, row: Row | None, name: str, before: str, after: str) -> str | None:
-        """Return what becomes of a person's grade in the sheet, None if the line is to stay as it is; note why."""
-        unknown, waiting, kept, replaced = self._said.values()
-        held = before.strip() not in ("", "-")
-        if row is None:
-            unknown.append(name)
-        elif not row.final:
-            waiting.append(f"{name} ({row.state.value})")
-        elif held and (row.state is State.MISSING or before.strip() == "EX") and not same_number(before, after):
-            kept.append(f"{name} ({before.strip()})")
-        elif same_number(before, after):
-            return before
-        else:
-            replaced += [f"{name} ({before.strip()}, now {after or 'none'})"] * held
-            return after
-        return None
-
-    def notes(self) -> list[str]:
-        """Return remarks for the instructor."""
-        return [f"{words}: {', '.join(names)}" for words, names in self._said.items() if names]
 
 
 def same_number(one: str, other: str) -> bool:
@@ -265,7 +233,45 @@ def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
     return chosen, [f"{chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
 
 
-def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | None]:
+def fill(
+    book: Gradebook, sheet: Sheet, people: Sequence[Sequence[Claim] | None], name: int, column: int,
+    grade: Callable[[Row], str],
+) -> tuple[dict[int, Row], list[str]]:  # fmt: skip
+    """Set the grades in a `column` of a sheet; return whose each line is that has one now, and remarks.
+
+    `people` are what the sheet says of the person of each line, None for a line that is nobody's. The lines of whoever
+    is not known or not final, and grades that a person gave, stay.
+    """
+    filled: dict[int, Row] = {}
+    unknown, waiting, kept, replaced = list[str](), list[str](), list[str](), list[str]()
+    for number, (line, who, row) in enumerate(zip(sheet.rows, people, rows_of(book, people), strict=True)):
+        called, before = line[name], line[column].strip()
+        held = before not in ("", "-")
+        if who is None:
+            continue
+        if row is None:
+            unknown.append(called)
+        elif not row.final:
+            waiting.append(f"{called} ({row.state.value})")
+        else:
+            after = grade(row) or line[column]  # Moodle knows no excuse
+            same = same_number(before, after)
+            if held and not same and (row.state is State.MISSING or before == "EX"):
+                kept.append(f"{called} ({before})")
+                continue
+            replaced += [f"{called} ({before}, now {after or 'none'})"] * (held and not same)
+            sheet.set(number, column, line[column] if same else after)
+            filled[number] = row
+    said = {
+        "not known to the gradebook; their lines stay as they were": unknown,
+        "not final yet; their lines stay as they were": waiting,
+        "graded or excused in the sheet by a person, which stays": kept,
+        "had another grade in the sheet": replaced,
+    }
+    return filled, [f"{words}: {', '.join(names)}" for words, names in said.items() if names]
+
+
+def rows_of(book: Gradebook, people: Sequence[Sequence[Claim] | None]) -> list[Row | None]:
     """Return the row of each person of a sheet by what the sheet says of them, None for whom that is not certain.
 
     A row that fits two people of the sheet is that of neither.
@@ -273,7 +279,7 @@ def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | No
     rows: dict[Person, list[Row]] = {}
     for row in book.rows:
         rows.setdefault(row.person, []).append(row)
-    found = [identify(claims, list(rows)).people for claims in people]
+    found = [identify(claims or (), list(rows)).people for claims in people]
     sure = [one[0] if len(one) == 1 and len(rows[one[0]]) == 1 and found.count(one) == 1 else None for one in found]
     return [rows[person][0] if person is not None else None for person in sure]
 

@@ -14,13 +14,12 @@ from grader.classroom.identity import SHORT, Claim
 from grader.classroom.platform import (
     Delivery,
     Export,
-    Filled,
     HandIn,
     Platform,
+    fill,
     is_archive,
     one_of,
     others,
-    rows_of,
     same_number,
     write_zip,
 )
@@ -47,21 +46,16 @@ def _write(delivery: Delivery) -> list[str]:
     if "Student" not in header[0] or "ID" not in header[1:2]:
         raise GraderError(f"{path} is not a gradebook of Canvas: its first columns are not Student and ID.")
     column = _column(path, header, delivery.title)
-    filled = Filled()
+    for most in (row[column].strip() for row in sheet.rows if "Points Possible" in row[0]):
+        if most and not same_number(most, str(book.max)):
+            raise GraderError(
+                f"{header[column]} has {most} points in Canvas, the rubric {book.max}. "
+                "Set the assignment's points in Canvas and export once more."
+            )
     people = [_claims(dict(zip(header, row, strict=False))) for row in sheet.rows]
-    for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, people), strict=True)):
-        if "Points Possible" in row[0]:
-            if row[column].strip() and not same_number(row[column], str(book.max)):
-                raise GraderError(
-                    f"{header[column]} has {row[column]} points in Canvas, the rubric {book.max}. "
-                    "Set the assignment's points in Canvas and export once more."
-                )
-        elif row[0].strip() not in ("", "Student, Test"):
-            cell = filled.cell(found, row[0], row[column], _score(found) if found else "")
-            if cell is not None:
-                sheet.set(number, column, cell)
+    _, notes = fill(book, sheet, people, 0, column, _score)
     sheet.write(delivery.out)
-    return [*filled.notes(), *(_feedback(delivery, delivery.feedback) if delivery.feedback else [])]
+    return [*notes, *(_feedback(delivery, delivery.feedback) if delivery.feedback else [])]
 
 
 def _column(sheet: Path, header: Sequence[str], title: str) -> int:
@@ -77,8 +71,11 @@ def _column(sheet: Path, header: Sequence[str], title: str) -> int:
     return fits[0]
 
 
-def _claims(named: dict[str, str]) -> list[Claim]:
+def _claims(named: dict[str, str]) -> list[Claim] | None:
     """Return what a line of the sheet says of a student, in the order in which Canvas itself looks."""
+    first = next(iter(named.values())).strip()
+    if first in ("", "Student, Test") or "Points Possible" in first:
+        return None
     kinds = {"ID": "lms_id", "SIS User ID": "id", "SIS Login ID": "login", "Student": "name"}
     return [
         Claim(kind, value, "canvas" if kind == "lms_id" else "")
