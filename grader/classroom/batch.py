@@ -266,7 +266,7 @@ def _grade(
                     folder.keep(Path(job.order.out), record)
                     done += 1
                     listener.finished(record, done, total)
-                    page.write_if_due()
+                    page.write(if_due=True)
                 listener.going_on(done, total, workforce.doing())
             jobs = again
     except KeyboardInterrupt:

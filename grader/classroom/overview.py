@@ -82,18 +82,14 @@ class LivePage:
         self._next = 0.0
         self.write()
 
-    def write(self) -> None:
+    def write(self, *, if_due: bool = False) -> None:
         """Write the page. What is wrong meanwhile, as in overrides.yaml, is said at the end and stops no grading."""
         begun = time.monotonic()
-        with suppress(Exception):
-            write(self._folder, gradebook.read(self._folder))
-        now = time.monotonic()
-        self._next = now + _PAGE_SHARE * (now - begun)
-
-    def write_if_due(self) -> None:
-        """Write the page, unless the last time was a moment ago."""
-        if time.monotonic() >= self._next:
-            self.write()
+        if not if_due or begun >= self._next:
+            with suppress(Exception):
+                write(self._folder, gradebook.read(self._folder))
+            now = time.monotonic()
+            self._next = now + _PAGE_SHARE * (now - begun)
 
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
@@ -107,6 +103,7 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
             teams.setdefault(row.submission, []).append(row)
     found = [_line(rows, book, records.get(name), bool(reports.get(name))) for name, rows in sorted(teams.items())]
     totals = [each.row.total for each in found if each.row.total is not None and each.row.state is not State.REFUSED]
+    columns = zip(*([share for _, share in each.cells] for each in found), strict=True)
     style, script = ((HERE / f"overview.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
     page = _template().render(
         book=book, facts=facts, lines=found, line=one_line, prose=prose, counted=counted,
@@ -119,7 +116,7 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
         errors=[record for record in records.values() if record and record.status is Status.ERROR],
         mean=float(mean(totals or [NOTHING])), median=float(median(totals or [NOTHING])),
         bars=list(histogram(totals, int(book.max))), losses=losses(reports, book.rubric), league=league(book, reports),
-        shares=[_mean_share([dict(each.cells)[r.id] for each in found]) for r in book.rubric.requirements],
+        shares=[round(mean(known)) if (known := [n for n in column if n is not None]) else None for column in columns],
     )  # fmt: skip
     write_atomically(folder.path / OVERVIEW, page)
     return folder.path / OVERVIEW
@@ -152,7 +149,7 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: b
         remarks="; ".join(dict.fromkeys(filter(None, said))),
         criteria=tuple(_sum(each.points for each in several) for several in known),
         cells=tuple(
-            (r.id, _share(points[r.id].points, points[r.id].max) if r.id in points else None)
+            (r.id, int(100 * p.points / p.max) if (p := points.get(r.id)) and p.points is not None and p.max else None)
             for r in book.rubric.requirements
         ),
         level=level(float(row.total), float(row.max)) if row.total is not None and row.max else "",
@@ -226,10 +223,6 @@ def _sum(points: Iterable[Decimal | None]) -> Decimal | None:
     return sum(given, NOTHING) if given else None
 
 
-def _share(points: Decimal | None, maximum: Decimal) -> int | None:
-    return None if points is None or not maximum else int(100 * points / maximum)
-
-
 def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, int, int, float]]:
     """Yield for each bar from how many points to how many, how many totals are there, and its height in percent."""
     width = max(1, -(-maximum // _BARS))
@@ -237,11 +230,6 @@ def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, in
     highest = max(counts.values(), default=1)
     for number in range(_BARS):
         yield number * width, min((number + 1) * width, maximum), counts[number], 100 * counts[number] / highest
-
-
-def _mean_share(shares: Sequence[int | None]) -> int | None:
-    known = [share for share in shares if share is not None]
-    return round(mean(known)) if known else None
 
 
 def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str, str]]:
