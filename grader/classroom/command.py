@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from grader import evidence
 from grader import report as report_room
@@ -22,7 +22,6 @@ from grader.classroom import (
     file_names,
     gradebook,
     hand_ins,
-    lateness,
     overview,
     plan,
     rescore,
@@ -30,9 +29,9 @@ from grader.classroom import (
     similarity,
     times,
 )
-from grader.classroom.class_folder import ClassFolder, Record, Status
+from grader.classroom.batch import Console
+from grader.classroom.class_folder import ClassFolder
 from grader.classroom.gradebook import State
-from grader.classroom.plan import Plan
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.roster import Person
@@ -171,7 +170,7 @@ def _batch(options: argparse.Namespace) -> int:
             plan.write(planned, options.out / class_folder.PLAN)
             print(f"Plan: {options.out / class_folder.PLAN}")
         return EXIT_GRADED
-    console = _Console(options.out / class_folder.LOG)
+    console = Console(options.out / class_folder.LOG)
     try:
         return _run_batch(options, people, wanted, console)
     except KeyboardInterrupt:
@@ -186,7 +185,7 @@ def _batch(options: argparse.Namespace) -> int:
 
 
 def _run_batch(
-    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: _Console
+    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: Console
 ) -> int:
     summary = batch.run(options.source, options.out, people, wanted, console)
     console.clear()
@@ -205,51 +204,6 @@ def _run_batch(
         return EXIT_INTERRUPTED
     print(f"Class: {_write_pages(ClassFolder(options.out))}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
-
-
-class _Console:
-    """Shows on standard error how a run goes on: a line for each submission, and on a terminal one that changes.
-
-    The lines are in the class's log, too, with the time of each.
-    """
-
-    def __init__(self, log: Path) -> None:
-        self._progress = Progress()
-        self._path = log
-        self._log: TextIO | None = None
-
-    def planned(self, planned: Plan) -> None:
-        self._log = self._path.open("a", encoding="utf-8", buffering=1)  # not before: the class is locked by now
-        for line in plan.summary(planned):
-            self.say(printable(line, 1000))
-
-    def finished(self, record: Record, done: int, total: int) -> None:
-        words = {Status.GRADED: "graded", Status.REFUSED: "cannot be graded", Status.ERROR: "ERROR of the grader"}
-        why = f": {printable(' '.join(record.why.split()))}" if record.why else ""
-        self.say(f"{done:>4}/{total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}")
-
-    def going_on(self, done: int, total: int, running: Mapping[str, str]) -> None:
-        names = ", ".join(f"{name} {what}".strip() for name, what in sorted(running.items()))
-        self._progress.show(f"[{lateness.clock(self._progress.seconds)}] {done}/{total}; {names}")
-
-    def say(self, text: str) -> None:
-        """Show a line that stays, and log it."""
-        self._progress.keep(text)
-        self.log(text)
-
-    def log(self, text: str) -> None:
-        """Write a line into the class's log only."""
-        if self._log:
-            self._log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
-
-    def clear(self) -> None:
-        """Remove the line that changes."""
-        self._progress.done()
-
-    def close(self) -> None:
-        """Close the log."""
-        if self._log:
-            self._log.close()
 
 
 def _write_pages(folder: ClassFolder) -> Path:
