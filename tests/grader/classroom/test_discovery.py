@@ -6,7 +6,6 @@ import datetime as dt
 import re
 import subprocess
 import tempfile
-import zipfile
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,6 @@ from grader.classroom import discovery
 from grader.classroom.class_folder import Entry
 from grader.classroom.doubt import DoubtfulClass, DoubtKind, require_certain
 from grader.classroom.roster import Person
-from grader.errors import GraderError
 
 JANE = Person("s1", "Jane Doe", "jane@uni.edu", "jdoe", "team07", "12345")
 LI = Person("s2", "Li Wu", "li@uni.edu", "liwu", "team07", "12346")
@@ -159,22 +157,6 @@ def test_the_content_of_a_folder_does_not_depend_on_its_git_history(tmp_path):
     assert discovery.content_hash(tmp_path) == before
     (tmp_path / "a").write_text("2")
     assert discovery.content_hash(tmp_path) != before
-
-
-def test_an_archive_is_opened_as_a_class(tmp_path):
-    with zipfile.ZipFile(tmp_path / "export.zip", "w") as archive:
-        archive.writestr("export/team01.zip", b"x" * 11_000_000)
-        archive.writestr("export/team02.zip", b"y")
-    with discovery.opened(tmp_path / "export.zip") as source:
-        assert [entry.id for entry in discovery.find(source).entries] == ["team01", "team02"]
-
-
-def test_a_missing_source_is_a_sentence(tmp_path):
-    with (
-        pytest.raises(GraderError, match=r"There is no .*Name the folder or the archive"),
-        discovery.opened(tmp_path / "no"),
-    ):
-        pass
 
 
 @pytest.mark.parametrize(
