@@ -244,15 +244,15 @@ class ClassFolder:
         record = self.record(entry.id)
         return record if record and record.holds(entry.content, facts.rubric, facts.seed) else None
 
-    def report(self, name: str, *, for_student: bool = False) -> dict[str, Any] | None:
-        """Return a submission's report.json, None if there is none; `for_student` without what is held back."""
+    def report(self, name: str, *, for_student: bool = False) -> dict[str, Any]:
+        """Return a submission's report.json, {} if there is none; `for_student` without what is held back."""
         folder = self.submission(name)
         path = report.for_student(folder, DATA) if for_student else folder / DATA
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            return None
-        return data if isinstance(data, dict) else None
+            return {}
+        return data if isinstance(data, dict) else {}
 
     @contextmanager
     def locked(self) -> Iterator[None]:

@@ -236,7 +236,7 @@ def _gradebook(options: argparse.Namespace) -> int:
     if not is_class and (options.folder / DATA).exists():
         report = json.loads(report_room.for_student(options.folder, DATA).read_text(encoding="utf-8"))
         book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
-        reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
+        reports = {book.rows[0].submission: report}
     else:
         if options.zero_missing is not None:
             folder.decide(zero_missing=options.zero_missing)

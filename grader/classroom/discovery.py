@@ -177,7 +177,7 @@ def _draft(found: Match) -> Entry:
     people, matched = tuple(found.people), tuple(found.people.values())
     return Entry(
         "", hand_in.label, hand_in.path, content, people, hand_in.submitted, hand_in.late,
-        number=found.number, matched=matched,
+        number=found.account.value, matched=matched,
     )  # fmt: skip
 
 

@@ -230,7 +230,7 @@ def _line_of(
 ) -> Callable[[Person, PersonDecision], Row]:
     """Return what makes the line of a person of a submission; only what is decided about them tells it from others."""
     record, on = folder.current(entry, facts), decisions.on(entry.id)
-    report = (folder.report(entry.id) if record else None) or {}
+    report = folder.report(entry.id) if record else {}
     graded = record is not None and record.status is Status.GRADED and bool(report)
     given = {override.requirement: override for override in on.points}
     found = _requirements(whole, report if graded else None, given, on.flags_accepted)

@@ -8,7 +8,7 @@ import math
 import re
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -23,7 +23,6 @@ from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Rubric
-from grader.scoring.scorecard import level
 from grader.words import counted
 
 HERE = Path(__file__).parent
@@ -37,21 +36,14 @@ _CUT = re.compile(r"\s*\S+ \(… characters more\)")  # what sanitize says of a 
 
 @dataclass(frozen=True)
 class Line:
-    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded.
-
-    `linked` says that it has a report; `withheld` are the requirements whose points an integrity flag keeps until a
-    person decides.
-    """
+    """One submission in the table: points by criterion, None if not graded, and whether it has a report."""
 
     row: Row
     people: str
     remarks: str
     criteria: tuple[Decimal | None, ...]
-    cells: tuple[tuple[str, int | None], ...]
-    level: str
     seconds: float | None
     linked: bool
-    withheld: tuple[str, ...]
 
 
 @dataclass
@@ -96,18 +88,18 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path. Its only script sorts and filters the table."""
     facts = folder.facts()
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
-    reports = {name: (folder.report(name) if record else None) or {} for name, record in records.items()}
+    reports = {name: folder.report(name) if record else {} for name, record in records.items()}
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
         if row.submission:
             teams.setdefault(row.submission, []).append(row)
     found = [_line(rows, book, records.get(name), bool(reports.get(name))) for name, rows in sorted(teams.items())]
     totals = [each.row.total for each in found if each.row.total is not None and each.row.state is not State.REFUSED]
-    columns = zip(*([share for _, share in each.cells] for each in found), strict=True)
     style, script = ((HERE / f"overview.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
     page = _template().render(
         book=book, facts=facts, lines=found, line=one_line, prose=prose, counted=counted,
         style=style, style_hash=_hash(style), script=script, script_hash=_hash(script),
+        held=[each for each in found if any(r.withheld for r in each.row.requirements)],
         states=Counter(row.state.value for row in book.rows).most_common(),
         flags=list(_flags(reports)),
         doubts=sorted(facts.doubts, key=lambda doubt: not doubt.stops),
@@ -116,7 +108,6 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
         errors=[record for record in records.values() if record and record.status is Status.ERROR],
         mean=float(mean(totals or [NOTHING])), median=float(median(totals or [NOTHING])),
         bars=list(histogram(totals, int(book.max))), losses=losses(reports, book.rubric), league=league(book, reports),
-        shares=[round(mean(known)) if (known := [n for n in column if n is not None]) else None for column in columns],
     )  # fmt: skip
     write_atomically(folder.path / OVERVIEW, page)
     return folder.path / OVERVIEW
@@ -140,22 +131,16 @@ def _hash(text: str) -> str:
 def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: bool) -> Line:
     """Return the line of a submission; its people are named in it."""
     row = book.teams[rows[0].submission]
-    points = {each.id: each for each in row.requirements}
+    points = {each.id: each.points for each in row.requirements if each.points is not None}
     known = [[points[r.id] for r in criterion.requirements if r.id in points] for criterion in book.rubric.criteria]
     said = (each.comment.removeprefix(each.state.value).removeprefix("; ") for each in rows)  # the state is beside it
     return Line(
         row=row,
         people=", ".join(one_line(each.person.label) for each in rows),
         remarks="; ".join(dict.fromkeys(filter(None, said))),
-        criteria=tuple(_sum(each.points for each in several) for several in known),
-        cells=tuple(
-            (r.id, int(100 * p.points / p.max) if (p := points.get(r.id)) and p.points is not None and p.max else None)
-            for r in book.rubric.requirements
-        ),
-        level=level(float(row.total), float(row.max)) if row.total is not None and row.max else "",
+        criteria=tuple(sum(several, NOTHING) if several else None for several in known),
         seconds=record.seconds if record else None,
         linked=linked,
-        withheld=tuple(each.id for each in row.requirements if each.withheld),
     )
 
 
@@ -215,12 +200,6 @@ def without_numbers(words: str) -> str:
     """Return a message on one line with "…" for each number, so that it is the same for everyone whom it concerns."""
     text = _CUT.sub("…", _NUMBER.sub("…", prose(words.replace("`", ""))))
     return text if len(text) <= _WORDS else f"{text[:_WORDS]}…"
-
-
-def _sum(points: Iterable[Decimal | None]) -> Decimal | None:
-    """Return the sum of the points that there are, None if there are none yet."""
-    given = [each for each in points if each is not None]
-    return sum(given, NOTHING) if given else None
 
 
 def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, int, int, float]]:

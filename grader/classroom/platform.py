@@ -94,7 +94,7 @@ class Delivery:
 
     Attributes:
         book: everyone's line.
-        reports: each submission's report.json by its id, None where it could not be graded.
+        reports: each submission's report.json by its id, empty where it could not be graded.
         out: the file or folder to write.
         sheet: the file to be filled in, where the platform wants one of its own.
         title: the assignment's title on the platform, "" if it was not said.
@@ -104,7 +104,7 @@ class Delivery:
     """
 
     book: Gradebook
-    reports: Mapping[str, dict[str, Any] | None]
+    reports: Mapping[str, dict[str, Any]]
     out: Path
     sheet: Path = Path()
     title: str = ""
@@ -212,14 +212,9 @@ def unfolded(paths: Sequence[Path]) -> list[Path]:
     """Return the paths; a folder that has nothing but files, one of them an archive, stands for its files."""
     found = []
     for path in paths:
-        found += inside(path) if only_archives(path) else [path]
+        children = inside(path)
+        found += children if all(each.is_file() for each in children) and any(map(is_archive, children)) else [path]
     return found
-
-
-def only_archives(folder: Path) -> bool:
-    """Return whether a folder has nothing but files, one of them an archive."""
-    children = inside(folder)
-    return bool(children) and all(child.is_file() for child in children) and any(map(is_archive, children))
 
 
 def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
@@ -284,9 +279,9 @@ def rows_of(book: Gradebook, people: Sequence[Sequence[Claim] | None]) -> list[R
     return [rows[person][0] if person is not None else None for person in sure]
 
 
-def by_requirement(report: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
+def by_requirement(report: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return what a report.json says of each requirement, nothing of what could not be graded."""
-    return {each["id"]: each for each in (report or {}).get("requirements", ())}
+    return {each["id"]: each for each in report.get("requirements", ())}
 
 
 def losses(requirement: dict[str, Any]) -> Iterator[str]:
@@ -307,11 +302,11 @@ def comment(row: Row, rubric: Rubric, before: str = "") -> str:
     return "; ".join(filter(None, [before, row.comment, flags if row.flags else ""]))
 
 
-def short(row: Row, report: dict[str, Any] | None) -> list[str]:
+def short(row: Row, report: Mapping[str, Any]) -> list[str]:
     """Return a short comment: the total, what people decided, the first cause, and what was seen where points went."""
     lines = [f"{row.total} of {row.max} points" if row.final and row.total is not None else "no grade"]
     lines += [prose(row.comment)] if row.comment else []
-    cause = (report or {}).get("cause", {})
+    cause = report.get("cause", {})
     if cause.get("sentence"):
         lines.append(f"First cause: {prose(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
     measured = by_requirement(report)

@@ -68,7 +68,7 @@ def rescore(
         changes: list[Change] = []
         with not_interrupted():
             for record, after in zip(graded, judged, strict=True):
-                before = _points(folder.report(record.id) or {})
+                before = _points(folder.report(record.id))
                 pairs = [(each, before.get(each, "none"), after.get(each, "none")) for each in before | after]
                 changes += [(record.id, *pair) for pair in pairs if pair[1] != pair[2]]
                 judge = provenance.kit_hash(course.layers)

@@ -10,23 +10,10 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from grader.classroom import cells, worksheet
+from grader.classroom import cells, platform, worksheet
 from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim, key
-from grader.classroom.platform import (
-    Delivery,
-    Export,
-    HandIn,
-    Platform,
-    fill,
-    one_of,
-    others,
-    rows_of,
-    same_number,
-    short,
-    unfolded,
-    write_zip,
-)
+from grader.classroom.platform import Delivery, Export, HandIn, Platform
 from grader.errors import GraderError
 
 _PLUGIN = re.compile(r"_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
@@ -52,7 +39,7 @@ def _write(delivery: Delivery) -> list[str]:
             "Download it in English."
         )
     for most in (row[columns["maximum"]].strip() for row in sheet.rows if "maximum" in columns):
-        if most and not same_number(most, str(book.max)):
+        if most and not platform.same_number(most, str(book.max)):
             raise GraderError(
                 f"The assignment's maximum grade in Moodle is {most}, the rubric has {book.max} points. "
                 "Set the maximum in Moodle and download the worksheet once more."
@@ -64,7 +51,7 @@ def _write(delivery: Delivery) -> list[str]:
     def grade(row: Row) -> str:  # Moodle skips one above the maximum, so a bonus ends there
         return "" if row.total is None else str(min(row.total, book.max))
 
-    filled, notes = fill(book, sheet, people, name, columns["grade"], grade)
+    filled, notes = platform.fill(book, sheet, people, name, columns["grade"], grade)
     for number, row in filled.items():
         if place := columns.get("feedback"):
             sheet.set(number, place, _appended(sheet.rows[number][place], _comment(row, delivery)))
@@ -83,7 +70,7 @@ def _claims(said: Mapping[str, str]) -> list[Claim]:
 
 def _comment(row: Row, delivery: Delivery) -> str:
     """Return the comment, which Moodle takes for HTML."""
-    said = [html.escape(line, quote=False) for line in short(row, delivery.reports.get(row.submission))]
+    said = [html.escape(line, quote=False) for line in platform.short(row, delivery.reports.get(row.submission, {}))]
     return f"{_BEGIN}{'<br>'.join(said).translate(_ROUND)}]" if said else ""
 
 
@@ -100,13 +87,13 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     or (before Moodle 4.1) a group's name, a hyphen and a participant; and `Participant` where names are hidden.
     """
     read = {entry: found for entry in entries if (found := _readings(entry))}
-    hand_ins, notes = others([entry for entry in entries if entry not in read])
+    hand_ins, notes = platform.others([entry for entry in entries if entry not in read])
     people: dict[tuple[tuple[str, str], ...], list[tuple[str, Path]]] = {}
     for entry, found in read.items():
         people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
     for ((name, number), *more), parts in people.items():
         files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
-        path, remarks = one_of(unfolded(files))
+        path, remarks = platform.one_of(platform.unfolded(files))
         label = f"{name} {number}" if _is_hidden(name) else name
         notes += [f"{label}: {remark}" for remark in remarks]
         hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
@@ -145,7 +132,7 @@ def _feedback(delivery: Delivery, path: Path, people: Sequence[list[Claim] | Non
     Files are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an underscore
     in it would hide the number.
     """
-    listed = zip(rows_of(delivery.book, people), people, strict=True)
+    listed = zip(platform.rows_of(delivery.book, people), people, strict=True)
     numbers = {row.person: who[0].value for row, who in listed if row and who and who[0].kind == "lms_id"}
     files, without = {}, []
     for row in delivery.book.rows:
@@ -156,7 +143,7 @@ def _feedback(delivery: Delivery, path: Path, people: Sequence[list[Claim] | Non
             files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
         else:
             without.append(row.person.label)
-    write_zip(path, files)
+    platform.write_zip(path, files)
     return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
