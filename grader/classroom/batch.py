@@ -17,14 +17,13 @@ from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.class_settings import ClassSettings, Options, settle
-from grader.classroom.doubt import require_certain
 from grader.classroom.lateness import clock
 from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner, Workforce
 from grader.classroom.plan import Action, Plan
 from grader.classroom.roster import Person
 from grader.course import find, load, name_of, named
-from grader.errors import UsageError
+from grader.errors import GraderError, UsageError
 from grader.host import dds_domain, namespaces, provenance, shortage
 from grader.host.atomic import write_atomically
 from grader.progress import Progress
@@ -149,8 +148,9 @@ def run(source: Path | None, out: Path, people: Sequence[Person] | None, options
     with folder.locked(), _prepared(source, folder, people, options) as (planned, facts, text, todo):
         plan.write(planned, folder.path / PLAN)
         console.planned(planned)
-        if not options.despite_doubts:
-            require_certain(planned.new)
+        stops = [doubt.text for doubt in planned.new if doubt.stops]
+        if stops and not options.despite_doubts:
+            raise GraderError("Nothing was graded.", "\n".join(stops))
         folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, text)
         workforce = (
@@ -202,7 +202,7 @@ def _prepared(
             claimed=before.claimed if before else (),
         )  # fmt: skip
         facts = ClassFacts(
-            **vars(found)
+            **{name: value for name, value in vars(found).items() if value}
             | vars(settings)
             | {"rubric": settings.rubric_hash, "entries": tuple(_recorded(entry, roots) for entry in found.entries)},
             title=whole.title,

@@ -132,15 +132,15 @@ class Record:
 class ClassFacts:
     """What class.yaml says. Hashes are SHA-256; `source` and those `added` to it are paths as they were given."""
 
-    title: str
-    source: str
-    layout: str
-    rubric: str
-    kit: str
-    version: str
-    commit: str
-    seed: int
-    entries: tuple[Entry, ...]
+    title: str = ""
+    source: str = ""
+    layout: str = ""
+    rubric: str = ""
+    kit: str = ""
+    version: str = ""
+    commit: str = ""
+    seed: int = 0
+    entries: tuple[Entry, ...] = ()
     missing: tuple[Person, ...] = ()
     notes: tuple[str, ...] = ()
     deadline: dt.datetime | None = None

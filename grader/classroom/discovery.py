@@ -10,11 +10,11 @@ import re
 import unicodedata
 from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 from grader.classroom import ledger, matching, platforms, times
-from grader.classroom.class_folder import Entry
+from grader.classroom.class_folder import ClassFacts, Entry
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.ledger import Source
 from grader.classroom.matching import Match
@@ -38,27 +38,8 @@ _SHORT = 60  # bytes of an id
 _LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
 
-@dataclass(frozen=True)
-class Found:
-    """All that was found in a source.
-
-    Attributes:
-        layout: the name of the export's layout.
-        entries: the submissions that count.
-        missing: the people of the roster without a submission, also those whom a doubt is about.
-        notes: remarks on the export.
-        doubts: what a person should look at before anything is graded.
-        ledger: how the entries of the exports and the people add up.
-        claimed: everyone of whom a list says that they handed in.
-    """
-
-    layout: str
-    entries: tuple[Entry, ...]
-    missing: tuple[Person, ...] = ()
-    notes: tuple[str, ...] = field(default=())
-    doubts: tuple[Doubt, ...] = ()
-    ledger: tuple[str, ...] = ()
-    claimed: tuple[Person, ...] = ()
+Found = ClassFacts
+"""A class as far as its sources, roster and lists tell."""
 
 
 @contextmanager
@@ -124,7 +105,10 @@ def find(
     doubts += ledger.without(listed, entries, doubts)
     notes = tuple(note for export in exports for note in export.notes)
     lines = ledger.lines(exports, listed, roster, entries, doubts)
-    return Found(exports[0].layout, entries, missing, notes, tuple(doubts), lines, listed.claimed)
+    return Found(
+        layout=exports[0].layout, entries=entries, missing=missing, notes=notes, doubts=tuple(doubts), ledger=lines,
+        claimed=listed.claimed,
+    )  # fmt: skip
 
 
 def content_hash(path: Path) -> str:
