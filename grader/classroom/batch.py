@@ -187,7 +187,7 @@ def _prepared(
     path = options.rubric or (folder.path / RUBRIC if before else course.rubric)
     whole = rubric.load(path, checks_run.known(course))
     text = rubric.text(path) if options.rubric or before is None else None
-    settings = settle(folder, source, people, text, options)
+    settings, remarks = settle(folder, source, people, text, options)
     earlier = before.entries if before else ()
     zero_missing = options.zero_missing
     # A source that an earlier run has read may be gone by now, if another is there.
@@ -204,6 +204,7 @@ def _prepared(
         facts = ClassFacts(
             **{name: value for name, value in vars(found).items() if value}
             | vars(settings)
+            | {"notes": (*remarks, *found.notes)}
             | {"rubric": settings.rubric_hash, "entries": tuple(_recorded(entry, roots) for entry in found.entries)},
             title=whole.title,
             kit=provenance.kit_hash(course.layers),

@@ -113,10 +113,6 @@ def _add_batch(verbs: Any) -> None:
         "--add", dest="added", type=Path, nargs="+", default=[], metavar="SOURCE",
         help="read a further export, such as of late ones",
     )  # fmt: skip
-    option(
-        "--change", nargs="+", default=[], choices=list(class_settings.CHANGEABLE), metavar="NAME",
-        help=f"what the class has is to be changed: {', '.join(class_settings.CHANGEABLE)}",
-    )  # fmt: skip
     option("--only", nargs="+", default=[], metavar="ID", help="grade only these submissions")
     option(
         "--jobs", type=int, default=0, metavar="N", help="submissions at a time (default: what this machine can run)"
@@ -124,7 +120,7 @@ def _add_batch(verbs: Any) -> None:
     option("--minutes", type=int, default=60, metavar="N", help="end a submission's grading after N minutes (60)")
     option("--scheduler", default="", metavar="tcp://HOST:PORT", help="grade on a Dask cluster instead")
     option("--deadline", type=_time, metavar="TIME", help="such as 2026-11-20T23:59; local time without a zone")
-    option("--late", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
+    option("--late", dest="late_rule", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
     option("--regrade", action="store_true", help="grade again what another version of the kit graded")
     option("--fresh", action="store_true", help="grade again what is graded already")
     option("--despite-doubts", action="store_true", help="grade even if a doubt stops the class")

@@ -119,6 +119,6 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: S
         if lacking:
             raise GraderError(
                 f"{record.id} lacks evidence of {' and of '.join(lacking)}: it was collected by an earlier kit, or for "
-                "another rubric. Collect it with `grader batch --out CLASS --rubric FILE --change rubric`, or with "
-                "--regrade after an update of the kit."
+                "another rubric. Collect it with `grader batch --out CLASS --rubric FILE --fresh`, or with --regrade "
+                "after an update of the kit."
             )

@@ -58,7 +58,7 @@ def test_a_roster_is_read(tmp_path, text, encoding, found):
     [
         (
             "id,email\n1,jane@uni.edu\n2,li@uni.edu\n3,Jane@uni.edu\n",
-            r"line 4: the email jane@x\.edu is in line 2 too",
+            r"line 4: the email jane@uni\.edu is in line 2 too",
         ),
         ("name,team\nLi Wu,a\nLi Wu,b\n", r"line 3: the name li wu is in line 2 too.* tells people of one name apart"),
         ("color,size\nred,1\n", "no column that names a person"),
