@@ -118,12 +118,13 @@ def settle(
             )
     settings = replace(had, **new)
     sources = {Path(settings.source).resolve(): settings.source}
-    for each in (*had.added, *map(str, options.added)):
+    for each in (*(() if "source" in changed else had.added), *map(str, options.added)):
         sources.setdefault(Path(each).resolve(), each)
     remarks = [
-        f"The {name.replace('_', ' ')} was {_words(getattr(had, name))}, and is {_words(getattr(settings, name))} from "
-        "now on." for name in changed if name not in _VOID
-    ]  # fmt: skip
+        f"The {name.replace('_', ' ')} was {_words(getattr(had, name))}, and is {_words(new[name])} from now on."
+        for name in changed
+        if name not in _VOID
+    ]
     return replace(settings, added=tuple(sources.values())[1:]), remarks
 
 
