@@ -10,22 +10,24 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import TextIO
 
 from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.class_settings import ClassSettings, Options, settle
-from grader.classroom.doubt import require_certain
+from grader.classroom.lateness import clock
 from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner, Workforce
 from grader.classroom.plan import Action, Plan
 from grader.classroom.roster import Person
 from grader.course import find, load, name_of, named
-from grader.errors import UsageError
+from grader.errors import GraderError, UsageError
 from grader.host import dds_domain, namespaces, provenance, shortage
 from grader.host.atomic import write_atomically
+from grader.progress import Progress
+from grader.sanitize import printable
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
 
@@ -50,17 +52,52 @@ class Summary:
     interrupted: bool = False
 
 
-class ProgressListener(Protocol):
-    """Hears how a run goes on."""
+class Console:
+    """Shows on standard error how a run goes on: a line for each submission, and on a terminal one that changes.
+
+    The lines are in the class's log, too, with the time of each.
+    """
+
+    def __init__(self, log: Path) -> None:
+        self._progress = Progress()
+        self._path = log
+        self._log: TextIO | None = None
 
     def planned(self, planned: Plan) -> None:
-        """Say what will be done; called once, before anything is graded."""
+        """Say what will be done."""
+        self._log = self._path.open("a", encoding="utf-8", buffering=1)  # not before: the class is locked by now
+        for line in plan.summary(planned):
+            self.say(printable(line, 1000))
 
     def finished(self, record: Record, done: int, total: int) -> None:
         """Say that a submission is done, the how many of how many it is."""
+        words = {Status.GRADED: "graded", Status.REFUSED: "cannot be graded", Status.ERROR: "ERROR of the grader"}
+        why = f": {printable(' '.join(record.why.split()))}" if record.why else ""
+        self.say(f"{done:>4}/{total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}")
 
     def going_on(self, done: int, total: int, running: Mapping[str, str]) -> None:
-        """Say what is running, by submission; called about once a second."""
+        """Say what is running, by submission."""
+        names = ", ".join(f"{name} {what}".strip() for name, what in sorted(running.items()))
+        self._progress.show(f"[{clock(self._progress.seconds)}] {done}/{total}; {names}")
+
+    def say(self, text: str) -> None:
+        """Show a line that stays, and log it."""
+        self._progress.keep(text)
+        self.log(text)
+
+    def log(self, text: str) -> None:
+        """Write a line into the class's log only."""
+        if self._log:
+            self._log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
+
+    def clear(self) -> None:
+        """Remove the line that changes."""
+        self._progress.done()
+
+    def close(self) -> None:
+        """Close the log."""
+        if self._log:
+            self._log.close()
 
 
 def jobs_here() -> int:
@@ -82,13 +119,11 @@ def look(source: Path | None, out: Path, people: Sequence[Person] | None, option
         GraderError: as `run`.
         SubmissionError: an archive of the class cannot be opened.
     """
-    with _prepared(source, ClassFolder(out), people, options) as prepared:
-        return prepared.plan
+    with _prepared(source, ClassFolder(out), people, options) as (planned, *_):
+        return planned
 
 
-def run(
-    source: Path | None, out: Path, people: Sequence[Person] | None, options: Options, listener: ProgressListener
-) -> Summary:
+def run(source: Path | None, out: Path, people: Sequence[Person] | None, options: Options, console: Console) -> Summary:
     """Grade the submissions in `source` into the class folder `out`, and return what was done.
 
     Source and people are those of the class's first run where they are None. What `out` holds already with the same
@@ -110,22 +145,21 @@ def run(
     folder = ClassFolder(out)
     if source is None:
         folder.facts()  # before anything is written
-    with folder.locked(), _prepared(source, folder, people, options) as prepared:
-        plan.write(prepared.plan, folder.path / PLAN)
-        listener.planned(prepared.plan)
-        if not options.despite_doubts:
-            require_certain(prepared.plan.new)
-        facts = prepared.facts
+    with folder.locked(), _prepared(source, folder, people, options) as (planned, facts, text, todo):
+        plan.write(planned, folder.path / PLAN)
+        console.planned(planned)
+        stops = [doubt.text for doubt in planned.new if doubt.stops]
+        if stops and not options.despite_doubts:
+            raise GraderError("Nothing was graded.", "\n".join(stops))
         folder.write_facts(facts)
-        write_atomically(folder.path / RUBRIC, prepared.rubric)
-        todo = prepared.todo
+        write_atomically(folder.path / RUBRIC, text)
         workforce = (
             cluster.workforce(options.scheduler, facts.kit, facts.course)
             if options.scheduler
             else local(options.jobs or jobs_here())
         )
         with workforce as grade:
-            interrupted = _grade(folder, grade, listener, len(facts.entries), todo)
+            interrupted = _grade(folder, grade, console, len(facts.entries), todo)
     records = [folder.current(entry, facts) for entry in facts.entries]
     states = [record.status for record in records if record is not None]
     return Summary(
@@ -133,27 +167,17 @@ def run(
         graded=states.count(Status.GRADED),
         refused=states.count(Status.REFUSED),
         errors=states.count(Status.ERROR),
-        kept=len(prepared.plan.of(Action.KEEP)),
-        missing=len(prepared.plan.of(Action.NOTHING)),
+        kept=len(planned.of(Action.KEEP)),
+        missing=len(planned.of(Action.NOTHING)),
         interrupted=interrupted,
     )
-
-
-@dataclass(frozen=True)
-class _Prepared:
-    """All that is known before anything is graded; `rubric` is its text."""
-
-    facts: ClassFacts
-    rubric: str
-    todo: list[Job]
-    plan: Plan
 
 
 @contextmanager
 def _prepared(
     source: Path | None, folder: ClassFolder, people: Sequence[Person] | None, options: Options
-) -> Iterator[_Prepared]:
-    """Yield what will be done; the sources are open meanwhile."""
+) -> Iterator[tuple[Plan, ClassFacts, str, list[Job]]]:
+    """Yield the plan, the class, its rubric's text and what is to be graded; the sources are open meanwhile."""
     before = folder.facts() if (folder.path / CLASS).exists() else None
     course = named(before.course) if before else find(options.course)
     if options.course and load(options.course).folder != course.folder:
@@ -163,10 +187,14 @@ def _prepared(
     path = options.rubric or (folder.path / RUBRIC if before else course.rubric)
     whole = rubric.load(path, checks_run.known(course))
     text = rubric.text(path) if options.rubric or before is None else None
-    settings = settle(folder, source, people, text, options)
+    settings, remarks = settle(folder, source, people, text, options)
     earlier = before.entries if before else ()
     zero_missing = options.zero_missing
-    with _opened(folder, (settings.source, *settings.added), earlier) as roots:
+    # A source that an earlier run has read may be gone by now, if another is there.
+    read, sources = {entry.source for entry in earlier}, (settings.source, *settings.added)
+    present = [each for each in sources if folder.located(each).exists() or each not in read] or sources
+    with ExitStack() as stack:
+        roots = {each: stack.enter_context(discovery.opened(folder.located(each))) for each in present}
         first, *added = roots.values()
         found = discovery.find(
             first, settings.roster, earlier, added, options.times,
@@ -174,8 +202,9 @@ def _prepared(
             claimed=before.claimed if before else (),
         )  # fmt: skip
         facts = ClassFacts(
-            **vars(found)
+            **{name: value for name, value in vars(found).items() if value}
             | vars(settings)
+            | {"notes": (*remarks, *found.notes)}
             | {"rubric": settings.rubric_hash, "entries": tuple(_recorded(entry, roots) for entry in found.entries)},
             title=whole.title,
             kit=provenance.kit_hash(course.layers),
@@ -200,16 +229,7 @@ def _prepared(
         several = 1 if options.scheduler else options.jobs or jobs_here()
         new = [each for each in now.doubts if before is None or each not in before.doubts]
         planned = plan.make(now, decided, actions, filter(None, records.values()), new, several, options.minutes)
-        yield _Prepared(facts, settings.rubric, todo, planned)
-
-
-@contextmanager
-def _opened(folder: ClassFolder, sources: Sequence[str], earlier: Sequence[Entry]) -> Iterator[Mapping[str, Source]]:
-    """Yield the sources' folders. One that an earlier run has read may be gone by now, if another is there."""
-    read = {entry.source for entry in earlier}
-    present = [each for each in sources if folder.located(each).exists() or each not in read]
-    with ExitStack() as stack:
-        yield {each: stack.enter_context(discovery.opened(folder.located(each))) for each in present or sources}
+        yield planned, facts, settings.rubric, todo
 
 
 def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
@@ -241,7 +261,7 @@ def local(jobs: int) -> Iterator[Workforce]:
 
 
 def _grade(
-    folder: ClassFolder, workforce: Workforce, listener: ProgressListener, total: int, jobs: list[Job]
+    folder: ClassFolder, workforce: Workforce, console: Console, total: int, jobs: list[Job]
 ) -> bool:  # fmt: skip
     """Grade all jobs, and once more, alone, what failed for reasons of ours; return whether Ctrl-C interrupted that."""
     page, done = overview.LivePage(folder), total - len(jobs)
@@ -265,9 +285,9 @@ def _grade(
                     record = replace(job.record, status=ending.status, why=ending.why, seconds=seconds)
                     folder.keep(Path(job.order.out), record)
                     done += 1
-                    listener.finished(record, done, total)
-                    page.write_if_due()
-                listener.going_on(done, total, workforce.doing())
+                    console.finished(record, done, total)
+                    page.write(if_due=True)
+                console.going_on(done, total, workforce.doing())
             jobs = again
     except KeyboardInterrupt:
         workforce.stop()

@@ -59,7 +59,10 @@ class Sheet:
         self._lines = list(_lines(self._table.text, self._table.separator))
         if not self._lines:
             raise GraderError(f"{path} is empty. Export it once more.")
-        self.header, *self.rows = ([_unquoted(cell) for cell in line] for line, _ in self._lines)
+        self.header, *self.rows = (
+            [c[1:-1].replace('""', '"') if len(c) > 1 and c[0] == c[-1] == '"' else c for c in line]
+            for line, _ in self._lines
+        )
         for row in self.rows:
             row += [""] * (len(self.header) - len(row))
 
@@ -91,8 +94,3 @@ def _lines(text: str, separator: str) -> Iterator[tuple[list[str], str]]:
         if end != separator:
             yield cells, end
             cells = []
-
-
-def _unquoted(cell: str) -> str:
-    quoted = len(cell) > 1 and cell[0] == cell[-1] == '"'
-    return cell[1:-1].replace('""', '"') if quoted else cell

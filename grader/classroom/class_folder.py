@@ -132,15 +132,15 @@ class Record:
 class ClassFacts:
     """What class.yaml says. Hashes are SHA-256; `source` and those `added` to it are paths as they were given."""
 
-    title: str
-    source: str
-    layout: str
-    rubric: str
-    kit: str
-    version: str
-    commit: str
-    seed: int
-    entries: tuple[Entry, ...]
+    title: str = ""
+    source: str = ""
+    layout: str = ""
+    rubric: str = ""
+    kit: str = ""
+    version: str = ""
+    commit: str = ""
+    seed: int = 0
+    entries: tuple[Entry, ...] = ()
     missing: tuple[Person, ...] = ()
     notes: tuple[str, ...] = ()
     deadline: dt.datetime | None = None
@@ -244,15 +244,15 @@ class ClassFolder:
         record = self.record(entry.id)
         return record if record and record.holds(entry.content, facts.rubric, facts.seed) else None
 
-    def report(self, name: str, *, for_student: bool = False) -> dict[str, Any] | None:
-        """Return a submission's report.json, None if there is none; `for_student` without what is held back."""
+    def report(self, name: str, *, for_student: bool = False) -> dict[str, Any]:
+        """Return a submission's report.json, {} if there is none; `for_student` without what is held back."""
         folder = self.submission(name)
         path = report.for_student(folder, DATA) if for_student else folder / DATA
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            return None
-        return data if isinstance(data, dict) else None
+            return {}
+        return data if isinstance(data, dict) else {}
 
     @contextmanager
     def locked(self) -> Iterator[None]:

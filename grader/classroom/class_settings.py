@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import hashlib
 from argparse import Namespace
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -15,22 +15,10 @@ from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.errors import UsageError
-from grader.words import counted, some
+from grader.words import counted
 
-_REGRADED = "makes all grades void: every submission is graded again"
-_DEDUCTIONS = "changes only the deductions for lateness"
-CHANGEABLE: Mapping[str, str] = {
-    "source": "reads other submissions; people who are only in the old one keep their grades (--add reads both)",
-    "roster": "matches submissions with people again; each submission keeps its grade",
-    "rubric": f"{_REGRADED} (`grader rescore CLASS --rubric FILE` judges the saved evidence instead, in seconds)",
-    "seed": _REGRADED,
-    "pattern": "reads names of files otherwise; each submission keeps its grade, and may be matched with other people",
-    "deadline": _DEDUCTIONS,
-    "late": _DEDUCTIONS,
-}
-"""The settings that a later run may change, and what a change does."""
-_FIELDS = {"late": "late_rule"}
-_TITLES = {"late": "late rule"}
+_VOID = ("seed", "rubric")
+"""The settings of which another value makes all grades void; any other only says whose a grade is, or how late."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +42,7 @@ class ClassSettings:
 
 @dataclass(frozen=True)
 class Options:
-    """What a run's command says. None leaves a setting of the class as it is, and `change` names those to be changed.
+    """What a run's command says. None leaves a setting of the class as it is.
 
     Attributes:
         course: the folder of the course, for a new class.
@@ -74,10 +62,9 @@ class Options:
     rubric: Path | None = None
     seed: int | None = None
     deadline: dt.datetime | None = None
-    late: str | None = None
+    late_rule: str | None = None
     added: Sequence[Path] = ()
     times: tuple[HandInTime, ...] = ()
-    change: Collection[str] = ()
     only: Collection[str] = ()
     regrade: bool = False
     fresh: bool = False
@@ -97,65 +84,51 @@ class Options:
 
 def settle(
     folder: ClassFolder, source: Path | None, people: Sequence[Person] | None, rubric: str | None, options: Options
-) -> ClassSettings:
-    """Return the settings of a run: the class's own, with sources added and what may be changed.
+) -> tuple[ClassSettings, list[str]]:
+    """Return the settings of a run, the class's own but for what the command says, and a remark on each that changes.
 
     Source, people and the text of a rubric are None where the command does not name them.
 
     Raises:
-        UsageError: another value is given than the class has, and not as a change.
+        UsageError: another seed or rubric is given than the class has, and not to grade everything anew.
         GraderError: the late rule is none, or the class cannot be read.
     """
-    if options.late:
-        lateness.parse(options.late)
+    if options.late_rule:
+        lateness.parse(options.late_rule)
     given = {
         "source": str(source) if source else None,
         "roster": None if people is None else tuple(people),
         "rubric": rubric,
-        "seed": options.seed,
-        "pattern": options.pattern,
-        "deadline": options.deadline,
-        "late": options.late,
+        **{name: getattr(options, name) for name in ("seed", "pattern", "deadline", "late_rule")},
     }
     new: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if lacking := sorted(set(options.change) - set(new)):
-        raise UsageError(f"--change {lacking[0]} needs the new value.", f"Add {_option(lacking[0])}.")
-    had = ClassSettings()
+    had, changed = ClassSettings(), []
     if source is None or (folder.path / CLASS).exists():
         facts = folder.facts()
         known = {field.name: getattr(facts, field.name) for field in fields(had) if field.name != "rubric"}
         had = ClassSettings(**known, rubric=(folder.path / RUBRIC).read_text(encoding="utf-8"))
-        for name, value in new.items():
-            before = getattr(had, _FIELDS.get(name, name))
-            same = before == value or (name == "source" and Path(before).resolve() == Path(value).resolve())
-            if name not in options.change and not same:
-                has, gives = _words(name, before, value), _words(name, value, before)
-                raise UsageError(
-                    f"{folder.path} has {has}; the command gives {gives}. "
-                    f"Changing the {_TITLES.get(name, name)} {CHANGEABLE[name]}. "
-                    f"Add --change {name} if that is meant; otherwise leave out {_option(name)}: the class knows it."
-                )
-    settings = replace(had, **{_FIELDS.get(name, name): value for name, value in new.items()})
+        if source and Path(had.source).resolve() == source.resolve():
+            del new["source"]
+        changed = [name for name, value in new.items() if getattr(had, name) != value]
+        if void := [] if options.fresh else [name for name in changed if name in _VOID]:
+            raise UsageError(
+                f"{folder.path} has another {void[0]}. With this one all grades are void: every submission is graded "
+                "again, though `grader rescore CLASS --rubric FILE` judges the saved evidence by a rubric in seconds.",
+                f"Add --fresh if that is meant; otherwise leave out --{void[0]}: the class knows it.",
+            )
+    settings = replace(had, **new)
     sources = {Path(settings.source).resolve(): settings.source}
-    for each in (*(() if "source" in options.change else had.added), *map(str, options.added)):
+    for each in (*(() if "source" in changed else had.added), *map(str, options.added)):
         sources.setdefault(Path(each).resolve(), each)
-    return replace(settings, added=tuple(sources.values())[1:])
+    remarks = [
+        f"The {name.replace('_', ' ')} was {_words(getattr(had, name))}, and is {_words(new[name])} from now on."
+        for name in changed
+        if name not in _VOID
+    ]
+    return replace(settings, added=tuple(sources.values())[1:]), remarks
 
 
-def _option(name: str) -> str:
-    return "SOURCE" if name == "source" else f"--{name}"
-
-
-def _words(name: str, value: Any, other: Any) -> str:
-    """Return a setting in words; of a roster, whoever the `other` one does not have."""
-    title = _TITLES.get(name, name)
-    if not value and name != "seed":
-        return f"no {title}"
-    if name == "roster":
-        only = [person.label for person in value if person not in other]
-        more = f", {some(only, 5)} only there" if only else ""
-        return f"a roster of {counted(len(value), 'person', 'people')}{more}"
-    if name == "rubric":
-        return f"a rubric with the hash {hashlib.sha256(value.encode()).hexdigest()[:12]}"
-    shown = f"{value:%Y-%m-%d %H:%M}" if name == "deadline" else f'"{value}"' if name == "late" else value
-    return f"the {title} {shown}"
+def _words(value: Any) -> str:
+    if isinstance(value, tuple):
+        return counted(len(value), "person", "people")
+    return f"{value:%Y-%m-%d %H:%M}" if isinstance(value, dt.datetime) else f"{value or 'none'}"

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from grader import evidence
 from grader import report as report_room
@@ -22,7 +22,6 @@ from grader.classroom import (
     file_names,
     gradebook,
     hand_ins,
-    lateness,
     overview,
     plan,
     rescore,
@@ -30,9 +29,9 @@ from grader.classroom import (
     similarity,
     times,
 )
-from grader.classroom.class_folder import ClassFolder, Record, Status
+from grader.classroom.batch import Console
+from grader.classroom.class_folder import ClassFolder
 from grader.classroom.gradebook import State
-from grader.classroom.plan import Plan
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.roster import Person
@@ -114,10 +113,6 @@ def _add_batch(verbs: Any) -> None:
         "--add", dest="added", type=Path, nargs="+", default=[], metavar="SOURCE",
         help="read a further export, such as of late ones",
     )  # fmt: skip
-    option(
-        "--change", nargs="+", default=[], choices=list(class_settings.CHANGEABLE), metavar="NAME",
-        help=f"what the class has is to be changed: {', '.join(class_settings.CHANGEABLE)}",
-    )  # fmt: skip
     option("--only", nargs="+", default=[], metavar="ID", help="grade only these submissions")
     option(
         "--jobs", type=int, default=0, metavar="N", help="submissions at a time (default: what this machine can run)"
@@ -125,7 +120,7 @@ def _add_batch(verbs: Any) -> None:
     option("--minutes", type=int, default=60, metavar="N", help="end a submission's grading after N minutes (60)")
     option("--scheduler", default="", metavar="tcp://HOST:PORT", help="grade on a Dask cluster instead")
     option("--deadline", type=_time, metavar="TIME", help="such as 2026-11-20T23:59; local time without a zone")
-    option("--late", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
+    option("--late", dest="late_rule", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
     option("--regrade", action="store_true", help="grade again what another version of the kit graded")
     option("--fresh", action="store_true", help="grade again what is graded already")
     option("--despite-doubts", action="store_true", help="grade even if a doubt stops the class")
@@ -171,7 +166,7 @@ def _batch(options: argparse.Namespace) -> int:
             plan.write(planned, options.out / class_folder.PLAN)
             print(f"Plan: {options.out / class_folder.PLAN}")
         return EXIT_GRADED
-    console = _Console(options.out / class_folder.LOG)
+    console = Console(options.out / class_folder.LOG)
     try:
         return _run_batch(options, people, wanted, console)
     except KeyboardInterrupt:
@@ -186,7 +181,7 @@ def _batch(options: argparse.Namespace) -> int:
 
 
 def _run_batch(
-    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: _Console
+    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: Console
 ) -> int:
     summary = batch.run(options.source, options.out, people, wanted, console)
     console.clear()
@@ -205,51 +200,6 @@ def _run_batch(
         return EXIT_INTERRUPTED
     print(f"Class: {_write_pages(ClassFolder(options.out))}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
-
-
-class _Console:
-    """Shows on standard error how a run goes on: a line for each submission, and on a terminal one that changes.
-
-    The lines are in the class's log, too, with the time of each.
-    """
-
-    def __init__(self, log: Path) -> None:
-        self._progress = Progress()
-        self._path = log
-        self._log: TextIO | None = None
-
-    def planned(self, planned: Plan) -> None:
-        self._log = self._path.open("a", encoding="utf-8", buffering=1)  # not before: the class is locked by now
-        for line in plan.summary(planned):
-            self.say(printable(line, 1000))
-
-    def finished(self, record: Record, done: int, total: int) -> None:
-        words = {Status.GRADED: "graded", Status.REFUSED: "cannot be graded", Status.ERROR: "ERROR of the grader"}
-        why = f": {printable(' '.join(record.why.split()))}" if record.why else ""
-        self.say(f"{done:>4}/{total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}")
-
-    def going_on(self, done: int, total: int, running: Mapping[str, str]) -> None:
-        names = ", ".join(f"{name} {what}".strip() for name, what in sorted(running.items()))
-        self._progress.show(f"[{lateness.clock(self._progress.seconds)}] {done}/{total}; {names}")
-
-    def say(self, text: str) -> None:
-        """Show a line that stays, and log it."""
-        self._progress.keep(text)
-        self.log(text)
-
-    def log(self, text: str) -> None:
-        """Write a line into the class's log only."""
-        if self._log:
-            self._log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
-
-    def clear(self) -> None:
-        """Remove the line that changes."""
-        self._progress.done()
-
-    def close(self) -> None:
-        """Close the log."""
-        if self._log:
-            self._log.close()
 
 
 def _write_pages(folder: ClassFolder) -> Path:
@@ -282,7 +232,7 @@ def _gradebook(options: argparse.Namespace) -> int:
     if not is_class and (options.folder / DATA).exists():
         report = json.loads(report_room.for_student(options.folder, DATA).read_text(encoding="utf-8"))
         book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
-        reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
+        reports = {book.rows[0].submission: report}
     else:
         if options.zero_missing is not None:
             folder.decide(zero_missing=options.zero_missing)

@@ -10,11 +10,11 @@ import re
 import unicodedata
 from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 from grader.classroom import ledger, matching, platforms, times
-from grader.classroom.class_folder import Entry
+from grader.classroom.class_folder import ClassFacts, Entry
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.ledger import Source
 from grader.classroom.matching import Match
@@ -38,27 +38,8 @@ _SHORT = 60  # bytes of an id
 _LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
 
-@dataclass(frozen=True)
-class Found:
-    """All that was found in a source.
-
-    Attributes:
-        layout: the name of the export's layout.
-        entries: the submissions that count.
-        missing: the people of the roster without a submission, also those whom a doubt is about.
-        notes: remarks on the export.
-        doubts: what a person should look at before anything is graded.
-        ledger: how the entries of the exports and the people add up.
-        claimed: everyone of whom a list says that they handed in.
-    """
-
-    layout: str
-    entries: tuple[Entry, ...]
-    missing: tuple[Person, ...] = ()
-    notes: tuple[str, ...] = field(default=())
-    doubts: tuple[Doubt, ...] = ()
-    ledger: tuple[str, ...] = ()
-    claimed: tuple[Person, ...] = ()
+Found = ClassFacts
+"""A class as far as its sources, roster and lists tell."""
 
 
 @contextmanager
@@ -124,7 +105,10 @@ def find(
     doubts += ledger.without(listed, entries, doubts)
     notes = tuple(note for export in exports for note in export.notes)
     lines = ledger.lines(exports, listed, roster, entries, doubts)
-    return Found(exports[0].layout, entries, missing, notes, tuple(doubts), lines, listed.claimed)
+    return Found(
+        layout=exports[0].layout, entries=entries, missing=missing, notes=notes, doubts=tuple(doubts), ledger=lines,
+        claimed=listed.claimed,
+    )  # fmt: skip
 
 
 def content_hash(path: Path) -> str:
@@ -167,33 +151,24 @@ def _plain(char: str) -> str:
     return char if kind in "LN" or (kind == "M" and not _LATIN_MARK.match(char)) else "" if kind == "M" else "-"
 
 
-def _content(path: Path) -> str:
-    """Return what tells this hand-in from others; one that cannot be read is graded again once it can be."""
+def _draft(found: Match) -> Entry:
+    """Return a hand-in as an entry without an id; one that cannot be read is graded again once it can be."""
+    hand_in = found.hand_in
     try:
-        return content_hash(path)
+        content = content_hash(hand_in.path)
     except OSError as error:
-        return f"{_UNREADABLE}{error.strerror}"
+        content = f"{_UNREADABLE}{error.strerror}"
+    people, matched = tuple(found.people), tuple(found.people.values())
+    return Entry(
+        "", hand_in.label, hand_in.path, content, people, hand_in.submitted, hand_in.late,
+        number=found.account.value, matched=matched,
+    )  # fmt: skip
 
 
 def _unreadable(entry: Entry) -> Doubt:
     why = entry.content.removeprefix(_UNREADABLE)
     todo = "Make it readable for whoever runs this, and run it again; the others are graded all the same."
     return Doubt(DoubtKind.UNREADABLE, entry.label, f"{entry.label} cannot be read: {why}.", todo, entry.id)
-
-
-def _draft(found: Match) -> Entry:
-    hand_in = found.hand_in
-    return Entry(
-        id="",
-        label=hand_in.label,
-        path=hand_in.path,
-        content=_content(hand_in.path),
-        people=tuple(found.people),
-        matched=tuple(found.people.values()),
-        submitted=hand_in.submitted,
-        late=hand_in.late,
-        number=found.number,
-    )
 
 
 def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
@@ -240,7 +215,8 @@ def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]
         if len(several) == 1:
             kept += several
             continue
-        names = _distinct(several)
+        labels = [draft.label for draft in several]
+        names = {d.path: d.label if labels.count(d.label) == 1 else d.path.name for d in several}
         same = len({draft.content for draft in several}) == 1
         if same or all(draft.submitted for draft in several):
             last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.path))
@@ -251,19 +227,12 @@ def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]
             what, todo = f"{names[last.path]} counts, not {others}: {why}.", ""
         else:
             last = several[0]
-            what = (
-                f"{', '.join(sorted(names.values()))} are of the same people, and not all have a time: the best counts."
-            )
+            all_ = ", ".join(sorted(names.values()))
+            what = f"{all_} are of the same people, and not all have a time: the best counts."
             kept += [replace(draft, notes=(what,)) for draft in several]
             todo = "Give their times with --times, or remove what should not count from the source."
         doubts.append((last.path, Doubt(DoubtKind.SEVERAL, last.label, what, todo)))
     return kept, doubts
-
-
-def _distinct(several: Sequence[Entry]) -> dict[Path, str]:
-    """Return what to call each of several submissions: the label, or the file where two have the same label."""
-    labels = [draft.label for draft in several]
-    return {d.path: d.label if labels.count(d.label) == 1 else d.path.name for d in several}
 
 
 def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Entry]) -> Iterator[Entry]:

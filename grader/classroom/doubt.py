@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sized
+from collections.abc import Sized
 from dataclasses import dataclass
 from enum import Enum
 
 from grader.classroom.roster import Person
-from grader.errors import GraderError
 
 
 class DoubtKind(Enum):
@@ -54,20 +53,6 @@ class Doubt:
     def text(self) -> str:
         """Return the doubt and what to do as one line."""
         return f"{self.what} {self.todo}".strip()
-
-
-class DoubtfulClass(GraderError):
-    """Whose the submissions are is so doubtful that nothing was graded."""
-
-
-def require_certain(doubts: Iterable[Doubt]) -> None:
-    """Refuse to go on if a doubt stops the class.
-
-    Raises:
-        DoubtfulClass: with all that stops it, and what to do.
-    """
-    if stops := [doubt.text for doubt in doubts if doubt.stops]:
-        raise DoubtfulClass("Nothing was graded.", "\n".join(stops))
 
 
 def too_many(unmatched: Sized, entries: Sized) -> bool:

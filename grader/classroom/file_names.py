@@ -16,7 +16,6 @@ from pathlib import Path
 from grader.classroom import worksheet
 from grader.classroom.identity import Claim
 from grader.classroom.platform import (
-    Delivery,
     Export,
     HandIn,
     Platform,
@@ -44,7 +43,8 @@ _WHO = {"login": "login", "id": "id", "email": "email", "name": "name", "team": 
 _FIELDS = dict.fromkeys(_WHO, r"\S+?") | {
     "name": ".+?", "team": ".+?", "number": r"\d[\d-]*", "time": r".*?\d\d.*?", "attempt": r"\d+", "file": ".+",
 }  # fmt: skip
-_PART = re.compile(r"\{(?P<field>\w*)\}|(?P<sign>[*\[\]])|(?P<text>[^{}*\[\]]+|.)", re.DOTALL)
+_PART = re.compile(r"\{(?P<field>\w*)\}|.", re.DOTALL)
+_SIGNS = {"*": ".+?", "[": "(?:", "]": ")?"}
 _DIGITS = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)\D{0,2}(\d\d)\D?(\d\d)(?:\D?(\d\d))?")
 _FORMATS = ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p", "%b %d, %Y %I:%M %p", "%d %B, %Y %H%M")  # of Brightspace
 
@@ -73,25 +73,20 @@ class Pattern:
             UsageError: it is none, or says nothing of a person.
         """
         self.name = text if text in KNOWN else "pattern"
-        fields, regex, before, self._separator = [], "", "", ""
-        for part in _PART.finditer(KNOWN.get(text, text)):
-            field = part["field"]
-            if field is not None:
-                if field not in _FIELDS or field in fields:
-                    raise _refusal(text)
-                if field == "login" and before.startswith("*"):
-                    self._separator = before[1:]
-                fields.append(field)
-                regex, before = regex + f"(?P<{field}>{_FIELDS[field]})", ""
-            elif part["sign"]:
-                regex, before = regex + {"*": ".+?", "[": "(?:", "]": ")?"}[part["sign"]], part["sign"]
-            else:
-                regex, before = regex + re.escape(part["text"]), before + part["text"]
+        self.own = _OWN.get(text, ())
+        whole = KNOWN.get(text, text)
+        fields = re.findall(r"\{(\w*)\}", whole)
+        found = re.search(r"\*([^{}*\[\]]*)\{login\}", whole)
+        self._separator = found[1] if found else ""
+        regex = ""
+        for part in _PART.finditer(whole):
+            name = part["field"]
+            regex += f"(?P<{name}>{_FIELDS.get(name, '')})" if name else _SIGNS.get(part[0], re.escape(part[0]))
         try:
             self._regex = re.compile(regex, re.DOTALL | re.IGNORECASE)
         except re.error:
             raise _refusal(text) from None
-        if not set(fields) & set(_WHO):
+        if not set(fields) <= set(_FIELDS) or not set(fields) & set(_WHO):
             raise _refusal(text)
 
     def read(self, entry: Path) -> _Named | None:
@@ -104,10 +99,6 @@ class Pattern:
             if said and ("time" not in said or when):
                 return _Named(tuple(self._claims(said)), when, said.get("attempt", ""), entry)
         return None
-
-    def recognises(self, entries: Sequence[Path]) -> bool:
-        """Return whether most of the entries are named so."""
-        return 2 * sum(self.read(entry) is not None for entry in entries) > len(entries)
 
     def _claims(self, said: Mapping[str, str]) -> Iterator[Claim]:
         for field, kind in _WHO.items():
@@ -130,10 +121,11 @@ def platform(text: str) -> Platform:
     pattern = Pattern(text)
 
     def recognises(_root: Path, entries: Sequence[Path]) -> bool:
-        return pattern.recognises(entries)
+        return 2 * sum(pattern.read(entry) is not None for entry in entries) > len(entries)  # most of them
 
-    own = _OWN.get(pattern.name, ())
-    return Platform(pattern.name, pattern.name, "", recognises, partial(_read, pattern), _nothing, own)
+    return Platform(
+        pattern.name, pattern.name, "", recognises, partial(_read, pattern), lambda _delivery: [], pattern.own
+    )
 
 
 def recognised(root: Path, entries: Sequence[Path]) -> Platform | None:
@@ -147,7 +139,7 @@ def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
     for entry in (member for each in entries for member in _members(pattern, each)):
         if found := pattern.read(entry):
             people.setdefault(found.claims, []).append(found)
-        elif entry.name not in _OWN.get(pattern.name, ()):
+        elif entry.name not in pattern.own:
             odd.append(entry)
     hand_ins, notes = others(odd)
     for claims, parts in people.items():
@@ -186,10 +178,6 @@ def _time(text: str) -> dt.datetime | None:
         except ValueError:
             continue
     return local_time(text) or worksheet.time(text)
-
-
-def _nothing(_delivery: Delivery) -> list[str]:
-    return []
 
 
 def _refusal(text: str) -> UsageError:

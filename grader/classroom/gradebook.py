@@ -133,8 +133,6 @@ class Gradebook:
     every: tuple[Row, ...]
     teams: Mapping[str, Row]
     decisions: Decisions = field(default_factory=Decisions)
-    late_rule: LateRule | None = None
-    deadline: dt.datetime | None = None
 
     @property
     def max(self) -> Decimal:
@@ -195,7 +193,7 @@ def read(folder: ClassFolder) -> Gradebook:
         rows[person.key] = [_missing(person, decisions.about(person), facts, whole)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
     placed = sorted(best, key=lambda row: (row.person.key[1], row.submission))
-    return Gradebook(whole, tuple(placed), every, teams, decisions, rule, facts.deadline)
+    return Gradebook(whole, tuple(placed), every, teams, decisions)
 
 
 def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
@@ -230,7 +228,7 @@ def _line_of(
 ) -> Callable[[Person, PersonDecision], Row]:
     """Return what makes the line of a person of a submission; only what is decided about them tells it from others."""
     record, on = folder.current(entry, facts), decisions.on(entry.id)
-    report = (folder.report(entry.id) if record else None) or {}
+    report = folder.report(entry.id) if record else {}
     graded = record is not None and record.status is Status.GRADED and bool(report)
     given = {override.requirement: override for override in on.points}
     found = _requirements(whole, report if graded else None, given, on.flags_accepted)

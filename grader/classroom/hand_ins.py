@@ -81,7 +81,7 @@ def refresh(folder: ClassFolder) -> list[str]:
 def _stale(folder: ClassFolder, facts: ClassFacts, book: Gradebook) -> Iterator[tuple[Record, HandIn]]:
     for entry in facts.entries:
         record, said = folder.record(entry.id), folder.report(entry.id)
-        if record is None or said is None or "hand_in" not in said:
+        if record is None or "hand_in" not in said:
             continue
         known = hand_in(entry, facts, book.decisions, [row for row in book.every if row.submission == entry.id])
         # A report by another rubric is judged again by the run that brought the rubric.

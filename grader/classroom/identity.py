@@ -74,7 +74,7 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
     sure = _sure(claims, people)
     called = {person: claim for person in people for claim in claims if _is_called(person, claim)}
     if len(called) > 1:  # Weiss and Weiß: no platform changes other letters than capitals
-        exactly = {person: claim for person, claim in called.items() if _is_exactly(person, claim)}
+        exactly = {person: claim for person, claim in called.items() if _is_called(person, claim, exactly=True)}
         called = exactly or called
     teams, team = _team(claims, people)
     if len(sure) > 1:
@@ -114,11 +114,6 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
 def is_no_team(name: str) -> bool:
     """Return whether Moodle calls the people so who are in no group."""
     return key(name) in map(key, _NO_TEAM)
-
-
-def short_names(name: str, sortable: str = "") -> str:
-    """Return what Canvas calls a person in the name of a file, from the sortable name if that is known."""
-    return _squeezed(sortable or _last_first(name))
 
 
 @cache  # a class compares each claim with everyone
@@ -190,25 +185,20 @@ def _logins(claims: Iterable[Claim], people: Iterable[Person]) -> dict[str, Pers
     return found if len(found) == 1 else {}
 
 
-def _is_called(person: Person, claim: Claim) -> bool:
-    """Return whether the claim is the person's whole name; Moodle writes that of their group before it."""
-    if not person.name:
+def _is_called(person: Person, claim: Claim, *, exactly: bool = False) -> bool:
+    """Return whether the claim is the person's whole name; Moodle writes that of their group before it.
+
+    `exactly` means that letters which are equal when folded are the person's own, too.
+    """
+    if not person.name or claim.kind not in ("name", ANY, SHORT):
         return False
     if claim.kind == SHORT:
-        return short_names(person.name, person.sortable) == _squeezed(claim.value)
-    if claim.kind not in ("name", ANY):
-        return False
-    groups = (person.team,) if person.team else _NO_TEAM
-    return key(claim.value) in (key(person.name), *(key(f"{group}-{person.name}") for group in groups))
-
-
-def _is_exactly(person: Person, claim: Claim) -> bool:
-    """Return whether the letters of a name are the person's own, also those that are equal when folded."""
-    groups = (person.team,) if person.team else _NO_TEAM
-    names = (person.name, *(f"{group}-{person.name}" for group in groups))
-    if claim.kind == SHORT:
-        return _letters(person.sortable or _last_first(person.name)).lower() == _letters(claim.value).lower()
-    return key(claim.value, fold=False).lower() in [key(name, fold=False).lower() for name in names]
+        own, said = (_letters(text) for text in (person.sortable or _last_first(person.name), claim.value))
+        return own.lower() == said.lower() if exactly else _squeezed(own) == _squeezed(said)
+    names = (person.name, *(f"{group}-{person.name}" for group in ((person.team,) if person.team else _NO_TEAM)))
+    if exactly:
+        return key(claim.value, fold=False).lower() in [key(name, fold=False).lower() for name in names]
+    return key(claim.value) in map(key, names)
 
 
 def _agrees(person: Person, claim: Claim) -> bool:

@@ -29,17 +29,8 @@ class Match:
     unknown: tuple[Identified, ...] = ()
 
     @property
-    def number(self) -> str:
-        """Return the platform's number for who handed in, "" if it gives none."""
-        return self._numbered.value
-
-    @property
-    def lms(self) -> str:
-        """Return the platform that gave the number."""
-        return self._numbered.lms
-
-    @property
-    def _numbered(self) -> Claim:
+    def account(self) -> Claim:
+        """Return the platform's number for who handed in; its value is "" if there is none."""
         sure = self.people or not self.hand_in.others
         claims = (claim for person in self.hand_in.claims for claim in person if sure)
         return next((claim for claim in claims if claim.kind == "lms_id"), Claim("lms_id", ""))
@@ -51,7 +42,10 @@ def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
     if not roster:
         return [Match(h, {}, (_several(h),)) if h.others else Match(h, _claimed(h)) for h in hand_ins]
     found = [_match_one_way(each, roster, taken) if each.others else _match(each, roster) for each in hand_ins]
-    return [_with_team(each, roster) for each in _without_namesakes(found)]
+    matches = _without_namesakes(found)
+    teams = [{person.team for person in each.people if person.team} for each in matches]
+    members = [{who: Claim("team", who.team) for who in roster if who.team in of} for of in teams]
+    return [replace(each, people={**of, **each.people}) for each, of in zip(matches, members, strict=True)]
 
 
 def _match_one_way(hand_in: HandIn, roster: Sequence[Person], taken: Container[Claim]) -> Match:
@@ -83,7 +77,8 @@ def doubts(found: Match, entry: str, missing: Sequence[Person]) -> list[Doubt]:
 
     A submission that matches nobody may be that of anyone without one, unless their numbers say otherwise.
     """
-    anyone = any(not person.lms_id or not found.number or person.lms != found.lms for person in missing)
+    own = found.account
+    anyone = any(not person.lms_id or not own.value or person.lms != own.lms for person in missing)
     whole = [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
     stops = bool(found.hand_in.others)
     return [replace(doubt, anyone=anyone and not doubt.people, stops=stops) for doubt in whole]
@@ -170,8 +165,8 @@ def _without_namesakes(found: list[Match]) -> list[Match]:
     numbers: dict[Person, set[str]] = {}
     for each in found:
         for person, by in each.people.items():
-            if by.kind in _BY_NAME and each.number:
-                numbers.setdefault(person, set()).add(each.number)
+            if by.kind in _BY_NAME and each.account.value:
+                numbers.setdefault(person, set()).add(each.account.value)
     several = {person: sorted(of) for person, of in numbers.items() if len(of) > 1}
     return [_without(each, several) for each in found]
 
@@ -182,12 +177,6 @@ def _without(found: Match, several: Mapping[Person, list[str]]) -> Match:
     unknown = (Identified(rivals=(who,), why=why.format(" and ".join(several[who]), who.label)) for who in refused)
     people = {who: by for who, by in found.people.items() if who not in refused}
     return replace(found, people=people, unknown=(*found.unknown, *unknown))
-
-
-def _with_team(found: Match, roster: Sequence[Person]) -> Match:
-    teams = {person.team for person in found.people if person.team}
-    members = {who: Claim("team", who.team) for who in roster if who.team in teams}
-    return replace(found, people={**members, **found.people})
 
 
 def _claimed(hand_in: HandIn) -> dict[Person, Claim]:

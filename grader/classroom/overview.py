@@ -8,7 +8,7 @@ import math
 import re
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -23,7 +23,6 @@ from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Rubric
-from grader.scoring.scorecard import level
 from grader.words import counted
 
 HERE = Path(__file__).parent
@@ -37,21 +36,14 @@ _CUT = re.compile(r"\s*\S+ \(… characters more\)")  # what sanitize says of a 
 
 @dataclass(frozen=True)
 class Line:
-    """One submission in the table: its points by criterion, and each requirement's in percent; None if not graded.
-
-    `linked` says that it has a report; `withheld` are the requirements whose points an integrity flag keeps until a
-    person decides.
-    """
+    """One submission in the table: points by criterion, None if not graded, and whether it has a report."""
 
     row: Row
     people: str
     remarks: str
     criteria: tuple[Decimal | None, ...]
-    cells: tuple[tuple[str, int | None], ...]
-    level: str
     seconds: float | None
     linked: bool
-    withheld: tuple[str, ...]
 
 
 @dataclass
@@ -82,25 +74,21 @@ class LivePage:
         self._next = 0.0
         self.write()
 
-    def write(self) -> None:
+    def write(self, *, if_due: bool = False) -> None:
         """Write the page. What is wrong meanwhile, as in overrides.yaml, is said at the end and stops no grading."""
         begun = time.monotonic()
-        with suppress(Exception):
-            write(self._folder, gradebook.read(self._folder))
-        now = time.monotonic()
-        self._next = now + _PAGE_SHARE * (now - begun)
-
-    def write_if_due(self) -> None:
-        """Write the page, unless the last time was a moment ago."""
-        if time.monotonic() >= self._next:
-            self.write()
+        if not if_due or begun >= self._next:
+            with suppress(Exception):
+                write(self._folder, gradebook.read(self._folder))
+            now = time.monotonic()
+            self._next = now + _PAGE_SHARE * (now - begun)
 
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path. Its only script sorts and filters the table."""
     facts = folder.facts()
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
-    reports = {name: (folder.report(name) if record else None) or {} for name, record in records.items()}
+    reports = {name: folder.report(name) if record else {} for name, record in records.items()}
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
         if row.submission:
@@ -111,6 +99,7 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
     page = _template().render(
         book=book, facts=facts, lines=found, line=one_line, prose=prose, counted=counted,
         style=style, style_hash=_hash(style), script=script, script_hash=_hash(script),
+        held=[each for each in found if any(r.withheld for r in each.row.requirements)],
         states=Counter(row.state.value for row in book.rows).most_common(),
         flags=list(_flags(reports)),
         doubts=sorted(facts.doubts, key=lambda doubt: not doubt.stops),
@@ -119,7 +108,6 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
         errors=[record for record in records.values() if record and record.status is Status.ERROR],
         mean=float(mean(totals or [NOTHING])), median=float(median(totals or [NOTHING])),
         bars=list(histogram(totals, int(book.max))), losses=losses(reports, book.rubric), league=league(book, reports),
-        shares=[_mean_share([dict(each.cells)[r.id] for each in found]) for r in book.rubric.requirements],
     )  # fmt: skip
     write_atomically(folder.path / OVERVIEW, page)
     return folder.path / OVERVIEW
@@ -143,22 +131,16 @@ def _hash(text: str) -> str:
 def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: bool) -> Line:
     """Return the line of a submission; its people are named in it."""
     row = book.teams[rows[0].submission]
-    points = {each.id: each for each in row.requirements}
+    points = {each.id: each.points for each in row.requirements if each.points is not None}
     known = [[points[r.id] for r in criterion.requirements if r.id in points] for criterion in book.rubric.criteria]
     said = (each.comment.removeprefix(each.state.value).removeprefix("; ") for each in rows)  # the state is beside it
     return Line(
         row=row,
         people=", ".join(one_line(each.person.label) for each in rows),
         remarks="; ".join(dict.fromkeys(filter(None, said))),
-        criteria=tuple(_sum(each.points for each in several) for several in known),
-        cells=tuple(
-            (r.id, _share(points[r.id].points, points[r.id].max) if r.id in points else None)
-            for r in book.rubric.requirements
-        ),
-        level=level(float(row.total), float(row.max)) if row.total is not None and row.max else "",
+        criteria=tuple(sum(several, NOTHING) if several else None for several in known),
         seconds=record.seconds if record else None,
         linked=linked,
-        withheld=tuple(each.id for each in row.requirements if each.withheld),
     )
 
 
@@ -220,16 +202,6 @@ def without_numbers(words: str) -> str:
     return text if len(text) <= _WORDS else f"{text[:_WORDS]}…"
 
 
-def _sum(points: Iterable[Decimal | None]) -> Decimal | None:
-    """Return the sum of the points that there are, None if there are none yet."""
-    given = [each for each in points if each is not None]
-    return sum(given, NOTHING) if given else None
-
-
-def _share(points: Decimal | None, maximum: Decimal) -> int | None:
-    return None if points is None or not maximum else int(100 * points / maximum)
-
-
 def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, int, int, float]]:
     """Yield for each bar from how many points to how many, how many totals are there, and its height in percent."""
     width = max(1, -(-maximum // _BARS))
@@ -237,11 +209,6 @@ def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, in
     highest = max(counts.values(), default=1)
     for number in range(_BARS):
         yield number * width, min((number + 1) * width, maximum), counts[number], 100 * counts[number] / highest
-
-
-def _mean_share(shares: Sequence[int | None]) -> int | None:
-    known = [share for share in shares if share is not None]
-    return round(mean(known)) if known else None
 
 
 def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str, str]]:

@@ -14,6 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+from grader.classroom.cells import Sheet
 from grader.classroom.gradebook import Gradebook, Row, State
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import Person
@@ -93,7 +94,7 @@ class Delivery:
 
     Attributes:
         book: everyone's line.
-        reports: each submission's report.json by its id, None where it could not be graded.
+        reports: each submission's report.json by its id, empty where it could not be graded.
         out: the file or folder to write.
         sheet: the file to be filled in, where the platform wants one of its own.
         title: the assignment's title on the platform, "" if it was not said.
@@ -103,46 +104,13 @@ class Delivery:
     """
 
     book: Gradebook
-    reports: Mapping[str, dict[str, Any] | None]
+    reports: Mapping[str, dict[str, Any]]
     out: Path
     sheet: Path = Path()
     title: str = ""
     feedback: Path | None = None
     pages: Mapping[str, Path] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
-
-
-class Filled:
-    """What happened to the people of a sheet. Rows that are not final are left as they are, for a person wrote them."""
-
-    def __init__(self) -> None:
-        self._said: dict[str, list[str]] = {
-            "not known to the gradebook; their lines stay as they were": [],
-            "not final yet; their lines stay as they were": [],
-            "graded or excused in the sheet by a person, which stays": [],
-            "had another grade in the sheet": [],
-        }
-
-    def cell(self, row: Row | None, name: str, before: str, after: str) -> str | None:
-        """Return what becomes of a person's grade in the sheet, None if the line is to stay as it is; note why."""
-        unknown, waiting, kept, replaced = self._said.values()
-        held = before.strip() not in ("", "-")
-        if row is None:
-            unknown.append(name)
-        elif not row.final:
-            waiting.append(f"{name} ({row.state.value})")
-        elif held and (row.state is State.MISSING or before.strip() == "EX") and not same_number(before, after):
-            kept.append(f"{name} ({before.strip()})")
-        elif same_number(before, after):
-            return before
-        else:
-            replaced += [f"{name} ({before.strip()}, now {after or 'none'})"] * held
-            return after
-        return None
-
-    def notes(self) -> list[str]:
-        """Return remarks for the instructor."""
-        return [f"{words}: {', '.join(names)}" for words, names in self._said.items() if names]
 
 
 def same_number(one: str, other: str) -> bool:
@@ -244,14 +212,9 @@ def unfolded(paths: Sequence[Path]) -> list[Path]:
     """Return the paths; a folder that has nothing but files, one of them an archive, stands for its files."""
     found = []
     for path in paths:
-        found += inside(path) if only_archives(path) else [path]
+        children = inside(path)
+        found += children if all(each.is_file() for each in children) and any(map(is_archive, children)) else [path]
     return found
-
-
-def only_archives(folder: Path) -> bool:
-    """Return whether a folder has nothing but files, one of them an archive."""
-    children = inside(folder)
-    return bool(children) and all(child.is_file() for child in children) and any(map(is_archive, children))
 
 
 def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
@@ -265,7 +228,45 @@ def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
     return chosen, [f"{chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
 
 
-def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | None]:
+def fill(
+    book: Gradebook, sheet: Sheet, people: Sequence[Sequence[Claim] | None], name: int, column: int,
+    grade: Callable[[Row], str],
+) -> tuple[dict[int, Row], list[str]]:  # fmt: skip
+    """Set the grades in a `column` of a sheet; return whose each line is that has one now, and remarks.
+
+    `people` are what the sheet says of the person of each line, None for a line that is nobody's. The lines of whoever
+    is not known or not final, and grades that a person gave, stay.
+    """
+    filled: dict[int, Row] = {}
+    unknown, waiting, kept, replaced = list[str](), list[str](), list[str](), list[str]()
+    for number, (line, who, row) in enumerate(zip(sheet.rows, people, rows_of(book, people), strict=True)):
+        called, before = line[name], line[column].strip()
+        held = before not in ("", "-")
+        if who is None:
+            continue
+        if row is None:
+            unknown.append(called)
+        elif not row.final:
+            waiting.append(f"{called} ({row.state.value})")
+        else:
+            after = grade(row) or line[column]  # Moodle knows no excuse
+            same = same_number(before, after)
+            if held and not same and (row.state is State.MISSING or before == "EX"):
+                kept.append(f"{called} ({before})")
+                continue
+            replaced += [f"{called} ({before}, now {after or 'none'})"] * (held and not same)
+            sheet.set(number, column, line[column] if same else after)
+            filled[number] = row
+    said = {
+        "not known to the gradebook; their lines stay as they were": unknown,
+        "not final yet; their lines stay as they were": waiting,
+        "graded or excused in the sheet by a person, which stays": kept,
+        "had another grade in the sheet": replaced,
+    }
+    return filled, [f"{words}: {', '.join(names)}" for words, names in said.items() if names]
+
+
+def rows_of(book: Gradebook, people: Sequence[Sequence[Claim] | None]) -> list[Row | None]:
     """Return the row of each person of a sheet by what the sheet says of them, None for whom that is not certain.
 
     A row that fits two people of the sheet is that of neither.
@@ -273,14 +274,14 @@ def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | No
     rows: dict[Person, list[Row]] = {}
     for row in book.rows:
         rows.setdefault(row.person, []).append(row)
-    found = [identify(claims, list(rows)).people for claims in people]
+    found = [identify(claims or (), list(rows)).people for claims in people]
     sure = [one[0] if len(one) == 1 and len(rows[one[0]]) == 1 and found.count(one) == 1 else None for one in found]
     return [rows[person][0] if person is not None else None for person in sure]
 
 
-def by_requirement(report: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
+def by_requirement(report: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return what a report.json says of each requirement, nothing of what could not be graded."""
-    return {each["id"]: each for each in (report or {}).get("requirements", ())}
+    return {each["id"]: each for each in report.get("requirements", ())}
 
 
 def losses(requirement: dict[str, Any]) -> Iterator[str]:
@@ -301,11 +302,11 @@ def comment(row: Row, rubric: Rubric, before: str = "") -> str:
     return "; ".join(filter(None, [before, row.comment, flags if row.flags else ""]))
 
 
-def short(row: Row, report: dict[str, Any] | None) -> list[str]:
+def short(row: Row, report: Mapping[str, Any]) -> list[str]:
     """Return a short comment: the total, what people decided, the first cause, and what was seen where points went."""
     lines = [f"{row.total} of {row.max} points" if row.final and row.total is not None else "no grade"]
     lines += [prose(row.comment)] if row.comment else []
-    cause = (report or {}).get("cause", {})
+    cause = report.get("cause", {})
     if cause.get("sentence"):
         lines.append(f"First cause: {prose(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
     measured = by_requirement(report)

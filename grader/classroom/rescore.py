@@ -68,7 +68,7 @@ def rescore(
         changes: list[Change] = []
         with not_interrupted():
             for record, after in zip(graded, judged, strict=True):
-                before = _points(folder.report(record.id) or {})
+                before = _points(folder.report(record.id))
                 pairs = [(each, before.get(each, "none"), after.get(each, "none")) for each in before | after]
                 changes += [(record.id, *pair) for pair in pairs if pair[1] != pair[2]]
                 judge = provenance.kit_hash(course.layers)
@@ -119,6 +119,6 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: S
         if lacking:
             raise GraderError(
                 f"{record.id} lacks evidence of {' and of '.join(lacking)}: it was collected by an earlier kit, or for "
-                "another rubric. Collect it with `grader batch --out CLASS --rubric FILE --change rubric`, or with "
-                "--regrade after an update of the kit."
+                "another rubric. Collect it with `grader batch --out CLASS --rubric FILE --fresh`, or with --regrade "
+                "after an update of the kit."
             )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import codecs
 import csv
 import io
-import itertools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     "login": ("sis login id", "username", "user name", "github_username", "github", "github username"),
     "team": ("group", "group name", "team name", "group_name"),
     "lms_id": ("canvas id", "canvas user id", "participant"),
+    "submitted": ("submitted at", "submitted_at"),
 }
 IDENTITY = ("id", "lms_id", "login", "email")
 """The fields of a person that no two people share, the surest first."""
@@ -73,7 +73,7 @@ def load(path: Path) -> tuple[Person, ...]:
     """
     people: list[Person] = []
     lines: dict[tuple[str, str], int] = {}
-    for line, person, _ in rows(path):
+    for line, person, _, _ in rows(path):
         for kind, value in (person.key, *((kind, getattr(person, kind).casefold()) for kind in IDENTITY)):
             if value and (first := lines.setdefault((kind, value), line)) != line:
                 raise GraderError(
@@ -84,8 +84,8 @@ def load(path: Path) -> tuple[Person, ...]:
     return tuple(people)
 
 
-def rows(path: Path) -> Iterator[tuple[int, Person, dict[str, str]]]:
-    """Yield for each person of a CSV file the line, the person and all cells by the column's name in lower case.
+def rows(path: Path) -> Iterator[tuple[int, Person, str, str]]:
+    """Yield for each person of a CSV file the line, the person, and what it says of the hand-in: its time and state.
 
     Raises:
         GraderError: it cannot be read, or has no usable column.
@@ -95,17 +95,17 @@ def rows(path: Path) -> Iterator[tuple[int, Person, dict[str, str]]]:
     except (OSError, UnicodeDecodeError) as error:
         raise GraderError(f"The roster {path} cannot be read ({error}). Save it as CSV in UTF-8.") from error
     lines = csv.reader(io.StringIO(table.text, newline=""), delimiter=table.separator)
-    header = [cell.strip() for cell in next(lines, [])]
-    columns, lms = _columns(header), _lms(header)
+    columns, lms = _columns([cell.strip() for cell in next(lines, [])])
     if not set(columns) & {"id", "name", "email", "login", "lms_id", "identifier"}:
         raise GraderError(
             f"The roster {path} has no column that names a person. Its first line needs some of: {', '.join(_ALIASES)}."
         )
-    lowered = [name.casefold() for name in header]
     for row in lines:
-        person = _person(row, columns, lms)
+        said = {field: [row[at].strip() for at in places if at < len(row)] for field, places in columns.items()}
+        person = _person({field: list(filter(None, cells)) for field, cells in said.items()}, lms)
         if person is not None:
-            yield lines.line_num, person, dict(itertools.zip_longest(lowered, row[: len(lowered)], fillvalue=""))
+            submitted, status = ("".join(said.get(field, ())) for field in ("submitted", "status"))
+            yield lines.line_num, person, submitted, status
 
 
 @dataclass(frozen=True)
@@ -148,44 +148,36 @@ def first_name_first(name: str) -> str:
     return " ".join([*first, last, *suffixes]) if first else name
 
 
-def _columns(header: list[str]) -> dict[str, list[int]]:
-    """Return the positions of our columns; a name may be in two, last and first."""
+def _columns(header: list[str]) -> tuple[dict[str, list[int]], str]:
+    """Return the positions of our columns, and the platform that gave the numbers of the file, "" if that is not known.
+
+    A name may be in two columns, last and first.
+    """
     lowered = [name.casefold() for name in header]
     sheet = worksheet.columns(header)
     if sheet is not None:
         names = {"identifier": "lms_id"}
         found = {names.get(what, what): [place] for what, place in sheet.items()}
-        return {what: places for what, places in found.items() if what in _ALIASES}
+        return {what: places for what, places in found.items() if what in (*_ALIASES, "status")}, "moodle"
     found = {}
     for field, aliases in _ALIASES.items():
-        for name in (field, *aliases):
-            if name in lowered:
-                found[field] = [lowered.index(name)]
-                break
+        if places := [lowered.index(name) for name in (field, *aliases) if name in lowered]:
+            found[field] = places[:1]
+    lms = "canvas" if {"canvas id", "canvas user id"} & set(lowered) else ""
     if set(lowered) >= _CANVAS:  # "ID" is Canvas's own number
-        found["lms_id"] = [lowered.index("id")]
+        lms, found["lms_id"] = "canvas", [lowered.index("id")]
         found["id"] = [lowered.index("sis user id")] if "sis user id" in lowered else []
     if set(lowered) >= _GITHUB:
         found["identifier"] = [lowered.index("identifier")]
-    if "name" not in found:
-        parts = [next((lowered.index(n) for n in names if n in lowered), None) for names in (_LAST_NAMES, _FIRST_NAMES)]
-        if found_parts := [part for part in parts if part is not None]:
-            found["name"] = found_parts
-    return found
+    parts = [next((lowered.index(n) for n in names if n in lowered), None) for names in (_LAST_NAMES, _FIRST_NAMES)]
+    if "name" not in found and any(part is not None for part in parts):
+        found["name"] = [part for part in parts if part is not None]
+    return found, "moodle" if "participant" in lowered else lms
 
 
-def _lms(header: list[str]) -> str:
-    """Return the platform that gave the numbers of the file, "" if that is not known."""
-    lowered = {name.casefold() for name in header}
-    if worksheet.columns(header) is not None or "participant" in lowered:
-        return "moodle"
-    return "canvas" if lowered >= _CANVAS or lowered & {"canvas id", "canvas user id"} else ""
-
-
-def _person(row: list[str], columns: Mapping[str, list[int]], lms: str) -> Person | None:
+def _person(said: Mapping[str, list[str]], lms: str) -> Person | None:
     """Return the person of a line, None for an empty line and for Canvas's lines of points and of the test student."""
-    values = {field: ", ".join(_cells(row, places)) for field, places in columns.items()}
-    in_two = len(columns.get("name", ())) > 1
+    values = {field: ", ".join(cells) for field, cells in said.items() if field not in ("submitted", "status")}
     if identifier := values.pop("identifier", ""):  # of GitHub Classroom: whatever the teacher chose
         kind = "email" if "@" in identifier else "id" if any(map(str.isdigit, identifier)) else "name"
         values[kind] = identifier
@@ -194,15 +186,11 @@ def _person(row: list[str], columns: Mapping[str, list[int]], lms: str) -> Perso
         return None
     if lms == "canvas" and name == _TEST_STUDENT and not values.get("id"):
         return None
-    if in_two and len(parts := list(_cells(row, columns["name"]))) > 1:  # last name, first name
-        values["sortable"], name = name, f"{parts[1]} {parts[0]}"
-    elif first_name_first(name) != name and not in_two:
-        values["sortable"], name = name, first_name_first(name)
-    values["name"] = name
+    parts = said.get("name", [])
+    turned = f"{parts[1]} {parts[0]}" if len(parts) > 1 else first_name_first(name)  # from last name, first name
+    if turned != name:
+        values["sortable"] = name
+    values["name"] = turned
     if values.get("lms_id"):
         values["lms_id"], values["lms"] = worksheet.participant(values["lms_id"]) or values["lms_id"], lms
     return Person(**values)
-
-
-def _cells(row: list[str], places: list[int]) -> Iterator[str]:
-    return (row[place].strip() for place in places if place < len(row) and row[place].strip())

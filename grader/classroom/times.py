@@ -20,7 +20,6 @@ from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.words import some
 
-_COLUMNS = ("submitted", "submitted at", "submitted_at")
 _NONE = ("", "-")
 
 
@@ -88,25 +87,16 @@ def _latest(entry: Entry, known: dict[Person, list[dt.datetime]]) -> dt.datetime
 
 
 def _of_table(path: Path) -> Iterator[HandInTime]:
-    for _, person, cells in roster.rows(path):
-        sheet = worksheet.columns(list(cells))
-        names = list(cells)
-        column = names[sheet["submitted"]] if sheet and "submitted" in sheet else ""
-        text = cells.get(column or next((name for name in _COLUMNS if name in cells), ""), "").strip()
-        status = cells[names[sheet["status"]]] if sheet and "status" in sheet else ""
+    for _, person, text, status in roster.rows(path):
+        claims = tuple(
+            Claim(kind, value, person.lms if kind == "lms_id" else "")
+            for kind in (*IDENTITY, "name")
+            if (value := getattr(person, kind))
+        )
         if text not in _NONE and not worksheet.is_not_handed_in(status):
-            yield HandInTime(_claims(person), local_time(text) or worksheet.time(text), text)
+            yield HandInTime(claims, local_time(text) or worksheet.time(text), text)
         elif worksheet.is_handed_in(status):
-            yield HandInTime(_claims(person), None, "")
-
-
-def _claims(person: Person) -> tuple[Claim, ...]:
-    claims = [
-        Claim(kind, value, person.lms if kind == "lms_id" else "")
-        for kind in (*IDENTITY, "name")
-        if (value := getattr(person, kind))
-    ]
-    return tuple(claims)
+            yield HandInTime(claims, None, "")
 
 
 def _of_canvas(path: Path) -> Iterator[HandInTime]:

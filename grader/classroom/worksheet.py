@@ -138,14 +138,11 @@ def time(text: str) -> dt.datetime | None:
             year, month, day = numbers
         else:
             return None
-        return dt.datetime(year, month, day, _hour(clock), int(clock["minute"])).astimezone()
+        hour, half = int(clock["hour"]), (clock["half"] or "").lower()
+        hour = hour % 12 + 12 * half.startswith("p") if half else hour
+        return dt.datetime(year, month, day, hour, int(clock["minute"])).astimezone()
     except ValueError:
         return None
-
-
-def _hour(clock: re.Match[str]) -> int:
-    hour, half = int(clock["hour"]), (clock["half"] or "").lower()
-    return hour % 12 + (12 if half.startswith("p") else 0) if half else hour
 
 
 @functools.cache

@@ -181,7 +181,7 @@ FAULTS = (
         "grader/classroom/gradebook.py",
         "for each in sorted(adjustments, key=lambda adjustment: adjustment.change is Change.BONUS):",
         "for each in adjustments:",
-        "tests/grader/classroom/test_gradebook.py::test_people_adjust_the_total_after_lateness",
+        "tests/grader/classroom/test_gradebook.py::test_people_decide",
     ),
     Fault(
         "a_moodle_number_of_another_assignment_decides_alone",

@@ -238,7 +238,7 @@ def test_a_class_of_four_is_ranked(tmp_path: Path):
     folder = ClassFolder(tmp_path / "class")
     assert cli.main(["batch", str(tmp_path / "in"), "--out", str(folder.path), "--course", str(FOLDER)]) == 0
     league = overview.league(
-        gradebook.read(folder), {name: folder.report(name) or {} for name in (e.id for e in folder.facts().entries)}
+        gradebook.read(folder), {name: folder.report(name) for name in (e.id for e in folder.facts().entries)}
     )
     points = {row.submission: float(row.total or 0) for _, row, _ in league}
     assert points == {"solution": 100.0} | {name.replace("_", "-"): left for name, left in WEAKER.items()}

@@ -11,9 +11,9 @@ from typing import Any
 
 from grader import evidence, pipeline
 from grader import report as report_room
+from grader.classroom.batch import Console
 from grader.classroom.class_folder import Record, Status
 from grader.classroom.one_grading import Ending, Order
-from grader.classroom.plan import Plan
 from grader.evidence import Evidence
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
@@ -102,18 +102,17 @@ class Workers:
         self.stopped = True
 
 
-class Silent:
+class Silent(Console):
     """Hears how a run goes on and keeps it."""
 
     def __init__(self) -> None:
         self.records: list[Record] = []
-        self.plans: list[Plan] = []
 
-    def planned(self, planned: Plan) -> None:
-        self.plans.append(planned)
+    def planned(self, *_: Any) -> None:
+        pass
 
-    def finished(self, record: Record, _done: int, _total: int) -> None:
+    def finished(self, record: Record, *_: Any) -> None:
         self.records.append(record)
 
-    def going_on(self, *_: object) -> None:
+    def going_on(self, *_: Any) -> None:
         pass

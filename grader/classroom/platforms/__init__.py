@@ -58,15 +58,13 @@ def _innermost(root: Path) -> Path:
         len(entries := entries_of(root)) == 1
         and entries[0].is_dir()
         and _recognised(root, entries).layout == "plain"
-        and not any(has(entries[0], name) for name in ("package.xml", "src"))
+        and not _is_package(entries[0])
         and any(is_archive(child) or child.is_dir() for child in inside(entries[0]))
-        and not _holds_package(entries[0])
+        and not (len(below := [each for each in inside(entries[0]) if each.is_dir()]) == 1 and _is_package(below[0]))
     ):
         root = entries[0]
     return root
 
 
-def _holds_package(folder: Path) -> bool:
-    """Return whether a folder has a package at most one folder further down: then it is a submission by itself."""
-    children = [child for child in inside(folder) if child.is_dir()]
-    return len(children) == 1 and any(has(children[0], name) for name in ("package.xml", "src"))
+def _is_package(folder: Path) -> bool:
+    return any(has(folder, name) for name in ("package.xml", "src"))

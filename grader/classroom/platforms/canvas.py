@@ -5,25 +5,13 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from grader.classroom import cells
+from grader.classroom import cells, platform
 from grader.classroom.gradebook import Row, State
 from grader.classroom.identity import SHORT, Claim
-from grader.classroom.platform import (
-    Delivery,
-    Export,
-    Filled,
-    HandIn,
-    Platform,
-    is_archive,
-    one_of,
-    others,
-    rows_of,
-    same_number,
-    write_zip,
-)
+from grader.classroom.platform import Delivery, Export, HandIn, Platform
 from grader.errors import GraderError, UsageError
 
 _NUMBERED = re.compile(r"(?P<title>.*)\s\((?P<id>\d+)\)", re.DOTALL)
@@ -47,21 +35,16 @@ def _write(delivery: Delivery) -> list[str]:
     if "Student" not in header[0] or "ID" not in header[1:2]:
         raise GraderError(f"{path} is not a gradebook of Canvas: its first columns are not Student and ID.")
     column = _column(path, header, delivery.title)
-    filled = Filled()
+    for most in (row[column].strip() for row in sheet.rows if "Points Possible" in row[0]):
+        if most and not platform.same_number(most, str(book.max)):
+            raise GraderError(
+                f"{header[column]} has {most} points in Canvas, the rubric {book.max}. "
+                "Set the assignment's points in Canvas and export once more."
+            )
     people = [_claims(dict(zip(header, row, strict=False))) for row in sheet.rows]
-    for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, people), strict=True)):
-        if "Points Possible" in row[0]:
-            if row[column].strip() and not same_number(row[column], str(book.max)):
-                raise GraderError(
-                    f"{header[column]} has {row[column]} points in Canvas, the rubric {book.max}. "
-                    "Set the assignment's points in Canvas and export once more."
-                )
-        elif row[0].strip() not in ("", "Student, Test"):
-            cell = filled.cell(found, row[0], row[column], _score(found) if found else "")
-            if cell is not None:
-                sheet.set(number, column, cell)
+    _, notes = platform.fill(book, sheet, people, 0, column, _score)
     sheet.write(delivery.out)
-    return [*filled.notes(), *(_feedback(delivery, delivery.feedback) if delivery.feedback else [])]
+    return [*notes, *(_feedback(delivery, delivery.feedback) if delivery.feedback else [])]
 
 
 def _column(sheet: Path, header: Sequence[str], title: str) -> int:
@@ -77,8 +60,11 @@ def _column(sheet: Path, header: Sequence[str], title: str) -> int:
     return fits[0]
 
 
-def _claims(named: dict[str, str]) -> list[Claim]:
+def _claims(named: dict[str, str]) -> list[Claim] | None:
     """Return what a line of the sheet says of a student, in the order in which Canvas itself looks."""
+    first = next(iter(named.values())).strip()
+    if first in ("", "Student, Test") or "Points Possible" in first:
+        return None
     kinds = {"ID": "lms_id", "SIS User ID": "id", "SIS Login ID": "login", "Student": "name"}
     return [
         Claim(kind, value, "canvas" if kind == "lms_id" else "")
@@ -99,15 +85,18 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     grading, it is `anon_X3dF9_6789_team.zip` and `LATE_anon_X3dF9_6789_team.zip`.
     """
     read = {entry: found for entry in entries if (found := _readings(entry.name))}
-    hand_ins, notes = others([entry for entry in entries if entry not in read])
+    hand_ins, notes = platform.others([entry for entry in entries if entry not in read])
     people: dict[tuple[_Reading, ...], list[tuple[re.Match[str], Path]]] = {}
     for entry, found in read.items():
         lengths = {len(other[0]["file_id"] or "") for path, other in read.items() if path != entry}
-        likely = [each for each in found[1:] if not lengths or _is_near(len(each["file_id"] or ""), lengths)]
-        people.setdefault(tuple(map(_who, [found[0], *likely])), []).append((found[0], entry))
+        # Canvas's numbers of files come from one count, so they have about as many digits.
+        near = (not lengths or any(n and abs(len(o["file_id"] or "") - n) <= 1 for n in lengths) for o in found[1:])
+        likely = [found[0], *(each for each, is_near in zip(found[1:], near, strict=True) if is_near)]
+        who = tuple((each.string[: each.start()], each["id"]) for each in likely)
+        people.setdefault(who, []).append((found[0], entry))
     for ((name, number), *more), parts in people.items():
         parts.sort(key=lambda part: int(part[0]["file_id"] or 0))
-        path, remarks = one_of([entry for _, entry in parts])
+        path, remarks = platform.one_of([entry for _, entry in parts])
         late = any(found["late"] for found, entry in parts if entry == path)
         label = name or number
         notes += [f"{label}: {remark}" for remark in remarks]
@@ -131,15 +120,6 @@ def _readings(name: str) -> list[re.Match[str]]:
     return list(readings.values())
 
 
-def _who(found: re.Match[str]) -> _Reading:
-    return found.string[: found.start()], found["id"]
-
-
-def _is_near(length: int, lengths: Iterable[int]) -> bool:
-    """Return whether a number has about as many digits as Canvas's others, which come from one count."""
-    return any(abs(length - other) <= 1 for other in lengths if other)
-
-
 def _said(name: str, number: str) -> tuple[Claim, ...]:
     claims = [Claim("lms_id", number, "canvas")] if number.isdecimal() else []
     return (*claims, *([Claim(SHORT, name), Claim("team", name)] if name else []))
@@ -147,9 +127,8 @@ def _said(name: str, number: str) -> tuple[Claim, ...]:
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     """Return whether most of what may be a submission is named as Canvas names it."""
-    named = [bool(_readings(entry.name)) for entry in entries]
-    others = sum(not each and (entry.is_dir() or is_archive(entry)) for entry, each in zip(entries, named, strict=True))
-    return sum(named) > others
+    odd = [entry for entry in entries if not _readings(entry.name)]
+    return len(entries) - len(odd) > sum(entry.is_dir() or platform.is_archive(entry) for entry in odd)
 
 
 def _feedback(delivery: Delivery, path: Path) -> list[str]:
@@ -176,7 +155,7 @@ def _feedback(delivery: Delivery, path: Path) -> list[str]:
             archive.write(page, "report.html")
         who = f"student_{found['id']}" if found["id"].isdecimal() else found["id"]
         files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
-    write_zip(path, files)
+    platform.write_zip(path, files)
     return [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 
 

@@ -37,7 +37,7 @@ def _write(delivery: Delivery) -> list[str]:
     A workflow prints the first, appends the second to $GITHUB_STEP_SUMMARY and the third to $GITHUB_OUTPUT.
     """
     for row in delivery.book.teams.values():
-        report, rubric = delivery.reports.get(row.submission) or {}, delivery.book.rubric
+        report, rubric = delivery.reports.get(row.submission, {}), delivery.book.rubric
         texts = {
             "annotations.txt": workflow_commands(row, rubric, report),
             "summary.md": summary(row, rubric, report),

@@ -11,22 +11,10 @@ from typing import Any
 
 import yaml
 
+from grader.classroom import platform
 from grader.classroom.gradebook import Row, State
 from grader.classroom.identity import Claim
-from grader.classroom.platform import (
-    Delivery,
-    Export,
-    HandIn,
-    Lost,
-    Platform,
-    by_requirement,
-    comment,
-    losses,
-    one_of,
-    only_archives,
-    others,
-    unfolded,
-)
+from grader.classroom.platform import Delivery, Export, HandIn, Lost, Platform
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
 from grader.scoring.rubric import FLAGS, Rubric
@@ -36,7 +24,7 @@ _METADATA = "submission_metadata.yml"
 
 def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
     """Return what results.json says: a test for each requirement that has points; `report` is empty without a grade."""
-    measured = by_requirement(report)
+    measured = platform.by_requirement(report)
     numbers = {
         requirement.id: f"{chapter}.{place}"
         for chapter, criterion in enumerate(rubric.criteria, 1)
@@ -55,14 +43,14 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
                     "score": float(each.points),
                     "max_score": float(each.max),
                     "status": "passed" if each.points == each.max else "failed",
-                    "output": "\n".join(filter(None, [said, *losses(measured.get(each.id, {}))])),
+                    "output": "\n".join(filter(None, [said, *platform.losses(measured.get(each.id, {}))])),
                     "visibility": "visible",
                 }
             )
     seconds = report.get("wall_seconds")
     return {
         "score": float(row.total or 0),  # overrides the sum of the tests: it has the deduction for lateness
-        "output": comment(row, rubric) or "Graded.",
+        "output": platform.comment(row, rubric) or "Graded.",
         "output_format": "text",
         "test_output_format": "text",
         "visibility": "visible",
@@ -84,7 +72,7 @@ def _write(delivery: Delivery) -> list[str]:
         if row.total is None:
             without.append(f"{row.submission} ({row.state.value})")
             continue
-        found = results(row, delivery.book.rubric, delivery.reports.get(row.submission) or {})
+        found = results(row, delivery.book.rubric, delivery.reports.get(row.submission, {}))
         text = json.dumps(found, indent=2, allow_nan=False) + "\n"
         write_atomically(delivery.out / row.submission / "results.json", text)
     return [*delivery.book.apart(), *[f"no points yet, so no results.json: {', '.join(without)}"] * bool(without)]
@@ -99,10 +87,10 @@ def _read(root: Path, entries: Sequence[Path]) -> Export:
         raise GraderError(
             f"{root / _METADATA} is not as Gradescope writes it ({error!r}). Export once more."
         ) from error
-    hand_ins, notes = others(entry for entry in entries if entry.name not in (*described, _METADATA))
+    hand_ins, notes = platform.others(entry for entry in entries if entry.name not in (*described, _METADATA))
     for entry in entries:
         if entry.name in described:
-            path, remarks = one_of(unfolded([entry])) if only_archives(entry) else (entry, [])
+            path, remarks = platform.one_of(platform.unfolded([entry]))
             notes += [f"{entry.name}: {remark}" for remark in remarks]
             known = described[entry.name]
             hand_ins.append(replace(known, path=path, label=known.label or entry.name))

@@ -7,26 +7,13 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from grader.classroom import cells, worksheet
+from grader.classroom import cells, platform, worksheet
 from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim, key
-from grader.classroom.platform import (
-    Delivery,
-    Export,
-    Filled,
-    HandIn,
-    Platform,
-    one_of,
-    others,
-    rows_of,
-    same_number,
-    short,
-    unfolded,
-    write_zip,
-)
+from grader.classroom.platform import Delivery, Export, HandIn, Platform
 from grader.errors import GraderError
 
 _PLUGIN = re.compile(r"_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
@@ -44,52 +31,34 @@ def _write(delivery: Delivery) -> list[str]:
     Raises:
         GraderError: it is not such a file, or its maximum is not the rubric's.
     """
-    book, (sheet, columns), filled = delivery.book, _worksheet(delivery.sheet), Filled()
-    people = [
-        _claims({what: row[place].strip() for what, place in columns.items() if place < len(row)}) for row in sheet.rows
-    ]
-    rows = rows_of(book, people)
-    for number, (row, found) in enumerate(zip(sheet.rows, rows, strict=True)):
-        if not any(row):
-            continue
-        maximum = row[columns["maximum"]].strip() if "maximum" in columns else ""
-        if maximum and not same_number(maximum, str(book.max)):
-            raise GraderError(
-                f"The assignment's maximum grade in Moodle is {maximum}, the rubric has {book.max} points. "
-                "Set the maximum in Moodle and download the worksheet once more."
-            )
-        name = row[columns.get("name", columns["identifier"])]
-        grade, comment = _grade_and_comment(found, delivery) if found else ("", "")
-        before = row[columns["grade"]]
-        cell = filled.cell(found, name, before, grade or before)
-        if cell is not None:
-            sheet.set(number, columns["grade"], cell)
-            if "feedback" in columns:
-                sheet.set(number, columns["feedback"], _appended(row[columns["feedback"]], comment))
-    sheet.write(delivery.out)
-    over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
-    notes = filled.notes()
-    notes += [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
-    return [
-        *notes,
-        *(_feedback(delivery, delivery.feedback, zip(rows, people, strict=True)) if delivery.feedback else []),
-    ]
-
-
-def _worksheet(path: Path) -> tuple[cells.Sheet, Mapping[str, int]]:
-    """Return a worksheet and the places of its columns.
-
-    Raises:
-        GraderError: it is another file.
-    """
-    sheet = cells.Sheet(path)
+    book, sheet = delivery.book, cells.Sheet(delivery.sheet)
     columns = worksheet.columns(sheet.header)
     if columns is None or "grade" not in columns:
         raise GraderError(
-            f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
+            f"{delivery.sheet} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
             "Download it in English."
         )
-    return sheet, columns
+    for most in (row[columns["maximum"]].strip() for row in sheet.rows if "maximum" in columns):
+        if most and not platform.same_number(most, str(book.max)):
+            raise GraderError(
+                f"The assignment's maximum grade in Moodle is {most}, the rubric has {book.max} points. "
+                "Set the maximum in Moodle and download the worksheet once more."
+            )
+    said = [{what: row[place].strip() for what, place in columns.items()} for row in sheet.rows]
+    people = [_claims(line) if any(line.values()) else None for line in said]
+    name = columns.get("name", columns["identifier"])
+
+    def grade(row: Row) -> str:  # Moodle skips one above the maximum, so a bonus ends there
+        return "" if row.total is None else str(min(row.total, book.max))
+
+    filled, notes = platform.fill(book, sheet, people, name, columns["grade"], grade)
+    for number, row in filled.items():
+        if place := columns.get("feedback"):
+            sheet.set(number, place, _appended(sheet.rows[number][place], _comment(row, delivery)))
+    sheet.write(delivery.out)
+    over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
+    notes += [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
+    return [*notes, *(_feedback(delivery, delivery.feedback, people) if delivery.feedback else [])]
 
 
 def _claims(said: Mapping[str, str]) -> list[Claim]:
@@ -99,14 +68,10 @@ def _claims(said: Mapping[str, str]) -> list[Claim]:
     return claims + [Claim(kind, said[kind]) for kind in ("id", "email", "name") if said.get(kind)]
 
 
-def _grade_and_comment(row: Row, delivery: Delivery) -> tuple[str, str]:
-    """Return the grade as Moodle reads it, empty for none, and the comment, which Moodle takes for HTML.
-
-    Moodle skips a grade above the maximum, so a bonus ends there.
-    """
-    grade = "" if row.total is None or not row.final else str(min(row.total, delivery.book.max))
-    said = [html.escape(line, quote=False) for line in short(row, delivery.reports.get(row.submission))]
-    return grade, f"{_BEGIN}{'<br>'.join(said).translate(_ROUND)}]" if said else ""
+def _comment(row: Row, delivery: Delivery) -> str:
+    """Return the comment, which Moodle takes for HTML."""
+    said = [html.escape(line, quote=False) for line in platform.short(row, delivery.reports.get(row.submission, {}))]
+    return f"{_BEGIN}{'<br>'.join(said).translate(_ROUND)}]" if said else ""
 
 
 def _appended(before: str, comment: str) -> str:
@@ -122,13 +87,13 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     or (before Moodle 4.1) a group's name, a hyphen and a participant; and `Participant` where names are hidden.
     """
     read = {entry: found for entry in entries if (found := _readings(entry))}
-    hand_ins, notes = others([entry for entry in entries if entry not in read])
+    hand_ins, notes = platform.others([entry for entry in entries if entry not in read])
     people: dict[tuple[tuple[str, str], ...], list[tuple[str, Path]]] = {}
     for entry, found in read.items():
         people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
     for ((name, number), *more), parts in people.items():
         files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
-        path, remarks = one_of(unfolded(files))
+        path, remarks = platform.one_of(platform.unfolded(files))
         label = f"{name} {number}" if _is_hidden(name) else name
         notes += [f"{label}: {remark}" for remark in remarks]
         hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
@@ -161,13 +126,14 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(_readings(entry) for entry in entries)
 
 
-def _feedback(delivery: Delivery, path: Path, listed: Iterable[tuple[Row | None, list[Claim]]]) -> list[str]:
-    """Write the zip for "Upload multiple feedback files in a zip"; `listed` are the people of the worksheet.
+def _feedback(delivery: Delivery, path: Path, people: Sequence[list[Claim] | None]) -> list[str]:
+    """Write the zip for "Upload multiple feedback files in a zip"; `people` are those of the worksheet.
 
     Files are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an underscore
     in it would hide the number.
     """
-    numbers = {row.person: claims[0].value for row, claims in listed if row and claims[0].kind == "lms_id"}
+    listed = zip(platform.rows_of(delivery.book, people), people, strict=True)
+    numbers = {row.person: who[0].value for row, who in listed if row and who and who[0].kind == "lms_id"}
     files, without = {}, []
     for row in delivery.book.rows:
         page = delivery.pages.get(row.submission)
@@ -177,7 +143,7 @@ def _feedback(delivery: Delivery, path: Path, listed: Iterable[tuple[Row | None,
             files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
         else:
             without.append(row.person.label)
-    write_zip(path, files)
+    platform.write_zip(path, files)
     return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 

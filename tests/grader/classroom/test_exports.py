@@ -356,28 +356,22 @@ def test_a_single_refusal_becomes_results_json_too(tmp_path):
     )
 
 
-def test_github_gets_annotations_that_a_submission_cannot_forge(book):
-    row = next(row for row in book.rows if row.submission == "team07")
-    lines = github.workflow_commands(row, book.rubric, report({"F4": 2.0})).splitlines()
-    assert lines[0] == "::notice title=Points::98.00 of 100.00"
-    assert len(lines) == 2
-    assert lines[1].startswith("::warning title=F4%3A 3.00 of 5.00 points::")
-    assert "100 %25" in lines[1]
-
-
-def test_the_summary_is_a_table_with_nothing_of_the_submission_as_markdown(book):
-    row = next(row for row in book.rows if row.submission == "team07")
-    text = github.summary(row, book.rubric, report({"F4": 2.0}, submission="<script>"))
-    assert text.startswith("# ROS 2 package development: 98.00 of 100.00 points")
-    assert "| F4 Stops before an obstacle | 3.00 | 5.00 | partial |" in text
-    assert not re.search(r"^::", text, re.MULTILINE)
-    assert len(text.encode()) < github.MOST_SUMMARY_BYTES
-
-
-def test_github_classroom_reads_the_result(book):
-    """The fields that autograding-grading-reporter adds up."""
-    row = next(row for row in book.rows if row.submission == "team07")
-    found = json.loads(base64.b64decode(github.classroom(row, book.rubric, report({"F4": 2.0}))))
+def test_github_gets_annotations_a_summary_and_a_result_that_a_submission_cannot_forge(book, tmp_path):
+    """The fields of the result are those that autograding-grading-reporter adds up."""
+    lost = report({"F4": 2.0}, submission="<script>")
+    github.PLATFORM.write(Delivery(book, {"team07": lost}, tmp_path))
+    annotations, summary, result = (
+        (tmp_path / "team07" / name).read_text() for name in ("annotations.txt", "summary.md", "classroom.txt")
+    )
+    first, second = annotations.splitlines()
+    assert first == "::notice title=Points::98.00 of 100.00"
+    assert second.startswith("::warning title=F4%3A 3.00 of 5.00 points::")
+    assert "100 %25" in second
+    assert summary.startswith("# ROS 2 package development: 98.00 of 100.00 points")
+    assert "| F4 Stops before an obstacle | 3.00 | 5.00 | partial |" in summary
+    assert not re.search(r"^::", summary, re.MULTILINE)
+    assert len(summary.encode()) < github.MOST_SUMMARY_BYTES
+    found = json.loads(base64.b64decode(result.removeprefix("result=")))
     assert (found["version"], found["status"], found["max_score"]) == (3, "fail", 100.0)
     assert sum(test["score"] for test in found["tests"]) == pytest.approx(98.0)
     assert all(test["status"] in ("pass", "fail", "error") for test in found["tests"])

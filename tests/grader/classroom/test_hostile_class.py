@@ -317,10 +317,5 @@ def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, 
         f"{who.n} {who.name or '(anonymous)'}: {v}" for who, v in verdicts.items() if v.startswith(("wrong", "lost"))
     ]
     assert not [*outcome.faults, *bad], "\n" + "\n".join([*outcome.faults, *bad])
-
-
-@pytest.mark.slow  # a class of 50 more
-def test_a_text_entry_in_a_folder_waits_for_a_person_as_one_in_a_file_does(tmp_path, monkeypatch, capsys):
-    """Moodle puts online text into a folder by default: 0.00 went to the platform, and without folders no grade did."""
-    outcome = run("moodle", "sheet", tmp_path, monkeypatch, capsys)
-    assert outcome.values[36] == {""}
+    if (layout, roster) == ("moodle", "sheet"):  # online text in a folder had 0.00 in the platform
+        assert outcome.values[36] == {""}

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from helpers.class_reports import graded
 
 from grader import cli
-from grader.classroom import batch
-from grader.classroom.class_folder import Status
+from grader.classroom import batch, plan
+from grader.classroom.class_folder import Entry, Record, Status
 from grader.classroom.class_settings import Options
 from grader.classroom.one_grading import Ending, Order
+from grader.classroom.plan import Action
 
 ROSTER = """id,name,email,login,team
 s1,Jane Doe,jane@uni.edu,jdoe,
@@ -105,20 +107,6 @@ def test_the_plan_says_whose_which_hand_in_counts_how_late_and_what_will_be_done
     assert (plan["Bo Ek"]["will be"], plan["Bo Ek"]["why"]) == ("not graded yet", "unless Nemo is theirs")
 
 
-def test_one_of_a_thing_is_not_called_several(tmp_path, workers, capsys):
-    """`1 pairs`, `1 people handed in nothing`."""
-    (tmp_path / "one" / "team01").mkdir(parents=True)
-    (tmp_path / "roster.csv").write_text("id,name,team\ns1,Jane Doe,team01\ns2,Bo Ek,team02\n")
-    workers(graded)
-    options = ["--roster", str(tmp_path / "roster.csv"), "--out", str(tmp_path / "class"), "--despite-doubts"]
-    assert cli.main(["batch", str(tmp_path / "one"), *options]) == 0
-    assert cli.main(["gradebook", str(tmp_path / "class")]) == 0
-    said = "".join(capsys.readouterr())
-    assert "1 submission: 0 kept, 1 to be graded" in said
-    assert re.search(r"1 person (handed in nothing|without a submission)", said)
-    assert not re.findall(r"(?<![\d.])1 (?:submissions|people|entries|doubts|pairs)\b", said)
-
-
 def test_every_doubt_is_said_in_full_before_anything_is_graded(tmp_path, export, workers, capsys):
     said: list[str] = []
 
@@ -148,6 +136,42 @@ def test_a_later_plan_says_what_is_kept_and_why_the_rest_is_graded(tmp_path, exp
     assert stranger["why"].startswith("graded 20")
 
 
+RECORD = Record("a", Status.GRADED, content="c", rubric="r", kit="k", started="2026-11-28T10:00+01:00")
+ENTRY = Entry("a", "a", Path("a"), "c")
+
+
+@pytest.mark.parametrize(
+    ("record", "entry", "options", "action", "why"),
+    [
+        (None, {}, Options(), Action.GRADE, "not graded yet"),
+        (None, {"absent": True}, Options(), Action.LEAVE, "not graded yet, but the submission is in none of"),
+        (None, {}, Options(only=["b"]), Action.LEAVE, "not graded yet, and not named by --only"),
+        ({}, {}, Options(), Action.KEEP, "graded 2026-11-28 10:00"),
+        ({"status": Status.ERROR}, {}, Options(), Action.GRADE, "the last run ended in an error"),
+        ({"content": "b"}, {}, Options(), Action.GRADE, "handed in again"),
+        ({"seed": 7}, {}, Options(), Action.GRADE, "the seed was 7"),
+        ({"rubric": "s"}, {}, Options(), Action.GRADE, "the rubric was another one"),
+        ({"package": "src/b"}, {}, Options(), Action.GRADE, "another package is to be graded"),
+        ({"kit": "l"}, {}, Options(), Action.KEEP, "graded 2026-11-28 10:00; by another kit (l)"),
+        ({"kit": "l"}, {}, Options(regrade=True), Action.GRADE, "--regrade"),
+        ({}, {}, Options(fresh=True), Action.GRADE, "--fresh"),
+        ({}, {}, Options(fresh=True, only=["b"]), Action.KEEP, "graded"),
+        ({}, {"absent": True}, Options(fresh=True), Action.KEEP, "graded 2026-11-28 10:00; in an earlier source only"),
+        (
+            {"status": Status.REFUSED, "rubric": "s", "why": "empty"},
+            {},
+            Options(),
+            Action.KEEP,
+            "cannot be graded: emp",
+        ),
+    ],
+)
+def test_what_is_done_with_a_submission(record, entry, options, action, why):
+    before = None if record is None else replace(RECORD, **record)
+    found = plan.decide(replace(ENTRY, **entry), before, RECORD, options)
+    assert (found.action, found.why[: len(why)]) == (action, why)
+
+
 def test_the_estimate_is_that_of_the_class_as_soon_as_it_has_grades(tmp_path, export, workers):
     first = batch.look(tmp_path / "export", tmp_path / "class", None, Options(jobs=1))
     assert first.seconds == 45.0 * len(first.rows)
@@ -167,11 +191,3 @@ def test_the_log_of_a_class_has_every_run_with_times(tmp_path, export, workers):
     assert said[0].startswith("3 submissions: 0 kept, 3 to be graded, about ")
     assert any(re.match(r" +1/3  jdoe +cannot be graded, 0 s: is empty", line) for line in said)
     assert any(line.startswith("3 submissions: 3 kept, 0 to be graded") for line in said)
-
-
-def test_cells_of_the_plan_are_no_formulas(tmp_path, source, workers):
-    (source / "=1+1").mkdir()
-    (source / "=1+1" / "readme").write_text("x")
-    assert cli.main(["batch", str(source), "--out", str(tmp_path / "class"), "--plan"]) == 0
-    assert "\n" in (text := (tmp_path / "class" / "plan.csv").read_text(encoding="utf-8"))
-    assert ",'=1+1," in text

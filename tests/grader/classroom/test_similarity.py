@@ -30,9 +30,3 @@ def test_the_command_writes_what_dolos_and_jplag_read(class_of_four, tmp_path: P
         assert set(made.namelist()) == {"boek/boek.py", "team07/team07.py", "_given/_given.py"}
         assert made.read("boek/boek.py").decode() == f"# driver.py\n{DRIVER}"
         assert "class" in made.read("_given/_given.py").decode()
-
-
-def test_a_source_that_is_gone_is_named(class_of_four, tmp_path: Path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["similar", str(class_of_four().path), "--out", "class.zip"]) == 3
-    assert "There is no export.zip." in capsys.readouterr().err
