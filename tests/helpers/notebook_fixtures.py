@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
-from grader.authoring import book, notebook_run, notebook_source
+from grader.authoring import book, notebook_source
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
@@ -54,9 +54,9 @@ def built_example(tmp_path_factory: pytest.TempPathFactory, rubric: Rubric) -> P
     """The folder of the example with both editions, built once: it needs no ROS."""
     folder = tmp_path_factory.mktemp("built") / "notebooks"
     shutil.copytree(EXAMPLE, folder)
-    book.write_student("02_example", rubric, folder)
-    run = book.publish("02_example", rubric, folder, solution_of_the_example)
-    assert run.error is None
+    made = book.Notebook("02_example", rubric, folder, solution_of_the_example)
+    made.write_student()
+    assert made.publish().error is None
     return folder
 
 
@@ -76,9 +76,9 @@ def solution_of_the_example(_notebook: str, path: str) -> str:
 
 
 @pytest.fixture
-def answer() -> notebook_run.Solutions:
-    """The solutions of the example."""
-    return solution_of_the_example
+def notebook(example: Path, rubric: Rubric) -> book.Notebook:
+    """The notebook of the example."""
+    return book.Notebook("02_example", rubric, example, solution_of_the_example)
 
 
 @pytest.fixture
