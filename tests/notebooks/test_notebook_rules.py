@@ -108,7 +108,7 @@ def test_each_rule_for_sources_has_a_violation():
     assert {name for name, _, _ in VIOLATIONS} == {rule.__name__ for rule in OF_SOURCES}
 
 
-def test_a_section_that_the_rubric_names_must_exist(example: Path, rubric: Rubric):
+def test_a_section_that_the_rubric_names_must_exist_and_name_its_requirement(example: Path, rubric: Rubric):
     page = page_of(example, rubric)
     named = Page("02_interfaces", page.notebook, page.folder)
     assert list(sections_of_the_rubric_are_there(named, rubric)) == []
@@ -117,13 +117,11 @@ def test_a_section_that_the_rubric_names_must_exist(example: Path, rubric: Rubri
     assert list(sections_of_the_rubric_are_there(renamed, rubric)) == [
         "I3: there is no section `## Same name, same type`"
     ]
-
-
-def test_a_section_must_name_its_requirement(example: Path, rubric: Rubric):
+    edit(example, "## Same name, same Type", "## Same name, same type")
     edit(example, "(I3)", "")
     edit(example, 'check("I3")', 'check("I2")')
-    page = Page("02_interfaces", page_of(example, rubric).notebook, example)
-    assert list(sections_of_the_rubric_are_there(page, rubric)) == [
+    unnamed = Page("02_interfaces", page_of(example, rubric).notebook, example)
+    assert list(sections_of_the_rubric_are_there(unnamed, rubric)) == [
         "I3 is not named in its section `## Same name, same type`"
     ]
 
