@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import shutil
@@ -13,6 +14,7 @@ import pytest
 
 from grader import KIT
 from grader.authoring import book, notebook_source
+from grader.notebook import interface_types
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
@@ -93,3 +95,19 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Works
     os.environ.clear()
     os.environ.update(environment)
     sys.path[:], sys.dont_write_bytecode = path, bytecode
+
+
+@contextlib.contextmanager
+def as_in_a_kernel(workspace: Workspace) -> Iterator[None]:
+    """Let this process import the modules of a workspace's package, and forget them afterwards."""
+    interface_types.load(workspace)
+    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
+    name = workspace.package.name
+    path = sys.modules[name].__path__
+    before = list(path)
+    path[:] = [str(workspace.package / name), *before]
+    yield
+    path[:] = before
+    for module in [module for module in sys.modules if module.startswith(f"{name}.")]:
+        if module.split(".")[1] not in ("msg", "srv", "action"):
+            sys.modules.pop(module)

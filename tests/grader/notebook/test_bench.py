@@ -13,6 +13,7 @@ from contextlib import ExitStack
 import pytest
 import rclpy
 from helpers.course import PACKAGE
+from helpers.notebook_fixtures import as_in_a_kernel
 from rclpy.context import Context
 
 from grader.notebook import bench, checkpoints, interface_types, lessons, mine, tables, tries
@@ -26,16 +27,8 @@ def solved(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> Iterator[Wo
     """The package as notebook 07 leaves it, importable as in a kernel."""
     checkpoints.start_at(workspace, "08")
     monkeypatch.syspath_prepend(str(workspace.package))
-    interface_types.load(workspace)
-    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
-    path = sys.modules[PACKAGE].__path__
-    before = list(path)
-    path[:] = [str(workspace.package / PACKAGE), *before]
-    yield workspace
-    path[:] = before
-    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
-        if "." in name and name.split(".")[1] not in ("msg", "srv", "action"):
-            sys.modules.pop(name)
+    with as_in_a_kernel(workspace):
+        yield workspace
 
 
 def test_a_module_that_is_missing_is_said_once_and_makes_a_row(
