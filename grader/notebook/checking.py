@@ -13,9 +13,9 @@ from pathlib import Path
 from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
-from grader.evidence import Mutant, short_name
+from grader.evidence import Mutant
 from grader.notebook import check_process, prerequisites
-from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
+from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
@@ -24,7 +24,7 @@ from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Reuse, Settings
-from grader.words import mark, say
+from grader.words import say
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries fifty
 _PICTURES = 2
@@ -60,7 +60,6 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
     if possible:
         progress = Progress()
         try:
@@ -73,7 +72,6 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
                 else:
                     answers[r.id] = replace(_judged(score, grading, notebook), sample=_sample(r.id, grading))
             pictures, notes = _pictures(grading, notebook), _remarks(grading)
-            tables = _tables(grading.shown())
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
             answers |= {r.id: _lacking(r, gap) for r in possible}
@@ -88,7 +86,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
             "{reached} of {worth} points that can be judged here.", reached=points(reached), worth=points(worth)
         )
         notes = (*notes, words + " " + everything)
-    return Checked(given, pictures, (*dropped, *notes), tables)
+    return Checked(given, pictures, (*dropped, *notes))
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -239,27 +237,6 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
             all=GRADING_BUDGET_S,
         ),
     )
-
-
-def _tables(grading: Grading) -> tuple[Table, ...]:
-    """Return every mutant that was tried, what it changed, and which test noticed it."""
-    tried = _tried(grading)
-    if not tried:
-        return ()
-    rows = tuple(
-        (
-            "✓ " + short_name(mutant.by)
-            if mutant.outcome == "noticed"
-            else say(_MISSED.get(mutant.outcome, mutant.outcome)),
-            f"{mutant.path}:{mutant.line}",
-            mutant.words,
-        )
-        for mutant in sorted(tried, key=lambda mutant: (mutant.path, mutant.line))
-    )
-    return (Table(say("All {n} mutants", n=len(tried)), (say("noticed by"), say("place"), say("change")), rows),)
-
-
-_MISSED = {"unnoticed": mark("no test"), "unreached": mark("no test reaches this line")}
 
 
 def _tried(grading: Grading) -> list[Mutant]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grader.notebook.feedback import Answer, Checked, Note, Table
+from grader.notebook.feedback import Answer, Checked, Note
 from grader.report.album import Picture
 
 SEEN = Note("", (("seen", "touched the wall at 7.3 s"), ("expected", "never touches it"), ("try", "look ahead")))
@@ -71,12 +71,3 @@ def test_the_page_uses_only_middle_tones() -> None:
     assert "background:#" not in page
     assert "color:#000" not in page
     assert "color:#fff" not in page
-
-
-def test_a_table_unfolds_on_the_page() -> None:
-    table = Table("All 2 mutants", ("noticed by", "place"), (("✓ test_a", "a.py:7"), ("no test", "a.py:9 `<b>`")))
-    page = Checked((STOPPED,), tables=(table,))._repr_html_()
-    assert "<summary style=" in page
-    assert ">All 2 mutants</summary>" in page
-    assert page.count("<tr ") == 3
-    assert "<code>&lt;b&gt;</code>" in page
