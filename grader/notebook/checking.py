@@ -13,7 +13,6 @@ from pathlib import Path
 from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
-from grader.evidence import Mutant
 from grader.notebook import check_process, prerequisites
 from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
@@ -22,7 +21,6 @@ from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
-from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Reuse, Settings
 from grader.words import say
 
@@ -71,7 +69,8 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
                     answers[r.id] = _stood_in(r, stand_ins[r.id], score, grading)
                 else:
                     answers[r.id] = replace(_judged(score, grading, notebook), sample=_sample(r.id, grading))
-            pictures, notes = _pictures(grading, notebook), _remarks(grading)
+            pictures = _pictures(grading, notebook)
+            notes = (grading.unchanged,) if grading.unchanged else ()
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
             answers |= {r.id: _lacking(r, gap) for r in possible}
@@ -215,33 +214,8 @@ def _sample(requirement: str, grading: Grading) -> str:
     mutation = grading.evidence.mutation
     if requirement != course().requirement_of("check_mutation") or mutation is None:
         return ""
-    tried, every = len(_tried(grading)), len(mutation.mutants)
+    tried, every = sum(mutant.outcome != "not tried" for mutant in mutation.mutants), len(mutation.mutants)
     return say("a sample: {tried} of {every} mutants tried", tried=tried, every=every) if tried < every else ""
-
-
-def _remarks(grading: Grading) -> tuple[str, ...]:
-    """Return how this check differs from the grading, in sentences."""
-    unchanged = (grading.unchanged,) if grading.unchanged else ()
-    tried = _tried(grading)
-    if not tried:
-        return unchanged
-    requirement = course().requirement_of("check_mutation")
-    return (
-        *unchanged,
-        say(
-            "A sample of {requirement}: {n} mutants, what fits into {own:g} s of running your tests. "
-            "The grading has {all:g} s, so it tries more.",
-            requirement=requirement,
-            n=len(tried),
-            own=MUTATION_BUDGET_S,
-            all=GRADING_BUDGET_S,
-        ),
-    )
-
-
-def _tried(grading: Grading) -> list[Mutant]:
-    mutation = grading.evidence.mutation
-    return [mutant for mutant in mutation.mutants if mutant.outcome != "not tried"] if mutation else []
 
 
 def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:
