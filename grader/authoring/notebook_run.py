@@ -97,21 +97,13 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
             # An event loop that is closed at the end: the one that nbclient would create stays open.
             asyncio.run(client.async_execute(env=environment(workspace, kit)))
         except CellExecutionError as error:
-            run.error = _error_message(run, error)
+            ids = [c["id"] for c in notebook.cells for out in c.get("outputs", []) if out.output_type == "error"]
+            # Without the colours meant for a notebook.
+            run.error = f"cell {next(iter(ids), '?')}:\n" + re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         except (TimeoutError, RuntimeError) as error:  # a cell that hangs, a kernel that dies
             run.error = f"{type(error).__name__}: {error}"
         run.seconds = time.monotonic() - started
     return run
-
-
-def _error_message(run: NotebookRun, error: Exception) -> str:
-    """Return the failed cell and its traceback, without the colours meant for a notebook."""
-    failed = next((cell["id"] for cell in run.notebook.cells if _raised(cell)), "?")
-    return f"cell {failed}:\n" + re.sub(r"\x1b\[[0-9;]*m", "", str(error))
-
-
-def _raised(cell: NotebookNode) -> bool:
-    return any(output.output_type == "error" for output in cell.get("outputs", []))
 
 
 # Where nobody watches, the picture of a live view would be that of its start.

@@ -75,7 +75,8 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
             gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
             answers |= {r.id: _lacking(r, gap) for r in possible}
         except KitError as error:
-            answers |= {r.id: _unjudged(r, str(error)) for r in possible}
+            because = ((say("because"), str(error)),)
+            answers |= {r.id: _answer(r, (Note(r.text, because),), ours=True) for r in possible}
         finally:
             progress.done()
     given = tuple(answers[r.id] for r in wanted)
@@ -137,10 +138,6 @@ def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
     return _answer(requirement, (Note(requirement.text, rows),))
 
 
-def _unjudged(requirement: Requirement, reason: str) -> Answer:
-    return _answer(requirement, (Note(requirement.text, ((say("because"), reason),)),), ours=True)
-
-
 def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
     """Return the answer for a requirement; a check that waits for a later notebook does not keep it from passing."""
     lost = losses(score)
@@ -154,7 +151,8 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
             for found in waiting.values()
         ]
         notes = [Note("", ((say("later"), "; ".join(brings)),))]
-    notes += [Note("", ((say("seen"), remark),)) for remark in _remarks_on(score)]
+    remarks = dict.fromkeys(r.seen for r in score.results if r.outcome is Outcome.PASSED and r.seen)
+    notes += [Note("", ((say("seen"), remark),)) for remark in remarks]
     if score.withheld:
         flags = (flag for flag in grading.evidence.flags if score.requirement.id in grading.concerned(flag))
         said = [f"{flag.kind}: {flag.what}" for flag in flags]
@@ -163,12 +161,6 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
         score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,
     )  # fmt: skip
-
-
-def _remarks_on(score: RequirementScore) -> list[str]:
-    """Return what was noticed by checks that passed, each remark once."""
-    said = [result.seen for result in score.results if result.outcome is Outcome.PASSED and result.seen]
-    return list(dict.fromkeys(said))
 
 
 def _each_reason_once(notes: list[Note]) -> list[Note]:
