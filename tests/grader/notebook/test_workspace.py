@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from helpers.course import PACKAGE
@@ -93,52 +94,35 @@ def test_a_build_is_found_once_it_exists(workspace: Workspace) -> None:
     assert environment["PYTHONPATH"].startswith(str(workspace.install))
 
 
-def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
-    package = workspace.package
-    folder = package / "fresh_module"
-    folder.mkdir(parents=True)
-    monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
-    monkeypatch.setattr(cell_hooks, "_STAMPS", {})
-    monkeypatch.syspath_prepend(str(package))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    (folder / "__init__.py").write_text("")
-    (folder / "numbers.py").write_text("VALUE = 1\n")
-
-    def value() -> int:
-        forget_changed_modules(package)
-        from fresh_module import numbers  # type: ignore[import-not-found]  # written above
-
-        return int(numbers.VALUE)
-
-    assert value() == 1
-    assert value() == 1
-    (folder / "numbers.py").write_text("VALUE = 22\n")
-    assert value() == 22
-    for name in [name for name in sys.modules if name.startswith("fresh_module")]:
-        del sys.modules[name]
-
-
-def test_a_folder_without_init_hands_out_no_stale_modules(
+def test_changed_modules_are_imported_again_and_all_of_them(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """After start_at("05") in a kernel that had imported the package, there were two copies of utils.motion."""
+    """After start_at("05") in a kernel that had imported the package, there were two copies of utils.motion.
+
+    `utils` has no `__init__.py`, and would go on handing out the old module in it.
+    """
     package = workspace.package
     folder = package / "fresh_module" / "utils"
     folder.mkdir(parents=True)
     monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
     monkeypatch.setattr(cell_hooks, "_STAMPS", {})
     monkeypatch.syspath_prepend(str(package))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     (folder.parent / "__init__.py").write_text("")
-    (folder / "motion.py").write_text("STOP = object()\n")
+    (folder / "motion.py").write_text("STOP, VALUE = object(), 1\n")
     (folder.parent / "driver.py").write_text(
         "from fresh_module.utils import motion\nfrom fresh_module.utils.motion import STOP\n"
     )
-    importlib.import_module("fresh_module.driver")
-    forget_changed_modules(package)
-    (folder / "motion.py").write_text("STOP = object()  # laid out anew\n")
-    forget_changed_modules(package)
-    driver = importlib.import_module("fresh_module.driver")
-    assert driver.motion.STOP is driver.STOP
+
+    def driver() -> Any:
+        forget_changed_modules(package)
+        return importlib.import_module("fresh_module.driver")
+
+    first = driver()
+    assert driver() is first
+    (folder / "motion.py").write_text("STOP, VALUE = object(), 22\n")
+    assert driver().motion.VALUE == 22
+    assert driver().motion.STOP is driver().STOP
     for name in [name for name in sys.modules if name.startswith("fresh_module")]:
         del sys.modules[name]
 
