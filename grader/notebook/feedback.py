@@ -77,7 +77,7 @@ class Answer:
 
 @dataclass(frozen=True, repr=False)
 class Checked:
-    """The answer of `check`. Notebooks display it; `passed` and `points` are for programs."""
+    """The answer of `check`. Notebooks display it; `passed` is for programs."""
 
     answers: tuple[Answer, ...]
     pictures: tuple[Picture, ...] = ()
@@ -87,11 +87,6 @@ class Checked:
     def passed(self) -> bool:
         """Return whether every requirement that is judged here passed, at least so far."""
         return all(answer.passed for answer in self.answers if not answer.elsewhere)
-
-    @property
-    def points(self) -> float:
-        """Return the points of all requirements together."""
-        return sum(float(answer.points) for answer in self.answers)
 
     def __repr__(self) -> str:
         return "\n".join([*self.notes, *(line for answer in self.answers for line in _lines(answer))])
