@@ -13,7 +13,8 @@ import re
 import runpy
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             written = nbgrader.write(names, rubric, options.out, folder)
             print(f"{counted(len(written), 'file')} below {options.out}")
             return 0
-        done = [_run_verb(options, name, rubric, folder) for name in names]
+        done = [_run_verb(options.verb, Notebook(name, rubric, folder)) for name in names]
     except KitError as error:
         print(f"book: {error}", file=sys.stderr)
         return 1
@@ -90,25 +91,22 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _run_verb(options: argparse.Namespace, name: str, rubric: Rubric, folder: Path) -> bool:
-    if options.verb == "check":
-        problems = differences(name, rubric, folder)
-        for problem in problems:
-            print(problem)
-        return not problems
-    if options.verb == "pictures":
-        return _draw(name, folder)
-    if options.verb == "student":
-        print(f"{write_student(name, rubric, folder).name} written")
-        return True
-    if options.verb == "reword":
-        reword(name, rubric, folder)
-        print(f"{name}: both editions written")
-        return True
-    if options.verb == "untouched":
-        return _print_run(name, run_untouched(name, rubric, folder))
-    write_student(name, rubric, folder)
-    return _print_run(name, publish(name, rubric, folder))
+def _run_verb(verb: str, notebook: Notebook) -> bool:
+    """Do what a verb says, and return whether the notebook is as it should be."""
+    match verb:
+        case "check":
+            problems = notebook.differences()
+            print(*problems, sep="\n", end="\n" * bool(problems))
+            return not problems
+        case "pictures":
+            return _draw(notebook.name, notebook.folder)
+        case "untouched":
+            return _print_run(notebook.name, notebook.run_untouched())
+        case "reword":
+            notebook.reword()
+            return True
+    notebook.write_student()
+    return verb == "student" or _print_run(notebook.name, notebook.publish())
 
 
 def _print_run(name: str, run: notebook_run.NotebookRun) -> bool:
@@ -134,27 +132,96 @@ def published_file(name: str, notebooks: Path = notebook_source.NOTEBOOKS) -> Pa
     return notebooks / FOLDER / f"{name}.ipynb"
 
 
-def published(
-    name: str,
-    rubric: Rubric,
-    notebooks: Path = notebook_source.NOTEBOOKS,
-    solutions: notebook_run.Solutions = checkpoint_texts.solution,
-) -> NotebookNode:
-    """Return the notebook with solved exercises and a note for visitors, before it is run."""
-    notebook = notebook_run.solved(name, notebook_source.read(name, rubric, notebooks), solutions)
-    for cell in notebook.cells:
-        cell.metadata.pop("nbgrader", None)
-        if cell.cell_type == "markdown":
-            cell.source = _BESIDE.sub(r"\1../", cell.source)
-    notebook.cells.insert(1, nbformat.v4.new_markdown_cell(_note(name), id=NOTE))
-    return notebook
+@dataclass(frozen=True)
+class Notebook:
+    """A notebook of a course: `folder` has both editions, and its source in `source/`."""
+
+    name: str
+    rubric: Rubric
+    folder: Path = notebook_source.NOTEBOOKS
+    solutions: notebook_run.Solutions = checkpoint_texts.solution
+
+    def student(self) -> NotebookNode:
+        """Return the student edition."""
+        return notebook_source.read(self.name, self.rubric, self.folder)
+
+    def published(self) -> NotebookNode:
+        """Return the notebook with solved exercises and a note for visitors, before it is run."""
+        notebook = notebook_run.solved(self.name, self.student(), self.solutions)
+        for cell in notebook.cells:
+            cell.metadata.pop("nbgrader", None)
+            if cell.cell_type == "markdown":
+                cell.source = _BESIDE.sub(r"\1../", cell.source)
+        note = (
+            "> **The published edition**, to look at: the exercises are solved, and every output comes from that run.\n"
+            f"> To write the solutions yourself, open [the student edition](../{self.name}.ipynb)."
+        )
+        notebook.cells.insert(1, nbformat.v4.new_markdown_cell(note, id=NOTE))
+        return notebook
+
+    def write_student(self) -> None:
+        """Write the student edition."""
+        write(self.student(), student_file(self.name, self.folder))
+
+    def publish(self) -> notebook_run.NotebookRun:
+        """Run it solved and write its published edition; keep the old file if the run has an error."""
+        run = _cleaned(lambda workspace: notebook_run.solve(self.name, self.published(), workspace))
+        if run.error is None:
+            write(run.notebook, published_file(self.name, self.folder))
+        return run
+
+    def reword(self) -> None:
+        """Write both editions, the published one with the outputs that are stored.
+
+        Raises:
+            GraderError: the code has changed too, so that the outputs may be others.
+        """
+        target, made = published_file(self.name, self.folder), self.published()
+        old = [cell for cell in read_stored(target).cells if cell.cell_type == "code"]
+        code = [cell for cell in made.cells if cell.cell_type == "code"]
+        if [cell.source for cell in code] != [cell.source for cell in old]:
+            raise GraderError(f"The code of {self.name} has changed too. {self._advice}")
+        for cell, stored in zip(code, old, strict=True):
+            cell.outputs, cell.execution_count = stored.outputs, stored.execution_count
+        self.write_student()
+        write(made, target)
+
+    def run_untouched(self) -> notebook_run.NotebookRun:
+        """Run the student edition in an empty workspace, and clean its outputs."""
+        return _cleaned(lambda workspace: notebook_run.execute(self.student(), workspace))
+
+    def differences(self) -> list[str]:
+        """Return how the two editions differ from the source, one sentence each."""
+        found = []
+        for file, made in (
+            (student_file(self.name, self.folder), self.student()),
+            (published_file(self.name, self.folder), self.published()),
+        ):
+            wrong = "is missing" if not file.exists() else ""
+            if file.exists() and _comparable(read_stored(file), file) != _comparable(made, file):
+                wrong = "is not what its source says"
+            found += [f"{file.relative_to(self.folder)} {wrong}. {self._advice}"] if wrong else []
+        return found
+
+    @property
+    def _advice(self) -> str:
+        return f"Run `python -m grader.authoring.book build {self.name[:2]}`."
 
 
-def _note(name: str) -> str:
-    return (
-        "> **The published edition**, to look at: the exercises are solved, and every output comes from that run.\n"
-        f"> To write the solutions yourself, open [the student edition](../{name}.ipynb)."
-    )
+def _cleaned(run_in: Callable[[Path], notebook_run.NotebookRun]) -> notebook_run.NotebookRun:
+    """Return a run in a new workspace with clean outputs."""
+    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
+        workspace = Path(scratch) / "ws"
+        run = run_in(workspace)
+        notebook_run.clean(run.notebook, workspace)
+    return run
+
+
+def _comparable(notebook: NotebookNode, file: Path) -> Any:
+    """Return what of an edition is decided by its source: all of the student's, the published one's cells."""
+    if file.parent.name != FOLDER:
+        return notebook
+    return [notebook.metadata, *((cell["id"], cell.cell_type, cell.source, cell.metadata) for cell in notebook.cells)]
 
 
 def with_table(page: str, rubric: Rubric) -> str:
@@ -174,76 +241,6 @@ def with_table(page: str, rubric: Rubric) -> str:
     return before + mark + "\n\n" + "\n".join(rows) + "\n"
 
 
-def write_student(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> Path:
-    """Write the student edition of the notebook `name` and return its file."""
-    target = student_file(name, folder)
-    write(notebook_source.read(name, rubric, folder), target)
-    return target
-
-
-def publish(
-    name: str,
-    rubric: Rubric,
-    folder: Path = notebook_source.NOTEBOOKS,
-    solutions: notebook_run.Solutions = checkpoint_texts.solution,
-) -> notebook_run.NotebookRun:
-    """Run the notebook `name` solved and write its published edition; keep the old file if the run has an error."""
-    run = run_solved(name, rubric, folder, solutions)
-    if run.error is None:
-        target = published_file(name, folder)
-        target.parent.mkdir(exist_ok=True)
-        write(run.notebook, target)
-    return run
-
-
-def reword(
-    name: str,
-    rubric: Rubric,
-    folder: Path = notebook_source.NOTEBOOKS,
-    solutions: notebook_run.Solutions = checkpoint_texts.solution,
-) -> None:
-    """Write both editions of the notebook `name`, the published one with the outputs that are stored.
-
-    Raises:
-        GraderError: the code has changed too, so that the outputs may be others.
-    """
-    target = published_file(name, folder)
-    made = published(name, rubric, folder, solutions)
-    old = [cell for cell in read_stored(target).cells if cell.cell_type == "code"]
-    code = [cell for cell in made.cells if cell.cell_type == "code"]
-    if [cell.source for cell in code] != [cell.source for cell in old]:
-        raise GraderError(
-            f"The code of {name} has changed too. Run `python -m grader.authoring.book build {name[:2]}`."
-        )
-    for cell, stored in zip(code, old, strict=True):
-        cell.outputs, cell.execution_count = stored.outputs, stored.execution_count
-    write_student(name, rubric, folder)
-    write(made, target)
-
-
-def run_solved(
-    name: str,
-    rubric: Rubric,
-    folder: Path = notebook_source.NOTEBOOKS,
-    solutions: notebook_run.Solutions = checkpoint_texts.solution,
-) -> notebook_run.NotebookRun:
-    """Run the published edition of the notebook `name` in a new workspace, and clean its outputs."""
-    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
-        workspace = Path(scratch) / "ws"
-        run = notebook_run.solve(name, published(name, rubric, folder, solutions), workspace)
-        notebook_run.clean(run.notebook, workspace)
-    return run
-
-
-def run_untouched(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> notebook_run.NotebookRun:
-    """Run the student edition of the notebook `name` in an empty workspace, and clean its outputs."""
-    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
-        workspace = Path(scratch) / "ws"
-        run = notebook_run.execute(notebook_source.read(name, rubric, folder), workspace)
-        notebook_run.clean(run.notebook, workspace)
-    return run
-
-
 def read_stored(path: Path) -> NotebookNode:
     """Return the notebook in the file `path`."""
     return nbformat.read(path, as_version=4)
@@ -251,31 +248,8 @@ def read_stored(path: Path) -> NotebookNode:
 
 def write(notebook: NotebookNode, path: Path) -> None:
     """Write the notebook; the same notebook gives the same bytes."""
+    path.parent.mkdir(exist_ok=True)
     path.write_text(nbformat.writes(notebook, version=4).rstrip("\n") + "\n", encoding="utf-8")
-
-
-def differences(
-    name: str,
-    rubric: Rubric,
-    folder: Path = notebook_source.NOTEBOOKS,
-    solutions: notebook_run.Solutions = checkpoint_texts.solution,
-) -> list[str]:
-    """Return how the two editions of a notebook differ from its source, one sentence each."""
-    student, published_ = student_file(name, folder), published_file(name, folder)
-    advice = f"Run `python -m grader.authoring.book build {name[:2]}`."
-    missing = [file.relative_to(folder) for file in (student, published_) if not file.exists()]
-    found = [f"{file} is missing. {advice}" for file in missing]
-    if student.exists() and read_stored(student) != notebook_source.read(name, rubric, folder):
-        found.append(f"{student.name} is not what its source says. {advice}")
-    if published_.exists():
-        made, stored = published(name, rubric, folder, solutions), read_stored(published_)
-        if _without_outputs(made) != _without_outputs(stored):
-            found.append(f"{FOLDER}/{published_.name} is not what its source says. {advice}")
-    return found
-
-
-def _without_outputs(notebook: NotebookNode) -> list[Any]:
-    return [notebook.metadata, *((cell["id"], cell.cell_type, cell.source, cell.metadata) for cell in notebook.cells)]
 
 
 def _draw(name: str, folder: Path) -> bool:

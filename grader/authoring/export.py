@@ -85,12 +85,7 @@ def github(out: Path, course: Course, _minutes: int = _PLATFORM_MINUTES) -> None
 
 def _kit(course: Course) -> dict[str, Entry]:
     """Return the files of the kit and of a course of one's own that a grading needs, by their paths."""
-    found = {name: (KIT / name).read_bytes() for name in _FILES}
-    for top in ("grader", "sim"):
-        for path in sorted((KIT / top).rglob("*")):
-            name = path.relative_to(KIT).as_posix()
-            if path.is_file() and not name.startswith(_LEFT_OUT) and "__pycache__" not in name:
-                found[name] = path.read_bytes()
+    found = {name: (KIT / name).read_bytes() for name in _FILES} | release.tree(_LEFT_OUT)
     if name_of(course):  # the kit has its own
         if not course.rubric.is_relative_to(course.folder):
             raise GraderError(f"{course.rubric} is not in the course's folder {course.folder}. Move it there.")

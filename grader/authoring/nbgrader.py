@@ -9,7 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import nbformat
-from nbformat import NotebookNode
 
 from grader.authoring import notebook_source
 from grader.scoring.rubric import Rubric
@@ -35,7 +34,13 @@ def write(names: list[str], rubric: Rubric, course: Path, notebooks: Path = note
     written[0].write_text(CONFIG)
     for name in names:
         target = folder / f"{name}.ipynb"
-        notebook = instructor_version(name, notebook_source.read(name, rubric, notebooks), notebooks)
+        notebook = notebook_source.read(name, rubric, notebooks)
+        scored = notebook_source.scored_requirements(name, notebook, notebooks)
+        for cell in notebook.cells:
+            if requirements := scored.get(cell["id"]):
+                call = cell.source.strip().removesuffix(";")
+                points = f"sum(float(found.points) for found in answer.answers if found.id in {requirements})"
+                cell.source = f"answer = {call}\nanswer\n### BEGIN HIDDEN TESTS\n{points}\n### END HIDDEN TESTS"
         target.write_text(nbformat.writes(notebook, version=4) + "\n", encoding="utf-8")
         written.append(target)
     for picture in sorted((notebooks / "pictures").glob("*.png")):
@@ -43,14 +48,3 @@ def write(names: list[str], rubric: Rubric, course: Path, notebooks: Path = note
         copy.write_bytes(picture.read_bytes())
         written.append(copy)
     return written
-
-
-def instructor_version(name: str, notebook: NotebookNode, notebooks: Path = notebook_source.NOTEBOOKS) -> NotebookNode:
-    """Return the notebook with a hidden test, its points, in each check cell that counts."""
-    scored = notebook_source.scored_requirements(name, notebook, notebooks)
-    for cell in notebook.cells:
-        if requirements := scored.get(cell["id"]):
-            call = cell.source.strip().removesuffix(";")
-            points = f"sum(float(found.points) for found in answer.answers if found.id in {requirements})"
-            cell.source = f"answer = {call}\nanswer\n### BEGIN HIDDEN TESTS\n{points}\n### END HIDDEN TESTS"
-    return notebook

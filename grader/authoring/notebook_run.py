@@ -13,7 +13,7 @@ import re
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,6 @@ from grader.words import say
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
 _HELD_BACK = "is judged at hand-in"  # all that a check says of a requirement that is held back
 _COLOURS = 128
-_OVERWRITTEN = re.compile(r"^.*\r(?!\n)", re.MULTILINE)  # what a status line says before its last text
 
 Solutions = Callable[[str, str], str]
 """A function from a notebook and a path in the package to the solution's text of that file."""
@@ -63,12 +62,6 @@ def answers(cell: NotebookNode) -> list[str]:
     return [match[0].strip() for match in line.finditer(text)]
 
 
-def check_outputs(notebook: NotebookNode) -> list[str]:
-    """Return the complete outputs of the notebook's checks, as plain text."""
-    cells = notebook_source.check_cells(notebook)
-    return [plain_text(output) for cell in cells for output in cell.get("outputs", [])]
-
-
 def plain_text(output: NotebookNode) -> str:
     """Return an output's plain text."""
     return str(output.get("text") or output.get("data", {}).get("text/plain", ""))
@@ -91,6 +84,7 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
             startup_timeout=CELL_SECONDS,  # nbclient gives a kernel a minute, which a busy machine may need to import
             kernel_name="python3",
             record_timing=False,
+            coalesce_streams=True,  # into how many pieces they come depends on timing
             store_widget_state=False,
             resources={"metadata": {"path": folder}},
             on_cell_start=lambda cell, **_: began.__setitem__(cell["id"], time.monotonic()),
@@ -103,21 +97,13 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
             # An event loop that is closed at the end: the one that nbclient would create stays open.
             asyncio.run(client.async_execute(env=environment(workspace, kit)))
         except CellExecutionError as error:
-            run.error = _error_message(run, error)
+            ids = [c["id"] for c in notebook.cells for out in c.get("outputs", []) if out.output_type == "error"]
+            # Without the colours meant for a notebook.
+            run.error = f"cell {next(iter(ids), '?')}:\n" + re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         except (TimeoutError, RuntimeError) as error:  # a cell that hangs, a kernel that dies
             run.error = f"{type(error).__name__}: {error}"
         run.seconds = time.monotonic() - started
     return run
-
-
-def _error_message(run: NotebookRun, error: Exception) -> str:
-    """Return the failed cell and its traceback, without the colours meant for a notebook."""
-    failed = next((cell["id"] for cell in run.notebook.cells if _raised(cell)), "?")
-    return f"cell {failed}:\n" + re.sub(r"\x1b\[[0-9;]*m", "", str(error))
-
-
-def _raised(cell: NotebookNode) -> bool:
-    return any(output.output_type == "error" for output in cell.get("outputs", []))
 
 
 # Where nobody watches, the picture of a live view would be that of its start.
@@ -240,33 +226,17 @@ def without_paths(text: str, workspace: Path) -> str:
 def clean(notebook: NotebookNode, workspace: Path) -> None:
     """Clean the outputs of a notebook that was run in `workspace`, in place."""
     notebook.metadata = notebook_source.metadata()  # a kernel adds its version, widgets their state
-    for cell in notebook.cells:
-        cell.metadata.pop("execution", None)
-        if cell.cell_type != "code":
-            continue
+    for cell in (cell for cell in notebook.cells if cell.cell_type == "code"):
         # A line about progress, which is empty at the end, leaves an empty output.
-        cell.outputs = [output for output in _merged(cell.outputs) if output.get("data") != {}]
+        cell.outputs = [output for output in cell.outputs if output.get("data") != {}]
         for output in cell.outputs:
             if output.output_type == "stream":
-                output.text = without_paths(_OVERWRITTEN.sub("", output.text), workspace)
+                output.text = without_paths(output.text, workspace)
             data = output.get("data", {})
             if "image/png" in data:  # the static picture of a widget: the widget needs a kernel, the picture does not
                 data.pop("application/vnd.jupyter.widget-view+json", None)
             for kind in list(data):
                 data[kind] = _clean_data(kind, data[kind], workspace)
-
-
-def _merged(outputs: list[NotebookNode]) -> Iterator[NotebookNode]:
-    """Yield the outputs with each stream in one piece: the number of its pieces depends on timing."""
-    streams: dict[str, NotebookNode] = {}
-    for output in outputs:
-        if output.output_type != "stream":
-            yield output
-        elif output.name in streams:
-            streams[output.name].text += output.text
-        else:
-            streams[output.name] = output
-            yield output
 
 
 def _clean_data(kind: str, data: Any, workspace: Path) -> Any:

@@ -10,7 +10,6 @@ import json
 import re
 import time
 import tomllib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,7 +79,8 @@ def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
 
 def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     """Return the files of a course's kit for students by their paths."""
-    found = {name: (KIT / name).read_bytes() for name in _named()}
+    named = (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE", *(f"docs/{page}" for page in _PAGES))
+    found = {name: (KIT / name).read_bytes() for name in named} | tree(*_WITHHELD)
     layers = [path for layer in reversed(course.layers) for path in (layer / "student_kit").glob("*")]
     for path in (*_STUDENT_KIT.iterdir(), *layers):
         found[path.name] = path.read_bytes()
@@ -108,14 +108,14 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     return found
 
 
-def _named() -> Iterator[str]:
-    yield from (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE")
-    yield from (f"docs/{page}" for page in _PAGES)
-    for top in ("grader", "sim"):
-        for path in (KIT / top).rglob("*"):
-            name = path.relative_to(KIT).as_posix()
-            if path.is_file() and not name.startswith(_WITHHELD) and not any(part in name for part in _NO_SOURCE):
-                yield name
+def tree(*withheld: str) -> dict[str, bytes]:
+    """Return the files of `grader` and `sim` by their paths, but for those whose paths begin with one of `withheld`."""
+    paths = {path.relative_to(KIT).as_posix(): path for top in ("grader", "sim") for path in (KIT / top).rglob("*")}
+    return {
+        name: path.read_bytes()
+        for name, path in sorted(paths.items())
+        if path.is_file() and not name.startswith(withheld) and not any(part in name for part in _NO_SOURCE)
+    }
 
 
 def _of(course: Course) -> dict[str, Path]:

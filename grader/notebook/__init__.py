@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from grader.notebook.session import Run
     from sim import World
 
-__path__.append(str(course().path("lessons")))
+__path__ += [str(layer / "lessons") for layer in course().layers]
 """A module in the course's folder `lessons` is imported as `grader.notebook.NAME`."""
 
 __all__ = ["begin", "bench", "check", "mine", "mutant", "mutant_matrix", "run_node", "start_at", "tries"]

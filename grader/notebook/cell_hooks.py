@@ -1,4 +1,4 @@
-"""Run before and after each cell: pick up a new build, re-import changed modules, back up files before overwriting."""
+"""Run around each cell: pick up a new build, re-import changed modules; back up files before magics overwrite them."""
 
 from __future__ import annotations
 
@@ -33,31 +33,30 @@ class CellHooks:
             if drawn is not None and getattr(drawn, "__name__", "") != "described":
                 formatter.for_type(Figure, _described(drawn))
 
-    def before(self, info: Any) -> None:
-        """Update the environment and the imported modules, and back up a file that the cell overwrites."""
+    def before(self, _info: Any) -> None:
+        """Update the environment and the imported modules."""
         prepare(self._workspace, os.environ)
         forget_changed_modules(self._workspace.package)
-        if message := self._backups.before(info.raw_cell):
-            print(message)
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
 
         def write(line: str, cell: str) -> None:
-            whole, notebook = f"%%{name} {line}\n{cell}", os.environ.get(NOTEBOOK, "")
-            if refusal := self._backups.refusal(whole, notebook, checkpoints.written_by(notebook)):
+            path, notebook = target(line), os.environ.get(NOTEBOOK, "")
+            if refusal := self._backups.refusal(name, line, cell, notebook, checkpoints.written_by(notebook)):
                 print(refusal)
-            else:
-                if path := target(whole):
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
-                self._backups.after(whole, notebook)
-                if path and path.is_relative_to(package := self._workspace.package):
-                    written = path.relative_to(package).as_posix()
-                    if meant := checkpoints.meant_by(written):
-                        print(
-                            say("The course has no file {written}; did you mean {meant}?", written=written, meant=meant)
-                        )
+                return
+            if path:
+                if kept := self._backups.keep(path, cell):
+                    print(kept)
+                path.parent.mkdir(parents=True, exist_ok=True)
+            magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
+            if path:
+                self._backups.note(path, notebook, name)
+            if path and path.is_relative_to(package := self._workspace.package):
+                written = path.relative_to(package).as_posix()
+                if meant := checkpoints.meant_by(written):
+                    print(say("The course has no file {written}; did you mean {meant}?", written=written, meant=meant))
 
         return write
 

@@ -13,18 +13,16 @@ from pathlib import Path
 from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
-from grader.evidence import Mutant, short_name
 from grader.notebook import check_process, prerequisites
-from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
+from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
-from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Reuse, Settings
-from grader.words import mark, say
+from grader.words import say
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries fifty
 _PICTURES = 2
@@ -60,7 +58,6 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
     if possible:
         progress = Progress()
         try:
@@ -72,13 +69,14 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
                     answers[r.id] = _stood_in(r, stand_ins[r.id], score, grading)
                 else:
                     answers[r.id] = replace(_judged(score, grading, notebook), sample=_sample(r.id, grading))
-            pictures, notes = _pictures(grading, notebook), _remarks(grading)
-            tables = _tables(grading.shown())
+            pictures = _pictures(grading, notebook)
+            notes = (grading.unchanged,) if grading.unchanged else ()
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
             answers |= {r.id: _lacking(r, gap) for r in possible}
         except KitError as error:
-            answers |= {r.id: _unjudged(r, str(error)) for r in possible}
+            because = ((say("because"), str(error)),)
+            answers |= {r.id: _answer(r, (Note(r.text, because),), ours=True) for r in possible}
         finally:
             progress.done()
     given = tuple(answers[r.id] for r in wanted)
@@ -88,7 +86,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
             "{reached} of {worth} points that can be judged here.", reached=points(reached), worth=points(worth)
         )
         notes = (*notes, words + " " + everything)
-    return Checked(given, pictures, (*dropped, *notes), tables)
+    return Checked(given, pictures, (*dropped, *notes))
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -140,10 +138,6 @@ def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
     return _answer(requirement, (Note(requirement.text, rows),))
 
 
-def _unjudged(requirement: Requirement, reason: str) -> Answer:
-    return _answer(requirement, (Note(requirement.text, ((say("because"), reason),)),), ours=True)
-
-
 def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
     """Return the answer for a requirement; a check that waits for a later notebook does not keep it from passing."""
     lost = losses(score)
@@ -157,7 +151,8 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
             for found in waiting.values()
         ]
         notes = [Note("", ((say("later"), "; ".join(brings)),))]
-    notes += [Note("", ((say("seen"), remark),)) for remark in _remarks_on(score)]
+    remarks = dict.fromkeys(r.seen for r in score.results if r.outcome is Outcome.PASSED and r.seen)
+    notes += [Note("", ((say("seen"), remark),)) for remark in remarks]
     if score.withheld:
         flags = (flag for flag in grading.evidence.flags if score.requirement.id in grading.concerned(flag))
         said = [f"{flag.kind}: {flag.what}" for flag in flags]
@@ -166,12 +161,6 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
         score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,
     )  # fmt: skip
-
-
-def _remarks_on(score: RequirementScore) -> list[str]:
-    """Return what was noticed by checks that passed, each remark once."""
-    said = [result.seen for result in score.results if result.outcome is Outcome.PASSED and result.seen]
-    return list(dict.fromkeys(said))
 
 
 def _each_reason_once(notes: list[Note]) -> list[Note]:
@@ -217,54 +206,8 @@ def _sample(requirement: str, grading: Grading) -> str:
     mutation = grading.evidence.mutation
     if requirement != course().requirement_of("check_mutation") or mutation is None:
         return ""
-    tried, every = len(_tried(grading)), len(mutation.mutants)
+    tried, every = sum(mutant.outcome != "not tried" for mutant in mutation.mutants), len(mutation.mutants)
     return say("a sample: {tried} of {every} mutants tried", tried=tried, every=every) if tried < every else ""
-
-
-def _remarks(grading: Grading) -> tuple[str, ...]:
-    """Return how this check differs from the grading, in sentences."""
-    unchanged = (grading.unchanged,) if grading.unchanged else ()
-    tried = _tried(grading)
-    if not tried:
-        return unchanged
-    requirement = course().requirement_of("check_mutation")
-    return (
-        *unchanged,
-        say(
-            "A sample of {requirement}: {n} mutants, what fits into {own:g} s of running your tests. "
-            "The grading has {all:g} s, so it tries more.",
-            requirement=requirement,
-            n=len(tried),
-            own=MUTATION_BUDGET_S,
-            all=GRADING_BUDGET_S,
-        ),
-    )
-
-
-def _tables(grading: Grading) -> tuple[Table, ...]:
-    """Return every mutant that was tried, what it changed, and which test noticed it."""
-    tried = _tried(grading)
-    if not tried:
-        return ()
-    rows = tuple(
-        (
-            "✓ " + short_name(mutant.by)
-            if mutant.outcome == "noticed"
-            else say(_MISSED.get(mutant.outcome, mutant.outcome)),
-            f"{mutant.path}:{mutant.line}",
-            mutant.words,
-        )
-        for mutant in sorted(tried, key=lambda mutant: (mutant.path, mutant.line))
-    )
-    return (Table(say("All {n} mutants", n=len(tried)), (say("noticed by"), say("place"), say("change")), rows),)
-
-
-_MISSED = {"unnoticed": mark("no test"), "unreached": mark("no test reaches this line")}
-
-
-def _tried(grading: Grading) -> list[Mutant]:
-    mutation = grading.evidence.mutation
-    return [mutant for mutant in mutation.mutants if mutant.outcome != "not tried"] if mutation else []
 
 
 def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:

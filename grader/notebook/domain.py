@@ -23,7 +23,8 @@ def of(root: Path) -> int:
         number = int((root / _FILE).read_text())
     except (OSError, ValueError):
         number = 0
-    return number if number in DOMAINS else _suggested(root)
+    digest = hashlib.sha256(os.fsencode(root)).digest()
+    return number if number in DOMAINS else DOMAINS[int.from_bytes(digest[:4], "big") % len(DOMAINS)]
 
 
 def claim(root: Path) -> int:
@@ -57,8 +58,3 @@ def _identity(root: Path) -> str:
     """Return what tells a workspace from others on this machine, even if containers give them the same path."""
     status = root.stat()
     return hashlib.sha256(f"{root}\0{status.st_dev}\0{status.st_ino}\0{status.st_uid}".encode()).hexdigest()[:16]
-
-
-def _suggested(root: Path) -> int:
-    digest = hashlib.sha256(os.fsencode(root)).digest()
-    return DOMAINS[int.from_bytes(digest[:4], "big") % len(DOMAINS)]

@@ -33,15 +33,6 @@ class Note:
 
 
 @dataclass(frozen=True)
-class Table:
-    """Rows that unfold on the page below `title`; `head` names the columns."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-@dataclass(frozen=True)
 class Answer:
     """The result of one requirement: `points` of `worth`, which is "" for what has no points.
 
@@ -86,22 +77,16 @@ class Answer:
 
 @dataclass(frozen=True, repr=False)
 class Checked:
-    """The answer of `check`. Notebooks display it; `passed` and `points` are for programs."""
+    """The answer of `check`. Notebooks display it; `passed` is for programs."""
 
     answers: tuple[Answer, ...]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
 
     @property
     def passed(self) -> bool:
         """Return whether every requirement that is judged here passed, at least so far."""
         return all(answer.passed for answer in self.answers if not answer.elsewhere)
-
-    @property
-    def points(self) -> float:
-        """Return the points of all requirements together."""
-        return sum(float(answer.points) for answer in self.answers)
 
     def __repr__(self) -> str:
         return "\n".join([*self.notes, *(line for answer in self.answers for line in _lines(answer))])
@@ -109,7 +94,6 @@ class Checked:
     def _repr_html_(self) -> str:
         parts = [f'<p style="margin:.2em 0;color:{SOFT}">{_code(note)}</p>' for note in self.notes]
         parts += [_card(answer) for answer in self.answers]
-        parts += [_unfolding(table) for table in self.tables]
         parts += [_figure(picture) for picture in self.pictures]
         return f'<div style="max-width:62em">{"".join(parts)}</div>'
 
@@ -166,21 +150,6 @@ def _figure(picture: Picture) -> str:
         f'<figure style="margin:.8em 0"><img src="{picture.source}" alt="{words}" '
         f'style="max-width:100%;height:auto;border-radius:6px;border:1px solid {SOFT}">'
         f'<figcaption style="color:{SOFT};font-size:.9em">{words}</figcaption></figure>'
-    )
-
-
-def _unfolding(table: Table) -> str:
-    head = "".join(f'<th style="{_CELL};color:{SOFT}">{html.escape(name)}</th>' for name in table.head)
-    rows = "".join(
-        '<tr style="background:transparent">'
-        + "".join(f'<td style="{_CELL}">{_code(cell)}</td>' for cell in row)
-        + "</tr>"
-        for row in table.rows
-    )
-    return (
-        f'<details style="margin:.4em 0 .8em"><summary style="cursor:pointer">{html.escape(table.title)}</summary>'
-        f'<table style="border-collapse:collapse;font-size:.9em">'
-        f'<tr style="background:transparent">{head}</tr>{rows}</table></details>'
     )
 
 

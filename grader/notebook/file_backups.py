@@ -1,6 +1,6 @@
 """Keep the text that was changed outside of its cell, and tell which notebook wrote a file last.
 
-Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, a file that no cell has left as it is gets
+Jupyter's `%%writefile` overwrites without asking. Before such a cell writes, a file that no cell has left as it is gets
 copied into `kept/` in the workspace. A file that a later notebook has written, or that `%%into` has put functions
 into, is not replaced unless the cell says `-f`. `%%into` waits for the cell that begins its notebook's version of the
 file.
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 import shlex
 from collections.abc import Container, Mapping
 from pathlib import Path
@@ -19,40 +18,34 @@ from typing import Any
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 from grader.words import say
 
-_WRITES = re.compile(r"(?:\s*#[^\n]*\n)*\s*%%(writefile|file|into) +([^\n]+)")
 _INTO = "into"
 FORCE = "-f"
 """Lets a cell replace the file of a later notebook, or one that holds pieces."""
 APPENDS = {"-a", "--append"}
-_FLAGS = {*APPENDS, FORCE}
 # path -> checksum of the text that a cell last wrote there, that cell's notebook and magic
 _WRITTEN = "written.json"
 
 
-def target(cell: str) -> Path | None:
-    """Return the file that a cell's `%%writefile` or `%%into` writes, None for another cell."""
-    match = _WRITES.match(cell)
+def target(line: str) -> Path | None:
+    """Return the file that a cell writes, from the line of its magic; None if that names none."""
     try:
-        words = [word for word in shlex.split(match[2]) if word not in _FLAGS] if match else []
+        words = [word for word in shlex.split(line) if word not in {*APPENDS, FORCE}]
     except ValueError:  # an unclosed quotation mark; %%writefile will report it
         return None
     return Path(words[0]).expanduser().resolve() if len(words) == 1 else None
 
 
 class FileBackups:
-    """The backups of a workspace, one of each file, made before and noted after each `%%writefile` cell."""
+    """The backups of a workspace, one of each file, and what cells have written to it."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._folder = workspace.root / "kept"
 
-    def before(self, cell: str) -> str:
-        """Keep the text that the cell is about to overwrite if no cell has written it, and return a line about it."""
-        path = target(cell)
-        content = _content(path) if path is not None else None
-        if path is None or not content or content == cell.partition("\n")[2].encode():
-            return ""
-        if _sum(content) == self._written(path)[0]:
+    def keep(self, path: Path, text: str) -> str:
+        """Keep what is in a file, which `text` is about to replace, if no cell wrote it; return a line about it."""
+        content = _content(path)
+        if not content or content == text.encode() or _sum(content) == self._written(path)[0]:
             return ""
         name = self._name(path)
         copy = self._folder / (f"elsewhere/{path.name}" if Path(name).is_absolute() else name)
@@ -65,19 +58,16 @@ class FileBackups:
             shown=self._workspace.shown(copy),
         )
 
-    def refusal(self, cell: str, notebook: str, begun_here: Container[str] = ()) -> str:
+    def refusal(self, magic: str, line: str, text: str, notebook: str, begun_here: Container[str] = ()) -> str:
         """Return why a cell of this notebook ("05") must not write its file, "" if it may.
 
         `begun_here` are the files of which the notebook has a version of its own, begun by a `%%writefile` cell.
         """
-        path = target(cell)
+        path, options = target(line), {*line.split()}
         content = _content(path) if path is not None else None
-        if path is None or not content or FORCE in cell.partition("\n")[0].split():
+        if path is None or not content or content == text.encode() or FORCE in options:
             return ""
         _, later, last = self._written(path)
-        magic = _magic(cell)
-        if content == cell.partition("\n")[2].encode():
-            return ""
         if magic == _INTO and "" < later < notebook and self._name(path) in begun_here:
             return say(
                 "Nothing was written: {path.name} is still that of notebook {later}. First run the cell above that "
@@ -92,7 +82,7 @@ class FileBackups:
                 later=later,
                 notebook=notebook,
             )
-        elif later == notebook and last == _INTO != magic and not APPENDS & {*cell.partition("\n")[0].split()}:
+        elif later == notebook and last == _INTO != magic and not APPENDS & options:
             why = say("it holds functions that you have put in since, and this cell would empty them")
         else:
             return ""
@@ -104,12 +94,10 @@ class FileBackups:
             force=FORCE,
         )
 
-    def after(self, cell: str, notebook: str = "") -> None:
-        """Note what the cell has written, and in which notebook."""
-        path = target(cell)
-        content = _content(path) if path is not None else None
-        if path is not None and content is not None:
-            self._note({self._name(path): [_sum(content), notebook, _magic(cell)]})
+    def note(self, path: Path, notebook: str, magic: str = "") -> None:
+        """Note what a cell has written to a file, and in which notebook."""
+        if (content := _content(path)) is not None:
+            self._note({self._name(path): [_sum(content), notebook, magic]})
 
     def note_laid_out(self, notebooks: Mapping[str, str]) -> None:
         """Note the package's files that the course has laid out, with the notebook that each is from, and no others."""
@@ -141,11 +129,6 @@ class FileBackups:
         except (OSError, ValueError):
             return {}
         return found if isinstance(found, dict) else {}
-
-
-def _magic(cell: str) -> str:
-    match = _WRITES.match(cell)
-    return match[1] if match else ""
 
 
 def _content(path: Path) -> bytes | None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import atexit
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
-import weakref
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -87,7 +85,6 @@ class NodeProcess:
         self._gone = False
         self._reader = threading.Thread(target=_read, args=(self._popen, self._text), daemon=True)
         self._reader.start()
-        _PROCESSES.add(self)
 
     @property
     def wall_seconds(self) -> float:
@@ -139,7 +136,6 @@ class NodeProcess:
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(_KILL_AFTER_S)
         self._reader.join(_KILL_AFTER_S)
-        _PROCESSES.discard(self)
 
 
 def _start(command: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
@@ -161,7 +157,6 @@ ctypes.CDLL(None).prctl(1, signal.SIGKILL)
 if os.getppid() != int(sys.argv[1]): sys.exit(1)
 os.execv(sys.argv[2], sys.argv[2:])
 """
-_PROCESSES: weakref.WeakSet[NodeProcess] = weakref.WeakSet()
 
 
 def _read(popen: subprocess.Popen[bytes], text: bytearray) -> None:
@@ -170,9 +165,3 @@ def _read(popen: subprocess.Popen[bytes], text: bytearray) -> None:
         while chunk := os.read(stream.fileno(), 65536):
             if len(text) < _OUTPUT_CAP:
                 text += chunk
-
-
-@atexit.register
-def _kill_all() -> None:
-    for process in list(_PROCESSES):
-        process.kill()

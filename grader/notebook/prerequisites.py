@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import difflib
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,41 +178,28 @@ def how_to_get(name: str, notebook: str) -> str:
 
 def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | None:
     """Return the first module that is missing or not valid Python, of `names` and the package's modules they import."""
-    todo, seen = [*names], set(names)
-    while todo:
-        name = todo.pop(0)
-        tree = _parsed(package, name)
-        if isinstance(tree, Gap):
-            return tree
+    todo = [*names]
+    for name in todo:  # which grows meanwhile
+        try:
+            tree = python_ast.tree_of((package / name).read_bytes())
+        except python_ast.UNPARSABLE as error:
+            line = getattr(error, "lineno", None)
+            text = (getattr(error, "text", "") or "").strip()
+            where = say("{name}, line {line}", name=name, line=line) if line else name
+            problem = f"{where}: {getattr(error, 'msg', error)}" + (f": `{text}`" if text else "")
+            return Gap(problem, say("valid Python"), say("look at that line, and at the end of the line before it"))
         for module in _own_imports(tree):
             path = f"{module.replace('.', '/')}.py"
-            if path in seen or (package / path.removesuffix(".py")).is_dir():
+            if path in todo or (package / path.removesuffix(".py")).is_dir():
                 continue
+            todo.append(path)
             if not (package / path).is_file():
                 there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
                 meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
                 try_ = say("did you mean {meant[0]}?", meant=meant) if meant else how_to_get(path, notebook)
-                return Gap(
-                    say("{name} imports {module}, and there is no {path}", name=name, module=module, path=path),
-                    _expected(path),
-                    try_,
-                )
-            seen.add(path)
-            todo.append(path)
+                words = mark("{name} imports {module}, and there is no {path}")
+                return Gap(say(words, name=name, module=module, path=path), _expected(path), try_)
     return None
-
-
-def _parsed(package: Path, name: str) -> ast.Module | Gap:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # an invalid escape is the linter's business
-            return ast.parse((package / name).read_bytes(), filename=name)
-    except python_ast.UNPARSABLE as error:
-        line = getattr(error, "lineno", None)
-        text = (getattr(error, "text", "") or "").strip()
-        where = say("{name}, line {line}", name=name, line=line) if line else name
-        problem = f"{where}: {getattr(error, 'msg', error)}" + (f": `{text}`" if text else "")
-        return Gap(problem, say("valid Python"), say("look at that line, and at the end of the line before it"))
 
 
 def _own_imports(tree: ast.Module) -> Iterator[str]:

@@ -167,7 +167,11 @@ class Run:
         request, response = definition.parts(interface_types.text(kind))
         given = dict(zip(request, values, strict=False)) | fields
         typed = {name: float(v) if request[name].startswith("float") else v for name, v in given.items()}  # type: ignore[arg-type]
-        answer, why = self._call(service, **typed)
+        with self._lock:
+            stage = self._active_stage()
+            answer, why = None, say("no node offers {service}", service=service)
+            if stage is not None:
+                answer, why = self._asked(lambda: stage.ask(service, typed)) or (None, self.trouble)
         return answer or SimpleNamespace(**{name: _blank(type_, why) for name, type_ in response.items()})
 
     def go_to(
@@ -258,13 +262,9 @@ class Run:
         self.close()
 
     def __repr__(self) -> str:
-        state = (
-            say("not yet: {trouble}", trouble=self.trouble)
-            if self.trouble
-            else say("closed")
-            if self._closed
-            else say("running")
-        )
+        state = say("closed") if self._closed else say("running")
+        if self.trouble:
+            state = say("not yet: {trouble}", trouble=self.trouble)
         return f"Run({self.node} in {self.simulator.world.name!r}: {state})"
 
     # ------------------------------------------------------------- inside
@@ -333,14 +333,6 @@ class Run:
     def _active_stage(self) -> WatchedStage | None:
         """Return the stage while its node runs, else None."""
         return self._stage if self._process is not None and not self.trouble else None
-
-    def _call(self, service: str, **fields: object) -> tuple[Any, str]:
-        """Return a service's response, or None and the reason."""
-        with self._lock:
-            stage = self._active_stage()
-            if stage is None:
-                return None, say("no node offers {service}", service=service)
-            return self._asked(lambda: stage.ask(service, fields)) or (None, self.trouble)
 
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import shutil
@@ -12,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
-from grader.authoring import book, notebook_run, notebook_source
+from grader.authoring import book, notebook_source
+from grader.notebook import interface_types
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
@@ -54,9 +56,9 @@ def built_example(tmp_path_factory: pytest.TempPathFactory, rubric: Rubric) -> P
     """The folder of the example with both editions, built once: it needs no ROS."""
     folder = tmp_path_factory.mktemp("built") / "notebooks"
     shutil.copytree(EXAMPLE, folder)
-    book.write_student("02_example", rubric, folder)
-    run = book.publish("02_example", rubric, folder, solution_of_the_example)
-    assert run.error is None
+    made = book.Notebook("02_example", rubric, folder, solution_of_the_example)
+    made.write_student()
+    assert made.publish().error is None
     return folder
 
 
@@ -76,9 +78,9 @@ def solution_of_the_example(_notebook: str, path: str) -> str:
 
 
 @pytest.fixture
-def answer() -> notebook_run.Solutions:
-    """The solutions of the example."""
-    return solution_of_the_example
+def notebook(example: Path, rubric: Rubric) -> book.Notebook:
+    """The notebook of the example."""
+    return book.Notebook("02_example", rubric, example, solution_of_the_example)
 
 
 @pytest.fixture
@@ -93,3 +95,19 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Works
     os.environ.clear()
     os.environ.update(environment)
     sys.path[:], sys.dont_write_bytecode = path, bytecode
+
+
+@contextlib.contextmanager
+def as_in_a_kernel(workspace: Workspace) -> Iterator[None]:
+    """Let this process import the modules of a workspace's package, and forget them afterwards."""
+    interface_types.load(workspace)
+    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
+    name = workspace.package.name
+    path = sys.modules[name].__path__
+    before = list(path)
+    path[:] = [str(workspace.package / name), *before]
+    yield
+    path[:] = before
+    for module in [module for module in sys.modules if module.startswith(f"{name}.")]:
+        if module.split(".")[1] not in ("msg", "srv", "action"):
+            sys.modules.pop(module)

@@ -33,7 +33,7 @@ def test_the_course_has_all_its_notebooks(rubric: Rubric):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_both_editions_match_their_source(name: str, rubric: Rubric):
-    expect_none(book.differences(name, rubric))
+    expect_none(book.Notebook(name, rubric).differences())
 
 
 @pytest.mark.parametrize("rule", OF_SOURCES, ids=lambda rule: rule.__name__)

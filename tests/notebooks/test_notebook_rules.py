@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import nbformat
@@ -18,7 +19,7 @@ from helpers.notebook_rules import (
 )
 from helpers.notebook_validation import validate
 
-from grader.authoring import book, notebook_run, notebook_source
+from grader.authoring import book, notebook_source
 from grader.scoring.rubric import Rubric
 
 NAME = "02_example"
@@ -107,7 +108,7 @@ def test_each_rule_for_sources_has_a_violation():
     assert {name for name, _, _ in VIOLATIONS} == {rule.__name__ for rule in OF_SOURCES}
 
 
-def test_a_section_that_the_rubric_names_must_exist(example: Path, rubric: Rubric):
+def test_a_section_that_the_rubric_names_must_exist_and_name_its_requirement(example: Path, rubric: Rubric):
     page = page_of(example, rubric)
     named = Page("02_interfaces", page.notebook, page.folder)
     assert list(sections_of_the_rubric_are_there(named, rubric)) == []
@@ -116,13 +117,11 @@ def test_a_section_that_the_rubric_names_must_exist(example: Path, rubric: Rubri
     assert list(sections_of_the_rubric_are_there(renamed, rubric)) == [
         "I3: there is no section `## Same name, same type`"
     ]
-
-
-def test_a_section_must_name_its_requirement(example: Path, rubric: Rubric):
+    edit(example, "## Same name, same Type", "## Same name, same type")
     edit(example, "(I3)", "")
     edit(example, 'check("I3")', 'check("I2")')
-    page = Page("02_interfaces", page_of(example, rubric).notebook, example)
-    assert list(sections_of_the_rubric_are_there(page, rubric)) == [
+    unnamed = Page("02_interfaces", page_of(example, rubric).notebook, example)
+    assert list(sections_of_the_rubric_are_there(unnamed, rubric)) == [
         "I3 is not named in its section `## Same name, same type`"
     ]
 
@@ -140,7 +139,7 @@ def test_the_published_example_keeps_the_rule(rule: Rule, example: Path):
 @pytest.mark.slow  # one more kernel
 @pytest.mark.parametrize("rule", OF_UNTOUCHED_RUNS, ids=lambda rule: rule.__name__)
 def test_the_untouched_run_of_the_example_keeps_the_rule(rule: Rule, example: Path, rubric: Rubric):
-    run = book.run_untouched(NAME, rubric, example)
+    run = book.Notebook(NAME, rubric, example).run_untouched()
     assert list(rule(Page(NAME, run.notebook, example))) == []
 
 
@@ -217,10 +216,8 @@ def test_nbval_notices_an_exception_and_a_wrong_published_output(example: Path, 
     assert "ValueError: no" in raised
 
 
-def test_a_solved_notebook_whose_check_does_not_pass_is_not_published(
-    example: Path, rubric: Rubric, answer: notebook_run.Solutions
-):
+def test_a_solved_notebook_whose_check_does_not_pass_is_not_published(example: Path, notebook: book.Notebook):
     before = book.published_file(NAME, example).read_bytes()
-    run = book.publish(NAME, rubric, example, lambda name, path: answer(name, path).replace("= 42", "= 41"))
-    assert run.error == "02_example: solved, but these checks do not pass: I3"
+    wrong = replace(notebook, solutions=lambda name, path: notebook.solutions(name, path).replace("= 42", "= 41"))
+    assert wrong.publish().error == "02_example: solved, but these checks do not pass: I3"
     assert book.published_file(NAME, example).read_bytes() == before

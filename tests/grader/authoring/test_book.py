@@ -82,14 +82,12 @@ def png(width: int) -> str:
 
 
 WIDGET = {"application/vnd.jupyter.widget-view+json": {"model_id": "1"}, "image/png": png(4), "text/plain": "Live"}
-COLCON = "Starting >>> mine\r\n[1.0s] [0/1]\r            \r[2.0s] [0/1]\r            \rFinished <<< mine\r\n"
 
 
 @pytest.mark.parametrize(
     ("output", "stored"),
     [
         ({"text": "[WARN] [1795369795.821985000] [node]: Battery low"}, ["[WARN] [<time>] [node]: Battery low"]),
-        ({"text": COLCON}, ["Starting >>> mine\r\nFinished <<< mine\r\n"]),  # colcon draws it anew in place
         ({"data": {}}, []),  # a line about progress
         ({"data": WIDGET}, [{"image/png", "text/plain"}]),  # a widget needs a kernel, its picture does not
     ],
@@ -199,11 +197,11 @@ def test_the_student_edition_is_the_source_and_the_published_one_its_solved_run(
     assert "[the student edition](../02_example.ipynb)" in page.cells[1].source
 
 
-def test_the_published_edition_lies_one_folder_deeper(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+def test_the_published_edition_lies_one_folder_deeper(example: Path, notebook: book.Notebook):
     """Its pictures and pages are found from there; the next notebook is the published one."""
     links = '[a](03_next.ipynb) [b](../docs/handout.md#f1) [c](#recall) [d](https://example.org) <img src="x.png">'
     source(example).write_text(source(example).read_text().replace("Predict what this shows", links))
-    made = cells(book.published(NAME, rubric, example, answer))
+    made = cells(notebook.published())
     assert "![What will be there at the end](../pictures/02.png)" in made["start-01"].source
     assert (
         '[a](03_next.ipynb) [b](../../docs/handout.md#f1) [c](#recall) [d](https://example.org) <img src="../x.png">'
@@ -211,44 +209,42 @@ def test_the_published_edition_lies_one_folder_deeper(example: Path, rubric: Rub
     )
 
 
-def test_a_change_of_the_prose_needs_no_run(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+def test_a_change_of_the_prose_needs_no_run(example: Path, notebook: book.Notebook):
     """The new words stand in both editions, over the outputs of the last run."""
     before = cells(book.read_stored(book.published_file(NAME, example)))
     source(example).write_text(source(example).read_text().replace("Predict what this shows", "Guess what this shows"))
-    book.reword(NAME, rubric, example, answer)
-    assert book.differences(NAME, rubric, example, answer) == []
+    notebook.reword()
+    assert notebook.differences() == []
     after = cells(book.read_stored(book.published_file(NAME, example)))
     assert after["check-i3"].outputs == before["check-i3"].outputs
 
 
-def test_a_changed_source_is_noticed_in_both_editions(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
-    assert book.differences(NAME, rubric, example, answer) == []
+def test_a_changed_source_is_noticed_in_both_editions(example: Path, notebook: book.Notebook):
+    assert notebook.differences() == []
     source(example).write_text(source(example).read_text().replace('print("two")', 'print("three")'))
     advice = "is not what its source says. Run `python -m grader.authoring.book build 02`."
-    assert book.differences(NAME, rubric, example, answer) == [
+    assert notebook.differences() == [
         f"02_example.ipynb {advice}", f"published/02_example.ipynb {advice}",
     ]  # fmt: skip
     with pytest.raises(GraderError, match="The code of 02_example has changed too"):
-        book.reword(NAME, rubric, example, answer)
+        notebook.reword()
     book.published_file(NAME, example).unlink()
-    assert book.differences(NAME, rubric, example, answer)[0].startswith("published/02_example.ipynb is missing.")
+    assert notebook.differences()[1].startswith("published/02_example.ipynb is missing.")
 
 
-def test_an_output_in_a_students_notebook_is_noticed(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+def test_an_output_in_a_students_notebook_is_noticed(example: Path, notebook: book.Notebook):
     """As JupyterLab leaves it when an author has saved the file."""
     page = book.read_stored(book.student_file(NAME, example))
     cells(page)["start-02"].execution_count = 1
     book.write(page, book.student_file(NAME, example))
-    assert len(book.differences(NAME, rubric, example, answer)) == 1
+    assert len(notebook.differences()) == 1
 
 
 @pytest.mark.slow  # one more kernel
-def test_an_exception_keeps_the_old_notebook_and_is_reported(
-    example: Path, rubric: Rubric, answer: notebook_run.Solutions
-):
+def test_an_exception_keeps_the_old_notebook_and_is_reported(example: Path, notebook: book.Notebook):
     before = book.published_file(NAME, example).read_bytes()
     source(example).write_text(source(example).read_text().replace('print("two")', 'raise ValueError("two")'))
-    error = book.publish(NAME, rubric, example, answer).error or ""
+    error = notebook.publish().error or ""
     assert "cell same-name-same-type-02:" in error
     assert "ValueError: two" in error
     assert book.published_file(NAME, example).read_bytes() == before

@@ -163,44 +163,38 @@ WALL, PATROL = "check_wall::test_stops_before_the_wall", "check_patrol::test_dri
 OURS = check_course.known_bad(GOOD / "known_bad" / "hits_the_wall.yaml", load(GOOD), {"B3": 15}).new
 
 
-def test_an_edit_that_passes_by_luck_is_named_with_its_seeds(
-    folder: Path, graded: dict[str, Callable[[str, int], bool]]
-):
-    """A robot that cannot turn reached its goal with some seeds."""
-    graded[WALL] = lambda text, seed: OURS in text and seed not in (3, 7)
-    assert tried(folder).problems == ()
-    assert tried(folder, seeds=10).problems == (
-        "known_bad/hits_the_wall.yaml: B3 is not lost with the seeds 3 and 7 of 10: a package like this passes by luck",
-    )
+Fails = Callable[[str, int], bool]
+LUCK = "known_bad/hits_the_wall.yaml: B3 is not lost with the seeds 3 and 7 of 10: a package like this passes by luck"
+BY_SEED = f"what is asked depends on the seed: {WALL}: passed with seed 0, with seed 5 failed: stood still"
 
 
-def test_a_solution_that_loses_points_with_one_of_many_seeds_is_named(
-    folder: Path, graded: dict[str, Callable[[str, int], bool]]
-):
-    graded[WALL] = lambda text, seed: OURS in text or seed == 5
-    assert tried(folder).problems == ()
-    assert tried(folder, seeds=10).problems == (
-        f"what is asked depends on the seed: {WALL}: passed with seed 0, with seed 5 failed: stood still",
-    )
+@pytest.mark.parametrize(
+    ("check", "fails", "problems", "of_ten_seeds"),
+    [
+        (WALL, lambda text, seed: OURS in text and seed not in (3, 7), (), (LUCK,)),  # a robot that cannot turn
+        (WALL, lambda text, seed: OURS in text or seed == 5, (), (BY_SEED,)),
+        (
+            PATROL, lambda _text, _seed: True,  # the solution loses points elsewhere
+            (f"the solution loses points: {PATROL}: failed: stood still",
+             "known_bad/hits_the_wall.yaml: B3 should lose 15 and loses 0"), None,
+        ),
+        (WALL, lambda _text, _seed: True, (f"the solution loses points: {WALL}: failed: stood still",), None),
+    ],
+    ids=["an edit passes by luck", "the solution fails by luck", "of something else", "of what the edit is about"],
+)  # fmt: skip
+def test_what_is_not_lost_as_it_should_be_is_named(
+    folder: Path, graded: dict[str, Fails], check: str, fails: Fails, problems: tuple[str, ...],
+    of_ten_seeds: tuple[str, ...] | None,
+):  # fmt: skip
+    graded[check] = fails
+    assert tried(folder).problems == problems
+    if of_ten_seeds is not None:
+        assert tried(folder, seeds=10).problems == of_ten_seeds
 
 
-def test_edits_are_tried_though_the_solution_loses_points_elsewhere(
-    folder: Path, graded: dict[str, Callable[[str, int], bool]]
-):
-    graded[PATROL] = lambda _text, _seed: True
-    assert tried(folder).problems == (
-        f"the solution loses points: {PATROL}: failed: stood still",
-        "known_bad/hits_the_wall.yaml: B3 should lose 15 and loses 0",
-    )
-
-
-def test_an_edit_is_not_compared_in_what_the_solution_loses(
-    folder: Path, graded: dict[str, Callable[[str, int], bool]]
-):
+def test_that_no_edit_was_tried_is_noted(folder: Path, graded: dict[str, Fails]):
     graded[WALL] = lambda _text, _seed: True
-    found = tried(folder)
-    assert found.problems == (f"the solution loses points: {WALL}: failed: stood still",)
-    assert found.notes[0] == (
+    assert tried(folder).notes[0] == (
         "no known-bad edit was tried: the solution itself loses points of all that they are about"
     )
 

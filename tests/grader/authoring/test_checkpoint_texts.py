@@ -6,14 +6,11 @@ import json
 import zlib
 
 import pytest
-from helpers.course import COURSE, PACKAGE, REFERENCE
+from helpers.course import REFERENCE
 
-from grader import building
 from grader.authoring import checkpoint_texts
 from grader.errors import GraderError
-from grader.host import ros_env
 from grader.notebook import checkpoints
-from grader.notebook.workspace import Workspace
 
 
 def reference_files() -> dict[str, str]:
@@ -65,18 +62,3 @@ def test_the_packed_texts_are_those_of_the_checkout():
     made = {key: checkpoint_texts.texts(key) for key in [*checkpoints.table(), *checkpoint_texts.cases()]}
     del made[max(checkpoints.table())]
     assert packed == json.loads(json.dumps({key[:2] if key in checkpoints.table() else key: made[key] for key in made}))
-
-
-@pytest.mark.slow  # builds each checkpoint
-@pytest.mark.sandbox
-@pytest.mark.parametrize("name", list(checkpoints.table())[1:])
-def test_every_checkpoint_builds_and_installs_both_nodes(workspace: Workspace, name: str):
-    package = workspace.package
-    for path, text in checkpoints.files_after(name).items():
-        (package / path).parent.mkdir(parents=True, exist_ok=True)
-        (package / path).write_text(text)
-    built = building.build([package], building.cache_folder(), COURSE)
-    assert built.facts.ok, built.facts.log_tail
-    assert {"robot_controller", "sensor_processor"} <= set(built.facts.executables)
-    modules = built.install / ros_env.SITE_IN_PREFIX / PACKAGE
-    assert (modules / "robot_controller.py").is_file()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -175,6 +176,19 @@ def test_a_notebook_that_checks_what_is_dropped_says_so(
     found = checking.check(Workspace(tmp_path / "ws"), ["Q6"])
     assert repr(found) == "Q6 is not graded in this course."
     assert found.passed
+
+
+def test_its_lessons_and_those_of_the_kit_are_imported_beside_the_functions_of_every_notebook(course: Course):
+    (course.folder / "lessons").mkdir()
+    (course.folder / "lessons" / "hints.py").write_text("WORDS = 'mind the dead end'\n")
+    script = (
+        "from grader.notebook import hints; from grader.notebook.sliders import step; print(hints.WORDS, step(0, 1, 0))"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=KIT, env=os.environ | {VARIABLE: str(course.folder)}, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    assert said == "mind the dead end 0.02\n"
 
 
 def test_a_stand_in_that_is_dropped_is_not_asked_for(course: Course, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

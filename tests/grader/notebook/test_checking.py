@@ -43,7 +43,6 @@ def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspac
     names = [r.id for r in checking.rubric.load(COURSE.rubric).requirements]
     checked = notebook.check(*names)
     assert not checked.passed
-    assert checked.points == 0
     assert [line for line in repr(checked).splitlines() if not line.startswith(" ")] == [
         f"{answer.id} not yet (0 of {answer.worth})" for answer in checked.answers
     ]
@@ -80,15 +79,8 @@ def test_answers_come_in_the_order_asked_for_and_once(workspace: Workspace) -> N
 @pytest.mark.sandbox
 def test_requirements_about_text_are_judged_without_a_build(package: Path, no_build: None) -> None:
     (package / "CMakeLists.txt").write_text("not CMake (")
-    checked = notebook.check("I2", "Q1", "Q2")
+    checked = notebook.check("I2", "Q1", "Q2", "Q4")
     assert checked.passed, checked
-
-
-@pytest.mark.slow  # a build
-@pytest.mark.sandbox
-def test_habits_are_judged_by_the_text_of_a_package_that_does_not_build(package: Path) -> None:
-    (package / "CMakeLists.txt").write_text("not CMake (")
-    assert notebook.check("Q4").passed
 
 
 @pytest.mark.sandbox
@@ -113,17 +105,6 @@ def test_a_failed_trial_is_shown_as_a_picture(package: Path) -> None:
     assert not checked.passed
     assert "seen" in repr(checked)
     assert "data:image/png;base64," in checked._repr_html_()
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-@pytest.mark.slow  # a build and trials
-def test_the_last_output_of_a_node_that_dies_is_shown(package: Path) -> None:
-    module = package / PACKAGE / "driver.py"
-    module.write_text(module.read_text().replace("        self._speed = 0.0", "        self._speed = nought", 1))
-    said = repr(notebook.check("F1"))
-    assert "F1 not yet (0 of 3)" in said
-    assert "name 'nought' is not defined" in said
 
 
 def test_a_check_leaves_the_environment_unchanged(workspace: Workspace) -> None:

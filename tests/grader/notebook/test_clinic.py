@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from helpers.course import PACKAGE
+from helpers.notebook_fixtures import as_in_a_kernel
 
 from grader.authoring import checkpoint_texts
 from grader.authoring.package_edits import replace
 from grader.courses.robot_controller.lessons import clinic
-from grader.notebook import checkpoints, interface_types, pieces
+from grader.notebook import checkpoints, pieces
 from grader.notebook.cell_hooks import forget_changed_modules
 from grader.notebook.workspace import NOTEBOOK, Workspace, find
 
@@ -25,17 +25,8 @@ CASES = list(checkpoint_texts.cases())
 def ward(workspace: Workspace) -> Iterator[Workspace]:
     """A workspace in which patients can be admitted, and imported as in a kernel."""
     os.environ[NOTEBOOK] = "11"
-    table = Workspace(workspace.root / clinic.FOLDER)
-    interface_types.load(table)
-    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
-    path = sys.modules[PACKAGE].__path__
-    before = list(path)
-    path[:] = [str(table.package / PACKAGE), *before]
-    yield workspace
-    path[:] = before
-    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
-        if "." in name and name.split(".")[1] not in ("msg", "srv", "action"):
-            sys.modules.pop(name)
+    with as_in_a_kernel(Workspace(workspace.root / clinic.FOLDER)):
+        yield workspace
 
 
 def diagnosis(case: str) -> str:

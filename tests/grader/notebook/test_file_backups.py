@@ -26,13 +26,21 @@ def package(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> Path:
     return workspace.package
 
 
+def parts(cell: str) -> tuple[str, str, str]:
+    """Return a cell's magic, the rest of that line, and its text."""
+    first, _, text = cell.partition("\n")
+    magic, _, line = first.removeprefix("%%").partition(" ")
+    return magic, line, text
+
+
 def run(backups: FileBackups, cell: str) -> str:
     """Run a `%%writefile` cell as Jupyter does; return the message before it."""
-    said = backups.before(cell)
-    path = target(cell)
+    _, line, text = parts(cell)
+    path = target(line)
     assert path is not None
-    path.write_text(cell.partition("\n")[2])
-    backups.after(cell)
+    said = backups.keep(path, text)
+    path.write_text(text)
+    backups.note(path, "")
     return said
 
 
@@ -65,17 +73,10 @@ def test_a_file_outside_the_package_is_kept_too(workspace: Workspace, package: P
     assert copies(workspace) == {"elsewhere/notes.py": "mine\n"}
 
 
-@pytest.mark.parametrize(
-    ("cell", "file"),
-    [
-        *[(cell, "") for cell in ("print(1)", "%%writefile", "%%bash\ncat > a.py", "%%writefile 'half\n", "")],
-        ("# %%writefile a.py\nx", ""),
-        ("%%writefile -a 'my file.py'\nx", "my file.py"),
-    ],
-)
-def test_the_file_of_a_cell(cell: str, file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("line", "file"), [("", ""), ("'half", ""), ("a b", ""), ("-a 'my file.py'", "my file.py")])
+def test_the_file_of_a_cell(line: str, file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
-    assert target(cell) == ((tmp_path / file).resolve() if file else None)
+    assert target(line) == ((tmp_path / file).resolve() if file else None)
 
 
 def test_damaged_checksums_cost_an_extra_copy_and_no_work(workspace: Workspace, package: Path) -> None:
@@ -140,8 +141,8 @@ def test_a_cell_replaces_no_later_file_and_no_finished_functions(
     backups = FileBackups(workspace)
     run(backups, CELL)
     for one, number in written:
-        backups.after(one, number)
-    assert backups.refusal(cell, notebook, ("utils/steering.py",) if begun else ()) == said
+        backups.note(package / "utils/steering.py", number, parts(one)[0])
+    assert backups.refusal(*parts(cell), notebook, ("utils/steering.py",) if begun else ()) == said
 
 
 def test_files_that_the_course_has_laid_out_belong_to_their_notebook(
@@ -150,9 +151,9 @@ def test_files_that_the_course_has_laid_out_belong_to_their_notebook(
     checkpoints.start_at(workspace, "08")
     monkeypatch.chdir(workspace.package)
     cell = "%%writefile ros2_robot_controller/robot_controller.py\nold\n"
-    assert "notebook 07 has written it since" in FileBackups(workspace).refusal(cell, "05")
+    assert "notebook 07 has written it since" in FileBackups(workspace).refusal(*parts(cell), "05")
     checkpoints.start_at(workspace, "05")
-    assert FileBackups(workspace).refusal(cell, "05") == ""
+    assert FileBackups(workspace).refusal(*parts(cell), "05") == ""
 
 
 def in_a_kernel(*cells: str, load: str = "", **environment: str) -> str:

@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from grader.notebook.graph_view import GraphView, Link, graph_view
+from grader.courses.robot_controller.lessons.graph_view import GraphView, Link, graph_view
 
 pytestmark = pytest.mark.ros
 

@@ -35,27 +35,33 @@ def noticed(tmp_path: Path):
     return by
 
 
-def test_a_mutant_is_noticed_by_the_test_that_fails_on_it(noticed):
-    tests = (
-        "from stopping import is_near\n"
-        "def test_wall():\n    assert is_near(0.3)\n"
-        "def test_edge():\n    assert not is_near(0.5)\n"
-        "def test_nothing():\n    assert is_near(0.3) is not None\n"
-    )
-    assert noticed(tests) == {
-        "wall": {"2: < became >= in distance < 0.5"},
-        "edge": {"2: < became >= in distance < 0.5", "2: 0.5 became 1.0"},
-        "nothing": set(),
-    }
+LESS, HALF = "2: < became >= in distance < 0.5", "2: 0.5 became 1.0"
 
 
-def test_each_row_of_a_table_counts(noticed):
-    tests = (
-        "import pytest\nfrom stopping import is_near\n"
-        "@pytest.mark.parametrize(('distance', 'near'), [(0.3, True), (0.7, False)])\n"
-        "def test_table(distance, near):\n    assert is_near(distance) is near\n"
-    )
-    assert noticed(tests) == {"table": {"2: < became >= in distance < 0.5", "2: 0.5 became 1.0"}}
+@pytest.mark.parametrize(
+    ("tests", "by"),
+    [
+        (
+            "from stopping import is_near\n"
+            "def test_wall():\n    assert is_near(0.3)\n"
+            "def test_edge():\n    assert not is_near(0.5)\n"
+            "def test_nothing():\n    assert is_near(0.3) is not None\n",
+            {"wall": {LESS}, "edge": {LESS, HALF}, "nothing": set()},
+        ),
+        (
+            "import pytest\nfrom stopping import is_near\n"
+            "@pytest.mark.parametrize(('distance', 'near'), [(0.3, True), (0.7, False)])\n"
+            "def test_table(distance, near):\n    assert is_near(distance) is near\n",
+            {"table": {LESS, HALF}},
+        ),
+        ("def test_wall():\n    from stopping import is_near\n    assert is_near(0.3)\n", {"wall": {LESS}}),
+        ("def test_node(make_bench):\n    assert 0\n", {}),
+    ],
+    ids=["each test by itself", "each row of a table", "an import in the test", "a fixture"],
+)
+def test_a_mutant_is_noticed_by_the_test_that_fails_on_it(noticed, tests, by):
+    assert noticed(tests) == by
+    assert "stopping" not in sys.modules, "the real module is the one that is imported afterwards"
 
 
 def test_a_mutant_that_never_ends_is_noticed(noticed, monkeypatch):
@@ -65,37 +71,26 @@ def test_a_mutant_that_never_ends_is_noticed(noticed, monkeypatch):
     assert "3: - became + in n - 1" in noticed(tests, counting, "count")["ends"]
 
 
-def test_tests_with_fixtures_are_left_out(noticed):
-    assert noticed("def test_node(make_bench):\n    assert 0\n") == {}
-
-
-def test_the_real_module_is_the_one_that_is_imported_afterwards(noticed, tmp_path, monkeypatch):
-    noticed("import stopping\ndef test_wall():\n    assert stopping.is_near(0.3)\n")
-    assert "stopping" not in sys.modules
-
-
-def test_a_test_that_fails_anyway_is_named_and_left_out(tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("tests", "said"),
+    [
+        (
+            "import pytest\ndef test_later():\n    pytest.fail('not written yet')\n",
+            "test_later(): Failed: not written yet",
+        ),
+        (
+            "import pytest\nfrom stopping import is_near\n"
+            "@pytest.mark.parametrize(('distance', 'near'), [(0.3, True), (0.7, True)])\n"
+            "def test_table(distance, near):\n    assert is_near(distance) is near\n",
+            "test_table(distance=0.7, near=True): AssertionError",
+        ),
+    ],
+)
+def test_a_test_that_fails_anyway_is_named_with_its_row_and_left_out(tests, said, tmp_path, capsys):
     (tmp_path / "stopping.py").write_text(STOPPING)
-    (tmp_path / "test_stopping.py").write_text("import pytest\ndef test_later():\n    pytest.fail('not written yet')\n")
+    (tmp_path / "test_stopping.py").write_text(tests)
     mutant_matrix(str(tmp_path / "stopping.py"), str(tmp_path / "test_stopping.py"))
-    said = "not yet: test_later fails on the code as it is, so it is left out: test_later(): Failed: not written yet\n"
-    assert capsys.readouterr().out == said
-
-
-def test_the_row_that_fails_is_named(tmp_path, capsys):
-    (tmp_path / "stopping.py").write_text(STOPPING)
-    (tmp_path / "test_stopping.py").write_text(
-        "import pytest\nfrom stopping import is_near\n"
-        "@pytest.mark.parametrize(('distance', 'near'), [(0.3, True), (0.7, True)])\n"
-        "def test_table(distance, near):\n    assert is_near(distance) is near\n"
-    )
-    mutant_matrix(str(tmp_path / "stopping.py"), str(tmp_path / "test_stopping.py"))
-    assert capsys.readouterr().out.endswith("left out: test_table(distance=0.7, near=True): AssertionError\n")
-
-
-def test_a_test_may_import_what_it_tests_itself(noticed):
-    tests = "def test_wall():\n    from stopping import is_near\n    assert is_near(0.3)\n"
-    assert noticed(tests) == {"wall": {"2: < became >= in distance < 0.5"}}
+    assert capsys.readouterr().out.endswith(f" fails on the code as it is, so it is left out: {said}\n")
 
 
 def test_a_mutant_can_be_called_and_says_its_mistake(tmp_path, capsys):

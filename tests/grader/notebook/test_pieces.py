@@ -64,13 +64,6 @@ def test_a_function_of_ones_own_goes_to_the_end():
     assert pieces.merged(merged, "def helper():\n    return 3\n") == merged.replace("return 1", "return 3")
 
 
-def test_what_is_no_function_is_refused_in_words():
-    with pytest.raises(ValueError, match="`import time` belongs into the cell that writes the file"):
-        pieces.merged(FILE, "import time\n\n\ndef reach(v):\n    return time.time()\n")
-    with pytest.raises(ValueError, match="no class Pilot for stop"):
-        pieces.merged(FILE, "class Pilot:\n    def stop(self):\n        pass\n")
-
-
 @pytest.mark.parametrize(
     ("piece", "words"),
     [
@@ -81,8 +74,10 @@ def test_what_is_no_function_is_refused_in_words():
         ("async def stop(self):\n    return 2\n", "so it is a method"),
         ("def raech(v):\n    return 2\n", "no function `raech`; did you mean `reach`?"),
         ("class Driver:\n    def stopp(self):\n        return 2\n", "did you mean `stop`?"),
+        ("import time\n\n\ndef reach(v):\n    return 1\n", "`import time` belongs into the cell that writes the file"),
+        ("class Pilot:\n    def stop(self):\n        pass\n", "no class Pilot for stop"),
     ],
-    ids=["a forgotten class", "an async method", "a misspelt function", "a misspelt method"],
+    ids=["a forgotten class", "an async method", "a misspelt function", "a misspelt method", "an import", "no class"],
 )
 def test_a_slip_does_not_add_a_function_beside_the_old_one(piece: str, words: str):
     with pytest.raises(ValueError, match=re.escape(words)):
@@ -184,6 +179,8 @@ def test_a_typing_error_in_ones_own_file_is_not_a_cell_that_was_not_run(
         (0.1 + 0.2, 0.3, True),
         (math.nan, math.nan, True),
         (0.0, math.nan, False),
+        (1e-9, 0.0, True),
+        (1e-5, 0.0, False),
         (math.inf, math.inf, True),
         (1, True, False),
         (None, 0.0, False),

@@ -37,50 +37,49 @@ def test_nothing_is_missing_from_the_finished_package(tmp_path: Path, requiremen
     assert prerequisites.first_gap(lay_out(tmp_path, "10"), requirement) is None
 
 
-def test_an_empty_package_names_the_first_notebook(tmp_path: Path) -> None:
-    seen, try_ = gap(tmp_path, "F4", "05")
-    assert seen == "your package is empty"
-    assert try_ == 'notebook 01 writes it; `start_at("05")` lays out what the earlier notebooks leave'
+DRIVER, CONTROLLER = f"{PACKAGE}/driver.py", f"{PACKAGE}/robot_controller.py"
+LAY_OUT = 'notebook {} writes it; `start_at("{}")` lays out what the earlier notebooks leave'
+
+
+@pytest.mark.parametrize(
+    ("left_by", "edits", "requirement", "notebook", "seen", "try_"),
+    [
+        ("", {}, "F4", "05", "your package is empty", LAY_OUT.format("01", "05")),
+        ("", {course_marker.MARKER: "{}"}, "I2", "", "your package is empty", ""),
+        (
+            "02", {"README.md": "# Mine"}, "F14", "03", f"there is no {PACKAGE}/utils/conversions.py",
+            "write it in this notebook's exercise, and run that cell",
+        ),
+        ("07", {}, "T1", "07", "there is no test/test_robot_controller.py", "notebook 09 writes it"),
+        (
+            "10", {DRIVER: "import math\ndef drive(:\n    pass\n"}, "F1", "",
+            f"{DRIVER}, line 2: invalid syntax: `def drive(:`", "look at that line",
+        ),
+        (
+            "06", {DRIVER: None}, "F1", "06",
+            f"{PACKAGE}/speed_server.py imports {PACKAGE}.driver, and there is no {DRIVER}", "notebook 05 writes it",
+        ),
+        (
+            "08", {CONTROLLER: f"from {PACKAGE}.navigater import Navigator\n"}, "F1", "07",
+            f"{CONTROLLER} imports {PACKAGE}.navigater, and there is no {PACKAGE}/navigater.py",
+            f"did you mean {PACKAGE}/navigator.py?",
+        ),
+    ],
+)  # fmt: skip
+def test_the_first_thing_that_is_missing_is_named_with_what_to_do(
+    tmp_path: Path, left_by: str, edits: dict[str, str | None], requirement: str, notebook: str, seen: str, try_: str
+) -> None:
+    if left_by:
+        lay_out(tmp_path, left_by)
+    for path, text in edits.items():
+        (tmp_path / path).unlink() if text is None else (tmp_path / path).write_text(text)
+    found = gap(tmp_path, requirement, notebook)
+    assert found[0] == seen
+    assert found[1].startswith(try_)
+
+
+def test_a_folder_that_is_not_there_is_an_empty_package(tmp_path: Path) -> None:
     assert gap(tmp_path / "nowhere", "F4")[0] == "your package is empty"
-
-
-def test_a_package_with_only_the_courses_marker_counts_as_empty(tmp_path: Path) -> None:
-    (tmp_path / course_marker.MARKER).write_text("{}")
-    assert gap(tmp_path, "I2")[0] == "your package is empty"
-
-
-def test_a_missing_file_of_this_notebook_is_asked_for_here(tmp_path: Path) -> None:
-    (lay_out(tmp_path, "02") / "README.md").write_text("# Mine")
-    assert gap(tmp_path, "F14", "03") == (
-        f"there is no {PACKAGE}/utils/conversions.py", "write it in this notebook's exercise, and run that cell"
-    )  # fmt: skip
-
-
-def test_a_missing_file_of_a_later_notebook_names_that_notebook(tmp_path: Path) -> None:
-    assert gap(lay_out(tmp_path, "07"), "T1", "07")[1] == "notebook 09 writes it"
-
-
-def test_a_syntax_error_is_shown_with_its_line(tmp_path: Path) -> None:
-    (lay_out(tmp_path, "10") / PACKAGE / "driver.py").write_text("import math\ndef drive(:\n    pass\n")
-    seen, try_ = gap(tmp_path, "F1")
-    assert seen == f"{PACKAGE}/driver.py, line 2: invalid syntax: `def drive(:`"
-    assert "that line" in try_
-
-
-def test_a_module_that_is_imported_and_missing_is_named_with_its_notebook(tmp_path: Path) -> None:
-    (lay_out(tmp_path, "06") / PACKAGE / "driver.py").unlink()
-    seen, try_ = gap(tmp_path, "F1", "06")
-    assert seen == f"{PACKAGE}/speed_server.py imports {PACKAGE}.driver, and there is no {PACKAGE}/driver.py"
-    assert try_.startswith("notebook 05 writes it")
-
-
-def test_a_misspelt_import_is_asked_about(tmp_path: Path) -> None:
-    """It said "there is no navigater.py" and "write it"."""
-    path = lay_out(tmp_path, "08") / PACKAGE / "robot_controller.py"
-    path.write_text(path.read_text().replace("navigator", "navigater"))
-    seen, try_ = gap(tmp_path, "F1", "07")
-    assert seen.endswith(f"there is no {PACKAGE}/navigater.py")
-    assert try_ == f"did you mean {PACKAGE}/navigator.py?"
 
 
 def test_generated_interfaces_and_relative_imports_are_not_missing_modules(tmp_path: Path) -> None:

@@ -131,7 +131,7 @@ report(early=run.t - until)
 went = run.go_to(0.6, -0.4, tolerance=0.15)
 pose = run.simulator.pose
 report(went=[went.status, went.success], missed=((pose.x - 0.6) ** 2 + (pose.y + 0.4) ** 2) ** 0.5,
-     final=[went.final_pose.position.x, went.final_pose.position.y], feedback=len(went.feedback),
+     final=[went.place.position.x, went.place.position.y], feedback=len(went.feedback),
      first_feedback=went.feedback[0][1])
 goal = run._active_stage().navigate(-3.0, 0.0)
 goal.cancel()

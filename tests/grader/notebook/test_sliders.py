@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 from grader import KIT
-from grader.notebook.sliders import slide, step
+from grader.courses.robot_controller.lessons.sliders import slide, step
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from helpers.course import PACKAGE
@@ -22,27 +23,15 @@ from grader.notebook.workspace import VARIABLE, Workspace, discovery_range, find
 
 def test_the_workspace_lies_beside_the_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
-    (tmp_path / "notebooks" / "source").mkdir(parents=True)
-    for here in (tmp_path, tmp_path / "notebooks", tmp_path / "notebooks" / "source"):
-        assert find(here).root == tmp_path / "ws"
-
-
-def test_the_workspace_is_found_from_inside_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(VARIABLE, raising=False)
-    (tmp_path / "notebooks").mkdir()
-    inside = find(tmp_path).package
-    inside.mkdir(parents=True)
-    assert find(inside).root == tmp_path / "ws"
-
-
-def test_a_variable_moves_the_workspace(workspace: Workspace, tmp_path: Path) -> None:
-    assert find(Path("/")) == workspace
-
-
-def test_without_notebooks_one_sentence_says_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(VARIABLE, raising=False)
     with pytest.raises(GraderError, match=r"no folder `notebooks` .* set ROS2_COURSE_WS"):
         find(tmp_path)
+    (tmp_path / "notebooks" / "source").mkdir(parents=True)
+    inside = find(tmp_path).package
+    inside.mkdir(parents=True)
+    for here in (tmp_path, tmp_path / "notebooks", tmp_path / "notebooks" / "source", inside):
+        assert find(here).root == tmp_path / "ws"
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "elsewhere"))
+    assert find(Path("/")).root == tmp_path / "elsewhere"
 
 
 @pytest.mark.parametrize(
@@ -63,16 +52,6 @@ def test_students_in_one_classroom_do_not_drive_each_others_robots(
     assert discovery_range(tmp_path) == expected
 
 
-def test_begin_makes_the_package_folder_and_changes_into_it(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str]
-) -> None:
-    notebook.begin("01")
-    assert Path.cwd() == workspace.package
-    assert capsys.readouterr().out == (
-        "Your package, ws/src/ros2_robot_controller, holds no files. Cells now work in that folder.\n"
-    )
-
-
 def test_begin_names_the_files_missing_from_earlier_notebooks(
     workspace: Workspace, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -86,19 +65,22 @@ def test_begin_names_the_files_missing_from_earlier_notebooks(
     assert str(workspace.root) not in said
 
 
-def test_begin_can_be_run_again_and_in_the_next_notebook(workspace: Workspace) -> None:
+def test_begin_opens_the_package_and_can_be_run_again_and_in_the_next_notebook(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str]
+) -> None:
     notebook.begin("01")
+    assert Path.cwd() == workspace.package
+    assert capsys.readouterr().out == (
+        "Your package, ws/src/ros2_robot_controller, holds no files. Cells now work in that folder.\n"
+    )
     before = dict(os.environ)
     notebook.begin("01")
     assert dict(os.environ) == before
     notebook.begin("02")
     assert Path.cwd() == workspace.package
+    found = subprocess.run("command -v ros2 colcon python3", shell=True, capture_output=True, text=True, check=True)
+    assert {str(Path(path).parent) for path in found.stdout.split()} == {str(ros_env.PREFIX / "bin")}
     assert os.environ["PATH"].split(os.pathsep).count(str(ros_env.PREFIX / "bin")) == 1
-
-
-def test_begin_with_an_unknown_notebook_names_the_known_ones(workspace: Workspace) -> None:
-    with pytest.raises(ValueError, match="no notebook '77'"):
-        notebook.begin("77")
 
 
 def test_a_build_is_found_once_it_exists(workspace: Workspace) -> None:
@@ -112,60 +94,35 @@ def test_a_build_is_found_once_it_exists(workspace: Workspace) -> None:
     assert environment["PYTHONPATH"].startswith(str(workspace.install))
 
 
-def test_shell_cells_find_the_kits_commands(workspace: Workspace) -> None:
-    notebook.begin("01")
-    ran = subprocess.run(
-        "command -v ros2 colcon python3", shell=True, capture_output=True, text=True, check=True
-    ).stdout.split()
-    assert {str(Path(path).parent) for path in ran} == {str(ros_env.PREFIX / "bin")}
-
-
-def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
-    package = workspace.package
-    folder = package / "fresh_module"
-    folder.mkdir(parents=True)
-    monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
-    monkeypatch.setattr(cell_hooks, "_STAMPS", {})
-    monkeypatch.syspath_prepend(str(package))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    (folder / "__init__.py").write_text("")
-    (folder / "numbers.py").write_text("VALUE = 1\n")
-
-    def value() -> int:
-        forget_changed_modules(package)
-        from fresh_module import numbers  # type: ignore[import-not-found]  # written above
-
-        return int(numbers.VALUE)
-
-    assert value() == 1
-    assert value() == 1
-    (folder / "numbers.py").write_text("VALUE = 22\n")
-    assert value() == 22
-    for name in [name for name in sys.modules if name.startswith("fresh_module")]:
-        del sys.modules[name]
-
-
-def test_a_folder_without_init_hands_out_no_stale_modules(
+def test_changed_modules_are_imported_again_and_all_of_them(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """After start_at("05") in a kernel that had imported the package, there were two copies of utils.motion."""
+    """After start_at("05") in a kernel that had imported the package, there were two copies of utils.motion.
+
+    `utils` has no `__init__.py`, and would go on handing out the old module in it.
+    """
     package = workspace.package
     folder = package / "fresh_module" / "utils"
     folder.mkdir(parents=True)
     monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
     monkeypatch.setattr(cell_hooks, "_STAMPS", {})
     monkeypatch.syspath_prepend(str(package))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     (folder.parent / "__init__.py").write_text("")
-    (folder / "motion.py").write_text("STOP = object()\n")
+    (folder / "motion.py").write_text("STOP, VALUE = object(), 1\n")
     (folder.parent / "driver.py").write_text(
         "from fresh_module.utils import motion\nfrom fresh_module.utils.motion import STOP\n"
     )
-    importlib.import_module("fresh_module.driver")
-    forget_changed_modules(package)
-    (folder / "motion.py").write_text("STOP = object()  # laid out anew\n")
-    forget_changed_modules(package)
-    driver = importlib.import_module("fresh_module.driver")
-    assert driver.motion.STOP is driver.STOP
+
+    def driver() -> Any:
+        forget_changed_modules(package)
+        return importlib.import_module("fresh_module.driver")
+
+    first = driver()
+    assert driver() is first
+    (folder / "motion.py").write_text("STOP, VALUE = object(), 22\n")
+    assert driver().motion.VALUE == 22
+    assert driver().motion.STOP is driver().STOP
     for name in [name for name in sys.modules if name.startswith("fresh_module")]:
         del sys.modules[name]
 

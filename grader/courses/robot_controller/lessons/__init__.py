@@ -1,1 +1,1 @@
-"""What the notebooks of this course import beside the engine's functions: experiments, transforms, the clinic."""
+"""What the notebooks of this course import beside the engine's functions, as `grader.notebook.NAME`."""

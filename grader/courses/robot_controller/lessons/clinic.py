@@ -17,13 +17,14 @@ from typing import Any
 from grader import building
 from grader.errors import GraderError
 from grader.host import ros_env
-from grader.notebook import cell_hooks, checkpoints, graph_view, workspace
+from grader.notebook import cell_hooks, checkpoints, workspace
 from grader.notebook.bench import bench
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import NOTEBOOK, VARIABLE, Workspace, course
 from grader.words import say
 
+from . import graph_view
 from .signs import SIGNS
 
 FOLDER, _NOTE = "clinic", "patient"

@@ -70,7 +70,7 @@ def watcher() -> Iterator[Any]:
     try:
         yield node
     finally:
-        node.destroy_node()  # type: ignore[no-untyped-call]  # rclpy's
+        node.destroy_node()
         try_shutdown(context=context)
 
 

@@ -44,7 +44,7 @@ def slide(draw: Callable[..., str], **ranges: tuple[float, float, float]) -> Non
         "image/png": base64.b64encode(image.value).decode(),
         _VIEW: {"version_major": 2, "version_minor": 0, "model_id": box.model_id},
     }
-    display(bundle, metadata={"image/png": {"alt": words}}, raw=True)  # type: ignore[no-untyped-call]
+    display(bundle, metadata={"image/png": {"alt": words}}, raw=True)
 
 
 def step(low: float, high: float, first: float) -> float:
