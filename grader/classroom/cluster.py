@@ -38,9 +38,11 @@ def _grade(executor: Executor, order: Order) -> Ending:
 
 
 def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -> tuple[str, str, float, bytes]:
-    """Do what `grade_packed` does, as a task of a Dask worker; end it when the task is cancelled or the worker closes.
+    """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
 
-    Dask itself lets a function that runs go on to its end. A client that is killed cancels its tasks, too.
+    This is a task of a Dask worker, which shares no disk with the caller; `folder` says that the archive is a packed
+    folder. It ends when the task is cancelled or the worker closes: Dask itself lets a function that runs go on to its
+    end. A client that is killed cancels its tasks, too.
     """
     from distributed import Status as WorkerStatus
     from distributed import get_worker
@@ -59,33 +61,20 @@ def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -
     watcher = threading.Thread(target=watch, daemon=True)
     watcher.start()
     try:
-        return grade_packed(order, archive, folder, runner)
+        with tempdir.folder("batch") as scratch:
+            source, out = scratch / "in" / Path(str(order["source"])).name, scratch / "out"
+            out.mkdir()
+            source.parent.mkdir(parents=True)
+            if folder:
+                unzip(archive, source)
+            else:
+                source.write_bytes(archive)
+            local = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
+            ending = runner.grade(local, scratch)
+            return ending.status.value, ending.why, ending.seconds, pack(out)
     finally:
         over.set()
         watcher.join()
-
-
-def grade_packed(
-    order: dict[str, object], archive: bytes, folder: bool, runner: Runner | None = None
-) -> tuple[str, str, float, bytes]:
-    """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
-
-    For a worker on another machine: it shares no disk with the caller. `folder` says that the archive is a packed
-    folder. `runner` can
-    end it from another thread.
-    """
-    with tempdir.folder("batch") as scratch:
-        source = scratch / "in" / Path(str(order["source"])).name
-        if folder:
-            unzip(archive, source)
-        else:
-            source.parent.mkdir(parents=True)
-            source.write_bytes(archive)
-        out = scratch / "out"
-        out.mkdir()
-        local = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
-        ending = (runner or Runner()).grade(local, scratch)
-        return ending.status.value, ending.why, ending.seconds, pack(out)
 
 
 def pack(folder: Path) -> bytes:

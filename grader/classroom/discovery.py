@@ -34,6 +34,7 @@ EXPORT_LIMITS = SizeLimits(
 
 _NO_TIME = dt.datetime.min.replace(tzinfo=dt.UTC)
 _UNREADABLE = "unreadable: "  # instead of a hash
+_MAKE_READABLE = "Make it readable for whoever runs this, and run it again; the others are graded all the same."
 _SHORT = 60  # bytes of an id
 _LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
@@ -98,7 +99,11 @@ def find(
         *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
         *matching.class_doubts(exports, named, roster, missing),
         *ledger.lost(exports, roster, missing),
-        *(_unreadable(entry) for entry in named if entry.content.startswith(_UNREADABLE)),
+        *(
+            Doubt(DoubtKind.UNREADABLE, e.label, f"{e.label} cannot be read: {why}.", _MAKE_READABLE, e.id)
+            for e in named
+            if (why := e.content.removeprefix(_UNREADABLE)) != e.content
+        ),
         *(times.doubts(entries, known_times, exports[0].layout) if timed else ()),
     ]
     listed = ledger.claimed(known_times, roster, entries, claimed)
@@ -163,12 +168,6 @@ def _draft(found: Match) -> Entry:
         "", hand_in.label, hand_in.path, content, people, hand_in.submitted, hand_in.late,
         number=found.account.value, matched=matched,
     )  # fmt: skip
-
-
-def _unreadable(entry: Entry) -> Doubt:
-    why = entry.content.removeprefix(_UNREADABLE)
-    todo = "Make it readable for whoever runs this, and run it again; the others are graded all the same."
-    return Doubt(DoubtKind.UNREADABLE, entry.label, f"{entry.label} cannot be read: {why}.", todo, entry.id)
 
 
 def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:

@@ -52,7 +52,9 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     """Return the export with its ledger, and with all that it has lost. `root` is the folder with its entries."""
     entries = {entry.name for entry in entries_of(root)} - set(platform.own)
     used = {hand_in.path.relative_to(root).parts[0] for hand_in in export.hand_ins}
-    why = {name: note for name in entries - used for note in export.notes if _is_named(name, note)}
+    # A remark names an entry, and not a longer name with that at its end.
+    signs = (" is ", ",", ".")
+    why = {n: note for n in entries - used for note in export.notes if any(f" {n}{s}" in f" {note}" for s in signs)}
     beside = {name for name, note in why.items() if "is graded" in note}
     beside |= {name for name in entries - used - set(why) if _is_beside(export, platform, root, root / name)}
     odd = sorted(entries - used - beside)
@@ -81,11 +83,6 @@ def _is_beside(export: Export, platform: Platform, root: Path, entry: Path) -> b
     """Return whether an entry is of those of a hand-in, such as a text that was typed beside a file."""
     found = platform.read(root, [entry]).hand_ins if platform.recognises(root, [entry]) else ()
     return any(_same(each, found[0]) for each in export.hand_ins) if found else False
-
-
-def _is_named(name: str, note: str) -> bool:
-    """Return whether a remark names an entry, and not a longer name with that at its end."""
-    return any(f" {name}{after}" in f" {note}" for after in (" is ", ",", "."))
 
 
 def _groups(source: Source, inside: Sequence[str]) -> dict[str, list[_Gone]]:
@@ -189,15 +186,16 @@ def claimed(
         if len(who.people) == 1:
             found.append(who.people[0])
         elif not roster and not who.rivals:
-            found.append(Person(**{claim.kind: claim.value for claim in time.claims}, lms=_lms(time)))
+            found.append(
+                Person(
+                    **{claim.kind: claim.value for claim in time.claims},
+                    lms=next((c.lms for c in time.claims if c.lms), ""),
+                )
+            )
         else:
             strangers += 1
     before = [known.get(person.key, person) for person in earlier if not roster or person.key in known]
     return HandedIn(tuple(dict.fromkeys((*found, *before))), strangers)
-
-
-def _lms(time: HandInTime) -> str:
-    return next((claim.lms for claim in time.claims if claim.lms), "")
 
 
 def without(handed_in: HandedIn, entries: Sequence[Entry], doubts: Sequence[Doubt]) -> Iterator[Doubt]:

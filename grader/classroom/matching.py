@@ -168,15 +168,14 @@ def _without_namesakes(found: list[Match]) -> list[Match]:
             if by.kind in _BY_NAME and each.account.value:
                 numbers.setdefault(person, set()).add(each.account.value)
     several = {person: sorted(of) for person, of in numbers.items() if len(of) > 1}
-    return [_without(each, several) for each in found]
-
-
-def _without(found: Match, several: Mapping[Person, list[str]]) -> Match:
-    refused = [who for who, by in found.people.items() if who in several and by.kind in _BY_NAME]
-    why = "accounts {} have the name of {}"
-    unknown = (Identified(rivals=(who,), why=why.format(" and ".join(several[who]), who.label)) for who in refused)
-    people = {who: by for who, by in found.people.items() if who not in refused}
-    return replace(found, people=people, unknown=(*found.unknown, *unknown))
+    matches = []
+    for each in found:
+        refused = [who for who, by in each.people.items() if who in several and by.kind in _BY_NAME]
+        why = [f"accounts {' and '.join(several[who])} have the name of {who.label}" for who in refused]
+        unknown = (Identified(rivals=(who,), why=said) for who, said in zip(refused, why, strict=True))
+        people = {who: by for who, by in each.people.items() if who not in refused}
+        matches.append(replace(each, people=people, unknown=(*each.unknown, *unknown)))
+    return matches
 
 
 def _claimed(hand_in: HandIn) -> dict[Person, Claim]:

@@ -93,9 +93,10 @@ def _of_table(path: Path) -> Iterator[HandInTime]:
             for kind in (*IDENTITY, "name")
             if (value := getattr(person, kind))
         )
-        if text not in _NONE and not worksheet.is_not_handed_in(status):
+        state = status.casefold()
+        if text not in _NONE and not state.startswith(worksheet.NOT_HANDED_IN):
             yield HandInTime(claims, local_time(text) or worksheet.time(text), text)
-        elif worksheet.is_handed_in(status):
+        elif state.startswith(worksheet.HANDED_IN):
             yield HandInTime(claims, None, "")
 
 

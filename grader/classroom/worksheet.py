@@ -66,11 +66,11 @@ _WORDS: Mapping[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 # The string submissionstatus_submitted of mod_assign; a state is followed by that of the grading.
-_HANDED_IN = (
+HANDED_IN = (
     "submitted for grading", "zur bewertung abgegeben", "remis pour \u00e9valuation", "enviado para calificar",
     "consegnato per la valutazione", "enviado para avalia\u00e7\u00e3o", "ingezonden voor beoordeling",
 )  # fmt: skip
-_NOT_HANDED_IN = ("no submission", "keine abgabe")  # there may be a time, of a page that was only opened
+NOT_HANDED_IN = ("no submission", "keine abgabe")  # there may be a time, of a page that was only opened
 _STATUS = ("status", "statut", "estado", "stato", "estat", "egoera")
 PARTICIPANTS = (
     "Participant", "Teilnehmer/in", "Participante", "Partecipante", "Deelnemer", "Partaidea",
@@ -102,16 +102,6 @@ def columns(header: Sequence[str]) -> dict[str, int] | None:
     if len(header) > 1 and 1 not in found.values() and lowered[1] not in _STATUS:
         found.setdefault("name", 1)  # in whatever language; there is no name where submissions are anonymous
     return found
-
-
-def is_handed_in(cell: str) -> bool:
-    """Return whether a cell of the status says that something was handed in, in the languages that are known here."""
-    return cell.strip().casefold().startswith(_HANDED_IN)
-
-
-def is_not_handed_in(cell: str) -> bool:
-    """Return whether it says that nothing was."""
-    return cell.strip().casefold().startswith(_NOT_HANDED_IN)
 
 
 def participant(cell: str) -> str:
