@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
+import sys
 import tempfile
+import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import TypeVar
 
 import ament_flake8
 
@@ -20,7 +24,6 @@ from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, reading_limits
 from grader.quality import source_files
-from grader.quality.bisect_failures import run_python, run_without_culprits
 from grader.quality.source_files import PythonFile
 from grader.sandbox import untrusted
 from grader.sanitize import printable
@@ -37,6 +40,12 @@ _MAX_VIOLATIONS = 5  # of one docstring
 
 _Violations = dict[tuple[str, int], list[Finding]]
 """What docstrings violate, by path and line of the definition."""
+T = TypeVar("T")
+R = TypeVar("R")
+CPU_SECONDS = 60  # a whole package takes 1 to 2, one at the reading limits 20
+_WALL_SECONDS = 300.0  # far above, for a busy machine: the limit on CPU time is the one that decides
+_MAX_MEMORY = 2 * 1024**3  # bytes
+_SEARCH_SECONDS = 120.0
 
 
 def analyse_package(
@@ -198,3 +207,36 @@ def _files(facts: Quality, every: Sequence[PythonFile], too_much: set[str]) -> l
 
 def _with_violations(item: Definition, broken: _Violations) -> Definition:
     return replace(item, violations=broken.get((item.path, item.line), [])[:_MAX_VIOLATIONS])
+
+
+def run_python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str] | None:
+    """Run our Python with `arguments` in `folder`, isolated. Return None if it exceeded its limits or crashed."""
+    limits = [f"--as={_MAX_MEMORY}", f"--cpu={CPU_SECONDS}", "--core=0"]
+    command = ["prlimit", *limits, "--", sys.executable, "-I", *arguments]
+    # The variable keeps the ROS wheels from starting Python a second time: no ROS is needed here.
+    environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+    try:
+        done = subprocess.run(
+            command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            errors="replace", check=False, timeout=_WALL_SECONDS,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return None
+    except OSError as error:
+        raise GraderError(say("Cannot start prlimit ({why}). Install util-linux.", why=error)) from error
+    return None if done.returncode < 0 or done.returncode > 128 else done
+
+
+def run_without_culprits(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
+    """Return what `run` returns for the items that it can take, and the items that make it fail (return None).
+
+    Usually that is one run over all of them. When it fails, each is tried by itself, for as long as there is time.
+    """
+    result = run(items)
+    if result is not None or not items:
+        return result, []
+    deadline = time.monotonic() + _SEARCH_SECONDS
+    bad = [item for item in items if time.monotonic() > deadline or run([item]) is None]
+    good = [item for item in items if item not in bad]
+    result = run(good) if bad and good else None
+    return (result, bad) if result is not None else (None, list(items))

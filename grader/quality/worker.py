@@ -17,16 +17,14 @@ from grader import evidence
 from grader.course import Course, load
 from grader.evidence import reading_limits
 from grader.quality.call_graph import CallGraph
+from grader.quality.contract_use import created_interfaces, function_use, parameter_use
 from grader.quality.definitions import public_definitions
 from grader.quality.duplicates import duplicated_blocks
 from grader.quality.faults import find_faults
-from grader.quality.functions import function_use
 from grader.quality.habits import bad_habits
-from grader.quality.interfaces import created_interfaces
 from grader.quality.junit_report import names_of_tests, read_report
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
-from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import Module, functions_of, installed_as, parse
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files

@@ -43,8 +43,9 @@ def test_a_good_suite_passes(check: Check):
 
 STUB = module("test/test_flake8.py", stub=True, passed=0)
 ONLY_STUBS = "only generated tests that call a linter and do not test the code: test/test_flake8.py"
-FOUR = {"asserting": 0, "silent": ["test_a", "test_b", "test_c", "test_d"], "tested": []}
-IDLE = module(tested=[], idle=FOUR["silent"])
+FOUR = ["test_a", "test_b", "test_c", "test_d"]
+SILENT = module(asserting=0, silent=FOUR, tested=[])
+IDLE = module(tested=[], idle=FOUR)
 ELSEWHERE = module(reached=[], tested=[])
 FLICKERS = "these tests passed in one of two runs and failed in the other, so they do not count: test/test_a.py test_b"
 LISTED = "4 of 4 tests assert nothing: test/test_a.py test_a, test/test_a.py test_b, test/test_a.py test_c and 1 more"
@@ -60,9 +61,9 @@ OF_NOTHING = "no test that passed tests code of the package: test/test_a.py"
         (COVER, [], None, "no test ran, so nothing was covered (T1)"),
         (ASSERT, [STUB], 0.0, ONLY_STUBS),
         (PASS, [STUB], None, ONLY_STUBS),
-        (EXIST, [module(**FOUR)], 0.0, f"{NO_TEST}test/test_a.py (no test that asserts anything)"),
-        (ASSERT, [module(**FOUR)], 0.0, LISTED),
-        (PASS, [module(**FOUR)], None, "no test asserts anything, so that they pass shows nothing"),
+        (EXIST, [SILENT], 0.0, f"{NO_TEST}test/test_a.py (no test that asserts anything)"),
+        (ASSERT, [SILENT], 0.0, LISTED),
+        (PASS, [SILENT], None, "no test asserts anything, so that they pass shows nothing"),
         (PASS, [module(passed=3, unsteady=["test_b"])], 1.0, FLICKERS),
         (PASS, [module(passed=0, unsteady=["test_b"])], 0.0, FLICKERS),
         # `front_dist = 1.2; assert front_dist > 0.5` is a test of nothing, however often it is written.
