@@ -14,7 +14,6 @@ from helpers.quality_examples import (
     judged,
     reference,
     untouched,
-    with_pep257,
     written,
 )
 
@@ -118,7 +117,7 @@ def test_ament_pep257s_rules_hold_whatever_a_comment_says(tmp_path: Path):
         "noqa": '"""Return a number"""  # noqa: D400',
     }
     text = "\n\n".join(f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items())
-    quality = with_pep257(written(tmp_path, {"m/a.py": f'"""A module."""\n\n\n{text}'}))
+    quality = facts(written(tmp_path, {"m/a.py": f'"""A module."""\n\n\n{text}'}), lint=True)
     found = {thing.name: {violation.rule for violation in thing.violations} for thing in quality.definitions}
     assert found == {
         "m.a": set(),
