@@ -21,6 +21,10 @@ UNPARSABLE = (SyntaxError, *TOO_COMPLEX)
 # Before 3.11.8 and 3.12.2 Python counts the depth of a tree in a place that all threads share, and now and then raises
 # a SystemError where two of them parse (gh-106905). Warnings are filtered for all threads, too.
 _ONE_AT_A_TIME = threading.RLock()  # a finalizer may come to parse as well
+# Anything more than this under `if TYPE_CHECKING` is the package's own code and counts like any other.
+_TYPING_ONLY = (ast.Import, ast.ImportFrom, ast.Pass)
+_CODE = (Function, ast.ClassDef, ast.Lambda)
+_TYPE_CHECKING = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 
 
 def tree_of(text: str | bytes) -> ast.Module:
@@ -93,3 +97,17 @@ def first_line(node: ast.stmt) -> int:
     """Return the line on which a statement begins, its decorators included."""
     decorators: list[ast.expr] = getattr(node, "decorator_list", [])
     return min([node.lineno, *(decorator.lineno for decorator in decorators)])
+
+
+def is_guard(statement: ast.AST) -> bool:
+    """Return whether it is `if __name__ == '__main__':` or `if TYPE_CHECKING:` around imports, with no `else`."""
+    if not isinstance(statement, ast.If) or statement.orelse:
+        return False
+    test = statement.test
+    if isinstance(test, ast.Compare):
+        return ast.unparse(test) == "__name__ == '__main__'" and not any(
+            isinstance(node, _CODE) for node in ast.walk(statement)
+        )
+    if isinstance(test, ast.Name | ast.Attribute) and ast.unparse(test) in _TYPE_CHECKING:
+        return all(isinstance(inner, _TYPING_ONLY) for inner in statement.body)
+    return False

@@ -1,5 +1,6 @@
 """Layout, complexity, functions in their place, repeated blocks."""
 
+import difflib
 from dataclasses import replace
 
 from grader.checks.findings import listing, place
@@ -27,8 +28,11 @@ def test_layout_matches_the_contract(judge: Judge) -> None:
     missing = [path for path in course.layout_of(paths, judge.evidence.intake.package) if path not in paths]
     if missing:
         seen = say("missing: {missing}", missing=some(missing, len(course.layout)))
-        meant = [_similar(path, paths - set(course.layout)) for path in missing]
-        near = [path for path in dict.fromkeys(meant) if path]
+        # What has a place of its own in the layout is no misspelling of something else.
+        others = {path.rpartition("/")[2].lower(): path for path in sorted(paths - {*course.layout}, reverse=True)}
+        names = [path.rpartition("/")[2].lower() for path in missing if not path.endswith("/__init__.py")]
+        meant = [others[near] for name in names for near in difflib.get_close_matches(name, others, 1, 0.9)]
+        near = list(dict.fromkeys(meant))
         seen += say("; perhaps meant: {near}", near=some(near)) if near else ""
         judge.share(
             1 - len(missing) / len(course.layout), seen, say("compare the names and folders with the contract's tree")
@@ -109,17 +113,3 @@ def _measured_copies(judge: Judge) -> list[Copy]:
 def _counts(judge: Judge, place: str) -> bool:
     path, _, lines = place.rpartition(":")
     return judge.measured().covers(path, int(lines.partition("-")[0]))
-
-
-def _similar(path: str, paths: set[str]) -> str:
-    """Return the path with the same or nearly the same name as a missing one, "" if there is none.
-
-    `paths` are those that have no place in the layout: others are no misspelling of something else.
-    """
-    name = path.rpartition("/")[2].lower()
-    plain = name.replace("_", "").replace(".", "").replace("-", "")
-    for other in sorted(paths):
-        theirs = other.rpartition("/")[2].lower()
-        if name != "__init__.py" and plain == theirs.replace("_", "").replace(".", "").replace("-", ""):
-            return other
-    return ""

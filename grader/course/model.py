@@ -50,6 +50,7 @@ class Node:
         config: the path of its parameter file, "" for none.
         answers_on: the topic that it publishes when it has taken in a tick, by which simulated time goes on.
         answers_every_s: the default period of these messages, s.
+        ahead_deg: how far to either side of its heading it looks for what is ahead.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Node:
     config: str = ""
     answers_on: str = ""
     answers_every_s: float = 0.05
+    ahead_deg: float = 90.0
     subscribes: Mapping[str, str] = field(default_factory=dict)
     publishes: Mapping[str, str] = field(default_factory=dict)
     services: Mapping[str, str] = field(default_factory=dict)

@@ -29,7 +29,7 @@ INSTALLED = "grader/course/installed.txt"
 """In a kit that was made for a course of one's own: the folder of the course, seen from the kit's."""
 _GOAL = tuple(field.name for field in dataclasses.fields(GoalFields))
 _ROLES = ("subscribes", "publishes", "services", "actions")
-_OTHERS = ("config", "answers_on", "answers_every", "parameters")
+_OTHERS = ("config", "answers_on", "answers_every", "ahead", "parameters")
 
 
 @cache
@@ -246,10 +246,11 @@ class _Reader(YamlReader):
                 answers_on, fields["answers_on"], roles.get("publishes", {}), "a topic that it publishes"
             )
         every_s = self._number(fields["answers_every"]) if "answers_every" in fields else 0.05
+        ahead = self._number(fields["ahead"]) if "ahead" in fields else 90.0
         test = f"test/test_{name}.py"
         parameters = self.mapping(fields["parameters"]) if "parameters" in fields else ()
         return Node(
-            name, module, test if test in layout else "", config, answers_on, every_s,
+            name, module, test if test in layout else "", config, answers_on, every_s, ahead,
             parameters={name: self._parameter(key, value) for name, key, value in parameters}, **roles,
         )  # fmt: skip
 

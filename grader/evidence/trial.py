@@ -48,7 +48,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class ScanSummary:
-    """One published scan: the closest valid reading in m, in two sectors of 120 degrees and anywhere; inf if none."""
+    """A scan's closest valid readings in m: ahead, behind (as wide as the contract says), anywhere; inf if none."""
 
     t: float
     ahead: float

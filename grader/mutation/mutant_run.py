@@ -10,12 +10,11 @@ from pathlib import Path
 
 from grader.course import Course
 from grader.evidence import Mutant, Mutation
-from grader.mutation.examination import examinations, judge
+from grader.mutation.examination import Verdicts, examinations, judge
 from grader.mutation.jobs import Job, JobResult, JobRunner, TestedPackage
 from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector, choose
 from grader.mutation.source_text import MODULE, Change, is_too_complex, parse
-from grader.mutation.verdicts import Verdicts
 from grader.settings import MUTATION_BUDGET_S
 from grader.student_tests import package_modules
 from grader.student_tests.module_results import ModuleReach

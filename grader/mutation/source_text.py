@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, is_docstring, tree_of
-from grader.student_tests.coverage_exclusions import is_guard
+from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, is_docstring, is_guard, tree_of
 
 MODULE = "<module>"
 

@@ -103,7 +103,7 @@ class _WatchedRecorder(TrialRecorder):
         recorder: Recorder,
         messages: Mapping[str, list[tuple[float, Any]]],
     ) -> None:
-        super().__init__(plan, simulator, node.recorded_topics)
+        super().__init__(plan, simulator, node.recorded_topics, node.contract.ahead_deg)
         self._recorder, self._commands = recorder, messages.get(node.bridge.topics.command, [])
         self._readings: list[Reading] = []
 

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
+import sys
 import tempfile
+import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import TypeVar
 
 import ament_flake8
 
 from grader import evidence
 from grader.course import Course
 from grader.errors import GraderError
-from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, reading_limits
+from grader.evidence import Finding, Manifest, Quality, SourceFile, reading_limits
 from grader.quality import source_files
-from grader.quality.bisect_failures import run_python, run_without_culprits
 from grader.quality.source_files import PythonFile
 from grader.sandbox import untrusted
 from grader.sanitize import printable
@@ -33,10 +35,12 @@ _CONFIGURATION = Path(ament_flake8.__file__).parent / "configuration" / "ament_f
 MAX_COMPLEXITY = 10
 _LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
 _MAX_FINDINGS = 500  # of one file
-_MAX_VIOLATIONS = 5  # of one docstring
-
-_Violations = dict[tuple[str, int], list[Finding]]
-"""What docstrings violate, by path and line of the definition."""
+T = TypeVar("T")
+R = TypeVar("R")
+CPU_SECONDS = 60  # a whole package takes 1 to 2, one at the reading limits 20
+_WALL_SECONDS = 300.0  # far above, for a busy machine: the limit on CPU time is the one that decides
+_MAX_MEMORY = 2 * 1024**3  # bytes
+_SEARCH_SECONDS = 120.0
 
 
 def analyse_package(
@@ -63,20 +67,16 @@ def analyse_package(
         sources = [source for source in sources if source.path not in left] + source_files.within_limits(made)
         every = source_files.copy(sorted(sources, key=lambda source: source.path), scratch)
         good = [source for source in every if not source.problem]
-        facts, unreadable = _facts(package, interfaces, good, scratch, course)
-        # Linters see only what can be parsed: anything else would merely probe their weak spots.
+        facts, unreadable = _facts(package, interfaces, good, scratch, course, lint=lint)
+        # flake8 sees only what can be parsed: anything else would merely probe its weak spots.
         readable = {file.path for file in facts.files if not file.problem} - {source.path for source in unreadable}
         good = [source for source in good if source.path in readable] if lint else []
-        with ThreadPoolExecutor(2) as pool:
-            style = pool.submit(run_without_culprits, lambda items: _flake8(items, scratch), good)
-            docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
-            (linted, too_hard), (violations, too_hard_too) = style.result(), docstrings.result()
-        too_much = {source.path for source in (*unreadable, *too_hard, *too_hard_too)}
-        return _combine(facts, every, too_much, linted or [], violations or {})
+        linted, too_hard = run_without_culprits(lambda items: _flake8(items, scratch), good)
+        return _combine(facts, every, {source.path for source in (*unreadable, *too_hard)}, linted or [])
 
 
 def _facts(
-    package: Path, interfaces: Path | None, good: Sequence[PythonFile], scratch: Path, course: Course
+    package: Path, interfaces: Path | None, good: Sequence[PythonFile], scratch: Path, course: Course, *, lint: bool
 ) -> tuple[Quality, list[PythonFile]]:
     """Return what the worker finds, and the files that it cannot read."""
     beside = str(interfaces.resolve()) if interfaces else ""
@@ -84,8 +84,8 @@ def _facts(
     def run(items: Sequence[PythonFile]) -> Quality | None:
         listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
         listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
-        command = ["-m", "grader.quality.worker", str(course.folder), str(package.resolve()), beside, str(listing)]
-        done = run_python(command, scratch)
+        arguments = [str(course.folder), str(package.resolve()), beside, str(listing), *(["--lint"] if lint else [])]
+        done = run_python(["-m", "grader.quality.worker", *arguments], scratch)
         if done is None or done.returncode:
             _raise_if_broken("grader.quality.worker", done)
             return None
@@ -126,21 +126,6 @@ def _flake8(items: Sequence[PythonFile], scratch: Path) -> list[Finding] | None:
     return findings
 
 
-def _pep257(items: Sequence[PythonFile], scratch: Path) -> _Violations | None:
-    """Return what docstrings violate of ament_pep257's rules."""
-    if not items:
-        return {}
-    done = run_python(["-m", "grader.quality.pep257", *(item.copy for item in items)], scratch)
-    if done is None or done.returncode:
-        _raise_if_broken("pydocstyle", done)
-        return None
-    paths = {item.copy: item.path for item in items}
-    violations: _Violations = {}
-    for copy, start, line, rule, words in json.loads(done.stdout):
-        violations.setdefault((paths[copy], start), []).append(Finding(paths[copy], line, rule, printable(words)))
-    return violations
-
-
 def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -> None:
     """Raise a GraderError if the tool does not work at all, rather than not on this text."""
     output = done.stdout[-500:] + done.stderr[-500:] if done else ""
@@ -154,20 +139,17 @@ def _combine(
     every: Sequence[PythonFile],
     too_much: set[str],
     linted: Sequence[Finding],
-    broken: _Violations,
 ) -> Quality:
     files = _files(facts, every, too_much)
     readable = {file.path for file in files if not file.problem}
     linted = [finding for finding in linted if finding.path in readable]
     style = [finding for finding in linted if _RULES.match(finding.rule)]
-    # pydocstyle gives a module and a definition on its first line the same line, as the worker does.
-    public = [_with_violations(item, broken) for item in facts.definitions if item.path in readable]
     return replace(
         facts,
         files=files,
         style=_most_of_each(style),
         complex=_most_of_each(finding for finding in linted if finding.rule == "C901"),
-        definitions=public,
+        definitions=[item for item in facts.definitions if item.path in readable],
     )
 
 
@@ -196,5 +178,34 @@ def _files(facts: Quality, every: Sequence[PythonFile], too_much: set[str]) -> l
     return [files[path] for path in sorted(files)]
 
 
-def _with_violations(item: Definition, broken: _Violations) -> Definition:
-    return replace(item, violations=broken.get((item.path, item.line), [])[:_MAX_VIOLATIONS])
+def run_python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str] | None:
+    """Run our Python with `arguments` in `folder`, isolated. Return None if it exceeded its limits or crashed."""
+    limits = [f"--as={_MAX_MEMORY}", f"--cpu={CPU_SECONDS}", "--core=0"]
+    command = ["prlimit", *limits, "--", sys.executable, "-I", *arguments]
+    # The variable keeps the ROS wheels from starting Python a second time: no ROS is needed here.
+    environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+    try:
+        done = subprocess.run(
+            command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            errors="replace", check=False, timeout=_WALL_SECONDS,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return None
+    except OSError as error:
+        raise GraderError(say("Cannot start prlimit ({why}). Install util-linux.", why=error)) from error
+    return None if done.returncode < 0 or done.returncode > 128 else done
+
+
+def run_without_culprits(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
+    """Return what `run` returns for the items that it can take, and the items that make it fail (return None).
+
+    Usually that is one run over all of them. When it fails, each is tried by itself, for as long as there is time.
+    """
+    result = run(items)
+    if result is not None or not items:
+        return result, []
+    deadline = time.monotonic() + _SEARCH_SECONDS
+    bad = [item for item in items if time.monotonic() > deadline or run([item]) is None]
+    good = [item for item in items if item not in bad]
+    result = run(good) if bad and good else None
+    return (result, bad) if result is not None else (None, list(items))

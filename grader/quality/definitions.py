@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 from grader.course.model import JUDGED
-from grader.evidence import Definition
+from grader.evidence import Definition, Finding
 from grader.python_ast import Function, last_name
 from grader.quality.parsed_module import Module
+from grader.sanitize import printable
 
 # One docstring is enough for a property and its setter, and for a function and its overloads.
 _SAME_THING = ("setter", "deleter", "getter", "overload")
 _MAX_DOCSTRING = 500
+_MAX_VIOLATIONS = 5  # of one docstring
 
 
 def public_definitions(module: Module) -> Iterator[Definition]:
@@ -41,6 +45,25 @@ def _inside(path: str, body: Sequence[ast.stmt], owner: str) -> Iterator[Definit
             else:
                 missing = _unannotated(node, is_method=bool(owner))
                 yield Definition(path, node.lineno, "function", name, bool(words), unannotated=missing, words=words)
+
+
+def with_violations(definitions: Sequence[Definition], copies: Mapping[str, str]) -> list[Definition]:
+    """Return the definitions with what their docstrings violate of ament_pep257's rules.
+
+    `copies` are the paths of the files' copies, by the files' own.
+    """
+    import pydocstyle
+    from ament_pep257.main import _ament_ignore
+
+    paths = {copy: path for path, copy in copies.items()}
+    # pydocstyle gives a module and a definition on its first line the same line, as we do.
+    found: dict[tuple[str, int], list[Finding]] = defaultdict(list)
+    for error in pydocstyle.check(list(paths), ignore=_ament_ignore, ignore_inline_noqa=True):
+        if isinstance(error, pydocstyle.violations.Error):  # anything else is a file that it cannot parse
+            rule, _, text = error.message.partition(": ")
+            path = paths[error.definition.module.name]
+            found[path, error.definition.start].append(Finding(path, error.line, rule, printable(text)))
+    return [replace(item, violations=found[item.path, item.line][:_MAX_VIOLATIONS]) for item in definitions]
 
 
 def _words(node: ast.Module | ast.ClassDef | Function) -> str:

@@ -1,12 +1,13 @@
 """Read a package's text into facts and print them as JSON, in a process of its own that hostile text may crash.
 
-python -I -m grader.quality.worker COURSE PACKAGE INTERFACES SOURCES; COURSE is a course's folder, SOURCES a JSON list
-of [path, copy] of Python files.
+python -I -m grader.quality.worker COURSE PACKAGE INTERFACES SOURCES [--lint]; COURSE is a course's folder, SOURCES a
+JSON list of [path, copy] of Python files.
 """
 
 from __future__ import annotations
 
 import json
+import logging
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,16 +18,14 @@ from grader import evidence
 from grader.course import Course, load
 from grader.evidence import reading_limits
 from grader.quality.call_graph import CallGraph
-from grader.quality.definitions import public_definitions
+from grader.quality.contract_use import created_interfaces, function_use, parameter_use
+from grader.quality.definitions import public_definitions, with_violations
 from grader.quality.duplicates import duplicated_blocks
 from grader.quality.faults import find_faults
-from grader.quality.functions import function_use
 from grader.quality.habits import bad_habits
-from grader.quality.interfaces import created_interfaces
 from grader.quality.junit_report import names_of_tests, read_report
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
-from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import Module, functions_of, installed_as, parse
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
@@ -40,10 +39,11 @@ Sources = Sequence[tuple[str, str]]
 
 def main() -> int:
     """Print the facts."""
-    course, package, interfaces, listing = sys.argv[1:]
+    logging.disable()  # pydocstyle's
+    course, package, interfaces, listing, *lint = sys.argv[1:]
     sources = json.loads(Path(listing).read_text())
     beside = Path(interfaces) if interfaces else None
-    facts = package_facts(Path(package), beside, sources, course=load(Path(course)))
+    facts = package_facts(Path(package), beside, sources, course=load(Path(course)), lint=bool(lint))
     print(json.dumps(_cut(json.loads(evidence.to_json(facts)))))
     return 0
 
@@ -57,10 +57,12 @@ def _cut(value: Any) -> Any:
     return {_cut(key): _cut(item) for key, item in value.items()} if isinstance(value, dict) else value
 
 
-def package_facts(package: Path, interfaces: Path | None, sources: Sources, *, course: Course) -> evidence.Quality:
+def package_facts(
+    package: Path, interfaces: Path | None, sources: Sources, *, course: Course, lint: bool = False
+) -> evidence.Quality:
     """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one.
 
-    Each source is a path with that of its copy.
+    Each source is a path with that of its copy. With `lint` the definitions have what their docstrings violate.
     """
     text = read_sources(package, interfaces, course)
     name = text.xml.name
@@ -71,12 +73,16 @@ def package_facts(package: Path, interfaces: Path | None, sources: Sources, *, c
     public = [item for module in modules for item in public_definitions(module)]
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
+    public = public[: reading_limits.MAX_DEFINITIONS]
+    if lint:
+        read = {module.path for module in modules}
+        public = with_violations(public, {path: copy for path, copy in sources if path in read})
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
     facts = evidence.Quality(
         manifest=read_manifest(text, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
-        definitions=public[: reading_limits.MAX_DEFINITIONS],
+        definitions=public,
         copies=duplicated_blocks(modules),
         habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
         functions=function_use(graph, course.functions),

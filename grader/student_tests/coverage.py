@@ -10,9 +10,9 @@ from typing import Any
 from grader import building, sandbox
 from grader.evidence import FileCoverage
 from grader.host import ros_env
+from grader.python_ast import TOO_COMPLEX, is_guard, parse
 from grader.sandbox import untrusted
 from grader.student_tests import package_modules
-from grader.student_tests.coverage_exclusions import guarded_lines
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.worker_report import ModuleRun
 
@@ -77,3 +77,13 @@ def _file(path: str, data: dict[str, Any], guarded: set[int]) -> FileCoverage:
         branches_hit=int(summary["covered_branches"]) - taken_out,
         missing=[line for line in missing if line not in guarded][:500],
     )
+
+
+def guarded_lines(text: str) -> set[int]:
+    """Return the lines of a module's guards; only those at its top level count."""
+    tree = parse(text)
+    try:
+        guards = [statement for statement in tree.body if is_guard(statement)] if tree else []
+    except TOO_COMPLEX:  # a condition that can be parsed and not written out
+        return set()
+    return {line for guard in guards for line in range(guard.lineno, (guard.end_lineno or guard.lineno) + 1)}

@@ -19,20 +19,20 @@ from sim.simulator import Simulator
 
 # Of each kind of message. An honest trial has a thousand at most; a node that floods us must not fill our memory.
 _MAX_KEPT = 20_000
-_SECTOR = math.radians(60)
 
 
 class TrialRecorder:
     """Collects a trial's facts. Times are simulated seconds since the trial began."""
 
-    def __init__(self, plan: TrialPlan, simulator: Simulator, topics: Topics) -> None:
-        """Record a node that receives the robot's `topics`."""
+    def __init__(self, plan: TrialPlan, simulator: Simulator, topics: Topics, ahead_deg: float) -> None:
+        """Record a node that receives the robot's `topics`, and for which `ahead` goes so far to either side."""
         self.simulator = simulator
         self.facts = not_started(plan, simulator.seed)
         """The lists and dictionaries in it fill as the trial goes; `complete` adds the rest."""
         self.goals: list[SentGoal] = []
         self.dropped = 0
         self._topics = topics
+        self._ahead = math.cos(math.radians(ahead_deg))
 
     def complete(self, **rest: Any) -> evidence.Trial:
         """Return all facts; `rest` are fields of the trial that are known only in the end."""
@@ -68,7 +68,7 @@ class TrialRecorder:
     def take_published(self, reading: Reading) -> None:
         """Record what a sensor of the robot publishes: of a scan the closest distances."""
         if isinstance(reading, ScanReading):
-            self.facts.scans.append(_summary(reading))
+            self.facts.scans.append(_summary(reading, self._ahead))
         elif isinstance(reading, ImuReading) and self._topics.imu:
             data = {
                 "linear_acceleration": [float(value) for value in reading.linear_acceleration],
@@ -112,11 +112,11 @@ class TrialRecorder:
         return replace(self.simulator.world, obstacles=tuple(found.values())).to_dict()
 
 
-def _summary(scan: ScanReading) -> evidence.ScanSummary:
+def _summary(scan: ScanReading, least: float) -> evidence.ScanSummary:
     ranges = np.asarray(scan.ranges, dtype=float)
     angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
-    ahead = np.cos(angles) >= math.cos(_SECTOR) - 1e-9
-    behind = np.cos(angles) <= -math.cos(_SECTOR) + 1e-9
+    ahead = np.cos(angles) >= least - 1e-9
+    behind = np.cos(angles) <= 1e-9 - least
     valid = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
 
     def closest(where: np.ndarray[Any, Any]) -> float:

@@ -103,7 +103,7 @@ class Stage:
     ) -> None:
         self.course, self.plan, self.contract = course, plan, node.contract
         self.simulator, self.node, self.bridge = simulator, node, node.bridge
-        self.recorder = recorder or TrialRecorder(plan, simulator, node.recorded_topics)
+        self.recorder = recorder or TrialRecorder(plan, simulator, node.recorded_topics, node.contract.ahead_deg)
         self.recorded = self.recorder.facts
         self.commands, self.choices, self.measured = (
             self.recorded.commands,

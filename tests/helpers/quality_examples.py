@@ -53,8 +53,8 @@ def written(package: Path, files: Mapping[str, str | bytes | None]) -> Path:
     return package
 
 
-def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> evidence.Quality:
-    """Return what the worker finds in a package, without the linters, in this process.
+def facts(package: Path, beside: Path | None = None, *, tests: bool = False, lint: bool = False) -> evidence.Quality:
+    """Return what the worker finds in a package, in this process.
 
     The modules in test/ are half of the reference and matter to few checks, so they are left out by default.
     """
@@ -64,7 +64,7 @@ def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> 
         if not source.problem and (tests or not source.path.startswith("test/"))
     ]
     with patch.object(worker, "parse", parsed):
-        return worker.package_facts(package, beside, found, course=COURSE)
+        return worker.package_facts(package, beside, found, course=COURSE, lint=lint)
 
 
 def with_manifest_of(package: Path) -> evidence.Quality:
@@ -83,17 +83,8 @@ def with_linters(package: Path) -> evidence.Quality:
 
 def with_flake8(package: Path) -> evidence.Quality:
     """Return what flake8 and the worker find; only flake8 has a process of its own."""
-    return _without("_pep257", package)
-
-
-def with_pep257(package: Path) -> evidence.Quality:
-    """Return what pydocstyle and the worker find; only pydocstyle has a process of its own."""
-    return _without("_flake8", package)
-
-
-def _without(tool: str, package: Path) -> evidence.Quality:
     here = (facts(package), [])
-    with patch.object(analyse, tool, lambda *_: []), patch.object(analyse, "_facts", lambda *_: here):
+    with patch.object(analyse, "_facts", lambda *_, **__: here):
         return analyse.analyse_package(package, COURSE)
 
 

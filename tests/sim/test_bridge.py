@@ -128,13 +128,17 @@ def run(tmp_path: Path, kind: str, ticks: int = 40, event: str = "none") -> dict
     return answer
 
 
-def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
-    found = run(tmp_path, "timer")
-    assert found["pace"] == "lockstep"
-    times = [t for t, _, _ in found["commands"]]
-    later = [t for t in times if t > 0.15]
-    assert later == pytest.approx([0.2 + 0.1 * i for i in range(len(later))])
-    assert later[-1] == pytest.approx(2.0)
+def test_a_node_on_the_clock_is_in_lockstep_and_two_runs_give_the_same_commands(tmp_path: Path):
+    found, again = run(tmp_path, "timer"), run(tmp_path, "timer")
+    assert (found["pace"], found["said"]) == ("lockstep", ["", ""])
+    later = [(t, n) for t, _, n in found["commands"] if t > 0.15]
+    assert [t for t, _ in later] == pytest.approx([0.2 + 0.1 * i for i in range(19)]), "at its own rate"
+    # Each command carries the number of scans received so far: ten scans a second, ten commands a second.
+    assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in later), "based on the scan of its own tick"
+    assert found["x"] != 0.0, "the robot follows"
+    # Two rounds per tick, a third if a clock message got lost; the five IMU readings in each are not published.
+    assert 80 <= found["calls"] < 120
+    assert [c for c in found["commands"] if c[0] > 0] == [c for c in again["commands"] if c[0] > 0]
 
 
 @pytest.mark.slow  # one more node
@@ -155,37 +159,11 @@ def test_what_a_late_answer_brings_with_it_counts_for_the_same_tick(tmp_path: Pa
 
 
 @pytest.mark.slow  # a node more
-def test_a_command_is_based_on_the_scan_of_its_own_tick(tmp_path: Path):
-    """Each command carries the number of scans received so far: ten scans a second, ten commands a second."""
-    found = run(tmp_path, "timer")
-    counts = {t: n for t, _, n in found["commands"]}
-    assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
-
-
-@pytest.mark.slow  # a node more
 def test_a_message_is_served_in_its_tick_down_to_the_last_callback(tmp_path: Path):
     """Without it, an action's result counted for the next tick if it and the end of its tick arrived together."""
     told = run(tmp_path, "timer", event="late")["told"]
     assert len(told) > 15
     assert [served for _, served in told] == [came for came, _ in told]
-
-
-@pytest.mark.slow  # a node more
-def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
-    """Two rounds per tick, a third if a clock message got lost; the five IMU readings in each are not published."""
-    assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] < 120
-
-
-def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):
-    first, second = (run(tmp_path, "timer")["commands"] for _ in range(2))
-    assert len(first) > 15
-    assert [c for c in first if c[0] > 0] == [c for c in second if c[0] > 0]
-
-
-@pytest.mark.slow  # one more node
-def test_the_robot_follows_the_nodes_commands(tmp_path: Path):
-    found = run(tmp_path, "timer")
-    assert found["x"] != 0.0
 
 
 @pytest.mark.slow  # waits in real time
@@ -195,11 +173,6 @@ def test_a_node_on_wall_time_is_detected_and_run_in_real_time(tmp_path: Path):
         pytest.skip(f"a tick took {found['tick_s']} s: repeat the test on a less busy machine")
     assert found["pace"] == "real time"
     assert found["t"] == pytest.approx(2.0)
-
-
-@pytest.mark.slow  # a node more; two runs give the same commands
-def test_a_single_threaded_node_is_repeatable(tmp_path: Path):
-    assert run(tmp_path, "timer", ticks=100)["said"] == ["", ""]
 
 
 @pytest.mark.slow  # a node for each reason

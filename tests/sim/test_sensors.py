@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sim import COURSE, TB4, Box, Circle, Pose, Simulator, Wall, World, load_world, room
-from sim.sensors import BatteryReading, ImuReading, NoiseStream, OdometryReading, ScanReading
+from sim.sensors import BatteryReading, ImuReading, OdometryReading, ScanReading
 
 ROOM = World(obstacles=room((-3.0, -3.0), (3.0, 3.0)))
 
@@ -72,15 +72,6 @@ def test_each_sensor_has_its_own_random_stream() -> None:
     assert a.odometry() == b.odometry()
 
 
-def test_streams_of_different_names_are_unrelated() -> None:
-    a, b = NoiseStream(1, "lidar").at(0).standard_normal(2000), NoiseStream(1, "imu").at(0).standard_normal(2000)
-    assert abs(np.corrcoef(a, b)[0, 1]) < 0.1
-    assert (
-        NoiseStream(1, "lidar").at(7).standard_normal(5).tolist()
-        == NoiseStream(1, "lidar").at(7).standard_normal(5).tolist()
-    )
-
-
 # ------------------------------------------------------------------------------------------------------------- lidar
 
 
@@ -92,11 +83,6 @@ def test_nothing_in_range_reads_plus_infinity_and_too_close_minus_infinity() -> 
     assert ranges[180] == -np.inf
     assert ranges[0] == np.inf
     assert simulator.scan().closest == pytest.approx(float(ranges[np.isfinite(ranges)].min()))
-
-
-def test_closest_ignores_invalid_readings() -> None:
-    simulator = Simulator(World(), noise=False)
-    assert simulator.scan().closest == math.inf
 
 
 def test_dropouts_are_as_frequent_as_the_profile_says() -> None:
@@ -253,7 +239,3 @@ def test_the_tb4s_odometry_starts_at_zero_anywhere() -> None:
         simulator.step(0.4)
     back = simulator.odom_origin.compose(simulator.odometry().pose)
     assert back.distance_to(simulator.pose) < 1e-9
-
-
-def test_only_the_tb4_takes_stamped_commands() -> None:
-    assert (COURSE.stamped_cmd_vel, TB4.stamped_cmd_vel) == (False, True)

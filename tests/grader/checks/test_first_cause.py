@@ -40,12 +40,10 @@ from grader.evidence import (
 from grader.notebook.prerequisites import advice
 
 LOGS = Path(__file__).parent / "build_logs"
-MISSING = Fault("CMakeLists.txt", 26, "build", "it installs `scripts/robot_controler`, which is not there",
-                "is scripts/robot_controller meant?", shown_as=["scripts/robot_controler"])  # fmt: skip
+NOT_CMAKE = Fault("package.xml", 32, "build", "it says `ament_python`, so colcon ignores CMakeLists.txt",
+                  "<build_type>ament_cmake</build_type>", shown_as=["can't open file 'setup.py'"])  # fmt: skip
 DIFFERS = Fault("srv/SetSpeed.srv", 2, "interfaces", "`float64 speed` should be `float32 speed`", "compare it")
-UNINSTALLED = Fault("CMakeLists.txt", 0, "install", "nothing installs `config/robot_params.yaml`",
-                    "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})",
-                    lacks=["config/robot_params.yaml"])  # fmt: skip
+IGNORED = replace(NOT_CMAKE, stops="install", lacks=["config/robot_params.yaml"])
 IMPORT = Fault("ros2_robot_controller/driver.py", 7, "start", "it imports `scan_tools`, which is not installed here",
                "do without it", shown_as=["No module named 'scan_tools'"])  # fmt: skip
 KEY = Fault("config/robot_params.yaml", 3, "parameters", "its key is `robot_control`, and the node is called "
@@ -72,23 +70,21 @@ def trial(name: str, **facts: object) -> Trial:
 
 
 def test_the_first_cause_in_the_text_leads_where_the_log_agrees():
-    log = (LOGS / "install_missing_program.txt").read_text()
-    said = ask(check_build.test_colcon_build_succeeds, unbuilt(log, UNINSTALLED, MISSING, IMPORT))
+    log = "Traceback (most recent call last):\npython3: can't open file 'setup.py': [Errno 2]\nValueError: no\n"
+    said = ask(check_build.test_colcon_build_succeeds, unbuilt(log, IGNORED, NOT_CMAKE, IMPORT))
     first, second, *rest = said.seen.splitlines()
-    assert first == "CMakeLists.txt:26: it installs `scripts/robot_controler`, which is not there"
+    assert first == "package.xml:32: it says `ament_python`, so colcon ignores CMakeLists.txt"
     assert second.startswith("colcon build ended with exit status 1: ")
-    assert "robot_controler" in second
-    assert said.try_ == MISSING.cure
-    assert "nothing installs `config/robot_params.yaml` (install(DIRECTORY launch config" in "".join(rest)
+    assert said.try_ == NOT_CMAKE.cure
     assert "ros2_robot_controller/driver.py:7" in "".join(rest)
 
 
 def test_the_log_leads_where_it_is_about_something_else():
     log = (LOGS / "no_find_geometry.txt").read_text()
-    said = ask(check_build.test_colcon_build_succeeds, unbuilt(log, MISSING))
+    said = ask(check_build.test_colcon_build_succeeds, unbuilt(log, NOT_CMAKE))
     assert said.seen.startswith("colcon build ended with exit status 1: CMake Error at CMakeLists.txt:9")
     assert said.try_ == "find_package(geometry_msgs REQUIRED) before rosidl_generate_interfaces"
-    assert "its text shows besides:\n  CMakeLists.txt:26: it installs" in said.seen
+    assert "its text shows besides:\n  package.xml:32: it says" in said.seen
 
 
 def test_a_build_without_a_word_of_error_is_explained_by_the_text():
@@ -100,10 +96,10 @@ def test_a_build_without_a_word_of_error_is_explained_by_the_text():
 
 
 def test_fields_that_differ_are_named_without_a_build():
-    said = ask(check_interfaces.test_type_hashes_match_the_contract, unbuilt("", MISSING, DIFFERS))
+    said = ask(check_interfaces.test_type_hashes_match_the_contract, unbuilt("", NOT_CMAKE, DIFFERS))
     assert not said.reached
     assert "srv/SetSpeed.srv:2: `float64 speed` should be `float32 speed`" in said.seen
-    assert "robot_controler" not in said.seen
+    assert "ament_python" not in said.seen
 
 
 def test_interfaces_that_nobody_has_written_are_not_to_be_compared():
@@ -126,7 +122,7 @@ def test_a_node_that_does_not_come_up_is_explained_by_the_text_first():
     output = "Traceback (most recent call last):\nModuleNotFoundError: No module named 'scan_tools'\n"
     down = trial("drive_forward", ready=False, ended=Reason(Kind.DIED_EARLY, exit_code=1),
                  process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
-    evidence = evidence_with(trials={"drive_forward": down}, quality=text(UNINSTALLED, IMPORT))
+    evidence = evidence_with(trials={"drive_forward": down}, quality=text(IGNORED, IMPORT))
     said = ask(check_set_speed.test_drives_at_the_set_speed, evidence)
     assert said.seen.startswith("ros2_robot_controller/driver.py:7: it imports `scan_tools`")
     assert "its last output was: ModuleNotFoundError" in said.seen
@@ -146,9 +142,11 @@ def test_a_node_that_cannot_read_its_parameter_file_is_explained_by_the_file_and
 def test_a_parameter_file_that_is_not_installed_is_named():
     """I6 once said only that the node had ended."""
     down = trial("file_robot_controller", ready=False, ended=NOT_THERE)
-    evidence = evidence_with(trials={"file_robot_controller": down}, quality=text(UNINSTALLED))
+    evidence = evidence_with(trials={"file_robot_controller": down}, quality=text(IGNORED))
     said = ask(check_parameters.test_parameter_files_load, evidence)
-    assert said.seen.startswith("CMakeLists.txt: nothing installs `config/robot_params.yaml` (install(DIRECTORY")
+    assert said.seen.startswith(
+        "package.xml:32: it says `ament_python`, so colcon ignores CMakeLists.txt (<build_type>"
+    )
 
 
 def test_a_parameter_file_that_is_not_in_the_package_is_not_said_to_be_uninstalled():

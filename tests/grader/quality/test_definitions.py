@@ -14,7 +14,6 @@ from helpers.quality_examples import (
     judged,
     reference,
     untouched,
-    with_pep257,
     written,
 )
 
@@ -30,39 +29,32 @@ def named(text: str, path: str = "pkg/node.py") -> dict[str, Definition]:
     return {thing.name: thing for thing in public_definitions(parse(path, text.encode(), PACKAGE))}
 
 
-def test_a_leading_underscore_anywhere_on_the_way_makes_a_name_private():
-    text = (
-        "class A:\n  def f(self): pass\n  def _g(self): pass\n  def __init__(self): pass\nclass _B:\n  def h(self): 1\n"
-    )
-    assert set(named(text)) == {"pkg.node", "A", "A.f"}
+F = "def f(): pass\n"
+CLASS = "class A:\n  def f(self): pass\n  def _g(self): pass\n  def __init__(self): pass\nclass _B:\n  def h(self): 1\n"
 
 
-def test_a_function_inside_a_function_is_private():
-    assert set(named("def f():\n  def g(): pass\n")) == {"pkg.node", "f"}
-
-
-def test_a_conditional_definition_counts():
-    assert "f" in named("import sys\nif sys.platform == 'linux':\n  def f(): pass\n")
+@pytest.mark.parametrize(
+    ("path", "text", "names"),
+    [
+        ("pkg/node.py", CLASS, {"pkg.node", "A", "A.f"}),
+        ("pkg/node.py", "def f():\n  def g(): pass\n", {"pkg.node", "f"}),
+        ("pkg/node.py", "import sys\nif sys.platform == 'linux':\n  def f(): pass\n", {"pkg.node", "f"}),
+        ("pkg/__init__.py", "", set()),
+        ("pkg/__init__.py", "X = 1\n", {"pkg"}),
+        ("launch/a_launch.py", F, {"launch.a_launch", "f"}),
+        ("scripts/demo.py", F, {"scripts.demo", "f"}),
+        ("pkg/utils/scans.py", F, {"pkg.utils.scans", "f"}),
+        *((path, F, set()) for path in ("test/test_x.py", "tests/test_x.py", "setup.py", "test/conftest.py")),
+    ],
+)
+def test_what_is_public_needs_a_docstring(path: str, text: str, names: set[str]):
+    """No leading underscore anywhere on the way, and in no function."""
+    assert set(named(text, path)) == names
 
 
 def test_a_property_and_its_setter_count_once():
     text = "class A:\n  @property\n  def x(self): 'X.'\n  @x.setter\n  def x(self, value): pass\n"
     assert named(text)["A.x"].documented
-
-
-def test_an_empty_init_py_needs_no_docstring():
-    assert named("", "pkg/__init__.py") == {}
-    assert not named("X = 1\n", "pkg/__init__.py")["pkg"].documented
-
-
-@pytest.mark.parametrize("path", ["test/test_x.py", "tests/test_x.py", "setup.py", "test/conftest.py"])
-def test_tests_and_setup_py_need_no_docstrings(path: str):
-    assert named("def f(): pass\n", path) == {}
-
-
-@pytest.mark.parametrize("path", ["launch/a_launch.py", "scripts/demo.py", "pkg/utils/scans.py"])
-def test_launch_files_and_scripts_need_docstrings(path: str):
-    assert "f" in named("def f(): pass\n", path)
 
 
 # -- coverage ---------------------------------------------------------------------------------------------------------
@@ -125,7 +117,7 @@ def test_ament_pep257s_rules_hold_whatever_a_comment_says(tmp_path: Path):
         "noqa": '"""Return a number"""  # noqa: D400',
     }
     text = "\n\n".join(f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items())
-    quality = with_pep257(written(tmp_path, {"m/a.py": f'"""A module."""\n\n\n{text}'}))
+    quality = facts(written(tmp_path, {"m/a.py": f'"""A module."""\n\n\n{text}'}), lint=True)
     found = {thing.name: {violation.rule for violation in thing.violations} for thing in quality.definitions}
     assert found == {
         "m.a": set(),
@@ -144,18 +136,14 @@ def test_one_good_docstring_among_twenty_earns_little():
 # -- annotations ------------------------------------------------------------------------------------------------------
 
 
-def test_every_parameter_and_the_result_need_a_type():
-    text = "def f(a: int, b, *c, d, **e): pass\n"
-    assert named(text)["f"].unannotated == ["b", "d", "c", "e", "return"]
-
-
-def test_self_and_cls_need_no_type():
-    methods = (
-        "def f(self) -> None: 1",
-        "@classmethod",
-        "def g(cls) -> None: 1",
-        "@staticmethod",
-        "def h(x) -> None: 1",
-    )
-    text = "class A:\n" + "".join(f"  {line}\n" for line in methods)
-    assert [named(text)[f"A.{name}"].unannotated for name in "fgh"] == [[], [], ["x"]]
+@pytest.mark.parametrize(
+    ("text", "missing"),
+    [
+        ("def f(a: int, b, *c, d, **e): pass\n", ["b", "d", "c", "e", "return"]),
+        ("class A:\n  def f(self) -> None: 1\n", []),
+        ("class A:\n  @classmethod\n  def f(cls) -> None: 1\n", []),
+        ("class A:\n  @staticmethod\n  def f(x) -> None: 1\n", ["x"]),
+    ],
+)
+def test_every_parameter_but_self_and_cls_and_the_result_need_a_type(text: str, missing: list[str]):
+    assert [*named(text).values()][-1].unannotated == missing

@@ -32,10 +32,6 @@ def seen(
     return judged(demonstration, untouched(), trials={"demo": trial})
 
 
-def test_a_demonstration_of_both_that_exits_with_0_gets_full_marks():
-    assert seen(WELL).share == 1.0
-
-
 def test_a_missing_script_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = judged(demonstration, facts(written(tmp_path, {"scripts/show.py": "X = 1\n"})))
@@ -43,18 +39,23 @@ def test_a_missing_script_gets_nothing(tmp_path: Path):
     assert "there is no scripts/demo.py" in result.seen
 
 
-def test_a_script_that_only_exits_with_0_gets_nothing():
-    """Blatant: `sys.exit(0)`."""
-    assert seen(WELL, calls=False, goals=False).share == 0.0
-
-
-def test_a_script_that_ends_with_a_traceback_gets_nothing():
-    """Blatant."""
-    result = seen(
-        replace(WELL, exit_code=1, output_tail="Traceback\nNameError: name 'rclpy'\n"), calls=False, goals=False
-    )
-    assert result.share == 0.0
-    assert "NameError: name 'rclpy'" in result.seen
+@pytest.mark.parametrize(
+    ("end", "calls", "goals", "share", "words"),
+    [
+        (WELL, True, True, 1.0, ""),
+        (WELL, False, True, 0.75, "it called none of "),
+        (WELL, False, False, 0.0, "it called none of "),
+        (replace(WELL, exit_code=1, output_tail="Traceback\nNameError: name 'rclpy'\n"), False, False, 0.0, "'rclpy'"),
+        (replace(WELL, by="us", exit_code=None, wall_seconds=61.0), True, True, 0.5, "had not ended after 61 s"),
+        (replace(WELL, exit_code=-11), False, True, 0.25, "exit status -11"),
+        (replace(WELL, exit_code=-11), True, False, 0.25, "it sent no goal to "),
+    ],
+    ids=["all", "no service", "only exits", "a traceback", "never ends", "crashes, no service", "crashes, no goal"],
+)
+def test_each_part_of_a_demonstration_counts(end, calls: bool, goals: bool, share: float, words: str):
+    result = seen(end, calls=calls, goals=goals)
+    assert result.share == share
+    assert words in result.seen
 
 
 @pytest.mark.parametrize("calls", [[], [replace(SENT, response={"accepted": False})], [replace(SENT, response=None)]])
@@ -67,18 +68,6 @@ def test_a_status_without_a_goal_that_the_node_accepted_is_no_goal(calls: list[e
     result = judged(demonstration, untouched(), trials={"demo": trial})
     assert result.share == 0.75
     assert "it sent no goal to navigate_to_position" in result.seen
-
-
-def test_a_script_without_a_service_loses_a_quarter():
-    """Subtle."""
-    assert seen(WELL, calls=False).share == 0.75
-
-
-def test_a_script_that_never_ends_loses_half():
-    """Subtle: it shows everything, but never that it is over."""
-    result = seen(replace(WELL, by="us", exit_code=None, wall_seconds=61.0))
-    assert result.share == 0.5
-    assert "had not ended after 61 s" in result.seen
 
 
 RCLPY = "/usr/lib/python3/dist-packages/rclpy"
@@ -131,11 +120,6 @@ def test_a_crash_before_the_goal_has_ended_costs_half(monkeypatch: pytest.Monkey
     assert seen(replace(WELL, exit_code=-11)).share == 0.5
 
 
-@pytest.mark.parametrize(("calls", "goals"), [(False, True), (True, False)])
-def test_a_crash_before_all_was_shown_costs_half_and_a_quarter(calls: bool, goals: bool):
-    assert seen(replace(WELL, exit_code=-11), calls=calls, goals=goals).share == 0.25
-
-
 def test_a_node_that_dies_meanwhile_is_not_held_against_the_demonstration():
     result = seen(replace(WELL, by="us", exit_code=None), ended=Reason(Kind.DIED, exit_code=1, seconds=3.0))
     assert result.reached is False
@@ -181,10 +165,6 @@ def result_of(tmp_path: Path, xml: str | bytes, tests: dict[str, str] = TESTS) -
     return judged(results, facts(written(tmp_path, {**tests, "test_results.xml": xml}), tests=True))
 
 
-def test_the_report_of_the_packages_own_tests_gets_full_marks(tmp_path: Path):
-    assert result_of(tmp_path, report(*CASES)).share == 1.0
-
-
 @pytest.mark.parametrize(
     ("cases", "way"),
     [
@@ -210,23 +190,20 @@ def test_a_failed_test_costs_nothing_here(tmp_path: Path):
     assert result_of(tmp_path, xml).share == 1.0
 
 
-def test_the_report_of_another_package_gets_nothing(tmp_path: Path):
-    """Blatant."""
-    result = result_of(tmp_path, report(("test.test_pep257", "test_pep257"), ("test.test_flake8", "test_flake8")))
-    assert result.share == 0.0
-    assert "not in the package: test.test_flake8::test_flake8" in result.seen
-
-
-def test_a_report_without_the_last_test_loses_a_share(tmp_path: Path):
-    """Subtle."""
-    result = result_of(tmp_path, report(*CASES[:2]))
-    assert result.share == pytest.approx(2 / 3)
-    assert "not in the report: test_sensor_processor::test_c" in result.seen
-
-
-def test_a_report_with_a_removed_test_loses_a_share(tmp_path: Path):
-    """Subtle."""
-    assert result_of(tmp_path, report(*CASES, ("test.test_robot_controller", "test_old"))).share == pytest.approx(3 / 4)
+@pytest.mark.parametrize(
+    ("cases", "share", "words"),
+    [
+        (CASES, 1.0, ""),
+        (CASES[:2], 2 / 3, "not in the report: test_sensor_processor::test_c"),
+        ((*CASES, ("test.test_robot_controller", "test_old")), 3 / 4, "test_old"),
+        ([("test.test_flake8", "test_flake8")], 0.0, "not in the package: test.test_flake8::test_flake8"),
+    ],
+    ids=["all", "without the last", "with a removed one", "of another package"],
+)
+def test_a_report_earns_by_the_tests_that_it_shares_with_the_package(tmp_path: Path, cases, share: float, words: str):
+    result = result_of(tmp_path, report(*cases))
+    assert result.share == pytest.approx(share)
+    assert words in result.seen
 
 
 def test_a_package_without_tests_has_nothing_to_report(tmp_path: Path):

@@ -11,7 +11,7 @@ from helpers.quality_examples import judged, with_flake8, with_linters, written
 
 from grader.building import cache
 from grader.checks.check_style import test_ament_flake8_finds_nothing as style
-from grader.quality import bisect_failures, source_files
+from grader.quality import analyse, source_files
 
 GOOD = '"""A module."""\n\nX = 1\n'
 
@@ -113,37 +113,37 @@ def test_a_file_that_breaks_the_tool_is_named_and_the_rest_read():
     def run(items):
         return None if "bad" in items else f"read {len(items)}"
 
-    assert bisect_failures.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
+    assert analyse.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
 
 
 def test_one_run_is_enough_if_nothing_breaks():
     runs = []
-    assert bisect_failures.run_without_culprits(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
+    assert analyse.run_without_culprits(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
     assert len(runs) == 1
 
 
 def test_files_that_break_it_only_together_are_all_named():
-    assert bisect_failures.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"]) == (
+    assert analyse.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"]) == (
         None,
         ["a", "b"],
     )
 
 
 def test_memory_is_limited(tmp_path: Path):
-    done = bisect_failures.run_python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
+    done = analyse.run_python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
     assert done is None or done.returncode != 0
 
 
 @pytest.mark.slow  # waits for a limit
 def test_time_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(bisect_failures, "CPU_SECONDS", 1)
-    assert bisect_failures.run_python(["-c", "while True: pass"], tmp_path) is None
+    monkeypatch.setattr(analyse, "CPU_SECONDS", 1)
+    assert analyse.run_python(["-c", "while True: pass"], tmp_path) is None
 
 
 def test_a_tool_sees_nothing_of_the_environment_or_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A sitecustomize.py or a flake8.py of the submission is not imported."""
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     written(tmp_path, {"flake8.py": "raise SystemExit('taken over')\n", "ast.py": "raise SystemExit('taken over')\n"})
-    done = bisect_failures.run_python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
+    done = analyse.run_python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
     assert done is not None
     assert done.stdout.strip() == "None"

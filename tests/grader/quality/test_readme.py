@@ -88,24 +88,27 @@ def test_a_readme_of_another_kind_is_pointed_out(tmp_path: Path):
     assert "found README.docx" in judged(words, facts(package)).seen
 
 
-def test_a_title_alone_gets_nothing(tmp_path: Path):
-    """Blatant."""
-    result = said(tmp_path, "# ros2_robot_controller\n")
-    assert result.share == 0.0
-    assert "how to test it" in result.seen
+DOES = "Drives a TurtleBot 4 safely."
+NO_PROSE = (
+    "# Title of this\n```\n" + "echo many many words in a block of code\n" * 20 + "```\n| a | b |\n|---|---|\n"
+    + "| many words in a table | and more |\n" * 20
+)  # fmt: skip
 
 
-def test_a_placeholder_does_not_say_what_it_does(tmp_path: Path):
-    """Subtle."""
-    result = said(tmp_path, TRUE.replace("Drives a TurtleBot 4 safely.", "TODO: describe the package."))
-    assert result.share == 0.75
-    assert "TODO: describe the package" in result.seen
-
-
-def test_code_headings_and_tables_are_not_prose(tmp_path: Path):
-    code = "```\n" + "echo many many words in a block of code\n" * 20 + "```\n"
-    text = "# Title of this\n" + code + "| a | b |\n|---|---|\n" + "| many words in a table | and more |\n" * 20
-    assert "what it does (0 words of prose" in said(tmp_path, text).seen
+@pytest.mark.parametrize(
+    ("text", "share", "words"),
+    [
+        ("# ros2_robot_controller\n", 0.0, "how to test it"),
+        (NO_PROSE, 0.0, "what it does (0 words of prose"),
+        (TRUE.replace(DOES, "TODO: describe the package."), 0.75, "TODO: describe the package"),
+        (TRUE.replace(DOES, f"{DOES}\n<!-- TODO: say more -->\n"), 1.0, ""),
+    ],
+    ids=["a title alone", "code, headings and tables", "a placeholder", "a template's comment"],
+)
+def test_a_readme_says_what_the_package_does_in_prose(tmp_path: Path, text: str, share: float, words: str):
+    result = said(tmp_path, text)
+    assert result.share == share
+    assert words in result.seen
 
 
 @pytest.mark.parametrize(
@@ -211,11 +214,6 @@ def test_text_that_a_reader_sees_counts(tmp_path: Path, shown: str):
     assert shows(tmp_path, f"# Package\n\n{shown.format(COMMANDS)}\n") == {"build", "run", "test"}
 
 
-def test_a_comment_left_by_a_template_is_no_placeholder(tmp_path: Path):
-    text = TRUE.replace("Drives a TurtleBot 4 safely.", "Drives a TurtleBot 4 safely.\n<!-- TODO: say more -->\n")
-    assert said(tmp_path, text).share == 1.0
-
-
 OTHERS = """\
 <!-- SPDX-License-Identifier: Apache-2.0 -->
 <p align="center"><img src="robot.png" width="300"><br>A controller that drives a robot safely, and what it senses.</p>
@@ -273,13 +271,6 @@ def test_a_command_for_another_package_does_not_run_this_one(tmp_path: Path, com
 
 def test_the_references_table_agrees(tmp_path: Path):
     assert compared(tmp_path, TRUE).share == 1.0
-
-
-def test_a_readme_without_a_table_gets_nothing(tmp_path: Path):
-    """Blatant."""
-    result = compared(tmp_path, "\n".join(line for line in TRUE.splitlines() if not line.startswith("|")))
-    assert result.share == 0.0
-    assert "robot_controller: subscription scan (LaserScan) is not in a table" in result.seen
 
 
 @pytest.mark.parametrize(

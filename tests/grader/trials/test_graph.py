@@ -58,8 +58,20 @@ def test_readings_at_both_ends_of_the_range_are_valid_and_those_beyond_are_not()
     from sim.sensors import ScanReading
 
     def anywhere(*ranges: float) -> float:
-        return _summary(ScanReading(0.0, 0.0, 0.1, 0.15, 12.0, np.array(ranges))).anywhere
+        return _summary(ScanReading(0.0, 0.0, 0.1, 0.15, 12.0, np.array(ranges)), 0.5).anywhere
 
     assert anywhere(0.15, 3.0) == 0.15
     assert anywhere(0.149, 12.0) == 12.0
     assert anywhere(12.001, float("nan"), float("inf")) == float("inf")
+
+
+@pytest.mark.parametrize(("degrees", "ahead", "behind"), [(15, 2.0, 5.0), (60, 1.0, 4.0), (90, 1.0, 3.0)])
+def test_what_is_ahead_and_behind_goes_as_far_to_either_side_as_the_contract_says(degrees, ahead, behind):
+    import numpy as np
+
+    from grader.trials.recorder import _summary
+    from sim.sensors import ScanReading
+
+    quarter = np.array([2.0, 1.0, 3.0, 4.0, 5.0, 4.0, 3.0, 6.0])  # every 45 degrees, counter-clockwise from ahead
+    seen = _summary(ScanReading(0.0, 0.0, np.pi / 4, 0.15, 12.0, quarter), float(np.cos(np.radians(degrees))))
+    assert (seen.ahead, seen.behind) == (ahead, behind)

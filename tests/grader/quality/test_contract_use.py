@@ -20,7 +20,7 @@ from helpers.quality_examples import (
 )
 
 from grader.courses.robot_controller.checks.check_habits import test_contract_numbers_are_parameters as numbers
-from grader.quality.parameters import parameter_use
+from grader.quality.contract_use import parameter_use
 from grader.quality.parsed_module import parse
 
 CONTRACT = list(COURSE.nodes.values())

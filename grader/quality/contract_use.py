@@ -1,18 +1,21 @@
-"""Are the parameters that the contract names declared and read?"""
+"""What the code uses of the contract: its functions, the numbers that are parameters, and its interfaces by name."""
 
 from __future__ import annotations
 
 import ast
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import TypeGuard
 
-from grader.course import Node
-from grader.evidence import ParameterUse
-from grader.python_ast import argument, called, last_name, literal_string
+from grader.course import Functions, Node
+from grader.evidence import CodeInterface, Finding, FunctionUse, ParameterUse
+from grader.python_ast import Function, argument, called, last_name, literal_string
+from grader.quality.call_graph import CallGraph
 from grader.quality.parsed_module import Module
 
+_ARCS = ("atan2", "arctan2", "asin", "arcsin", "acos", "arccos")
+_MAX_ENTRIES = 50
 _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
 _ON_SET = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
@@ -20,6 +23,64 @@ _BY_ANY_NAME = {"getattr", "vars", "attrgetter", "__dict__", "__getattribute__"}
 _TAKES = {*_READ, *_DECLARE, "float", "int", "abs", "round", "min", "max"}
 _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
+_CREATE = {"create_publisher": "publisher", "create_subscription": "subscription", "create_service": "service"}
+
+
+def function_use(graph: CallGraph, functions: Functions | None) -> FunctionUse:
+    """Return which of the functions their module defines, the calls of it in other modules, and work done elsewhere."""
+    if functions is None:
+        return FunctionUse()
+    inside = functions.module.partition("/")[2]
+    home = next((module for module in graph.modules if module.path.endswith(inside)), None)
+    elsewhere = [
+        finding for module in graph.modules if module is not home for finding in _by_hand(module, functions.names)
+    ]
+    if home is None:
+        return FunctionUse(elsewhere=elsewhere)
+    defined = [node.name for node in home.tree.body if isinstance(node, Function)]
+    users = [module for module in graph.modules if module is not home]
+    calls = [finding for module in users for finding in _calls_of(home, defined, module, graph)]
+    return FunctionUse(defined[:_MAX_ENTRIES], calls[:_MAX_ENTRIES], elsewhere[:_MAX_ENTRIES])
+
+
+def _calls_of(home: Module, defined: Sequence[str], module: Module, graph: CallGraph) -> Iterator[Finding]:
+    names = {f"{home.name}.{name}" for name in defined}
+    # utils/__init__.py may re-export them: `from ..utils import clamp` then means the same.
+    package = home.name.rpartition(".")[0]
+    init = next((other for other in graph.modules if other.name == package), None)
+    if init is not None:
+        exported = graph.imports[init.path].names.values()
+        whole = (home.name, "*") in exported
+        names |= {f"{package}.{name}" for name in defined if whole or (home.name, name) in exported}
+    imported = graph.imports[module.path]
+    star = imported.names.get("*", ("", ""))[0] in (home.name, package)
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Call):
+            bare = node.func.id if isinstance(node.func, ast.Name) else ""
+            if imported.meaning(node.func) in names or (star and bare in defined):
+                yield Finding(module.path, node.lineno, "conversion", last_name(node.func))
+
+
+def _by_hand(module: Module, names: Sequence[str]) -> Iterator[Finding]:
+    for node in ast.walk(module.tree):
+        if words := _conversion(node, names):
+            yield Finding(module.path, getattr(node, "lineno", 1), "conversion-by-hand", words)
+
+
+def _conversion(node: ast.AST, names_of_functions: Sequence[str]) -> str:
+    """Return which conversion a node makes itself, in words; "" if none."""
+    if isinstance(node, Function) and node.name.strip("_") in names_of_functions:
+        return f"`{node.name}` is defined here"
+    if isinstance(node, ast.Call) and called(node) in _ARCS:
+        names = {last_name(part).lower() for argument in node.args for part in ast.walk(argument)}
+        if names & {"z", "qz"} and names & {"w", "qw"}:
+            return "a yaw is computed from a quaternion by hand"
+        if len(node.args) == 2 and {"sin", "cos"} <= names:
+            return "an angle is normalised by hand"
+    turns = isinstance(node, ast.While) and "pi" in {last_name(part) for part in ast.walk(node.test)}
+    if turns and any(isinstance(part, ast.AugAssign) for part in ast.walk(node)):
+        return "an angle is normalised by hand"
+    return ""
 
 
 def parameter_use(modules: Sequence[Module], nodes: Iterable[Node]) -> list[ParameterUse]:
@@ -170,3 +231,30 @@ def _fields(node: ast.ClassDef) -> Iterator[ast.Name]:
     for part in node.body:
         if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
             yield part.target
+
+
+def created_interfaces(graph: CallGraph, nodes: Collection[str]) -> Iterator[CodeInterface]:
+    """Yield what the nodes' modules create, and what the classes do that theirs inherit from elsewhere."""
+    for module in graph.modules:
+        if module.stem in nodes:
+            yield from _created(module.stem, module.tree)
+            own = [name for name, (home, _) in graph.classes.items() if home is module]
+            for name in sorted(set().union(*map(graph.bases_of, own))):
+                home, class_ = graph.classes.get(name, (module, None))
+                if class_ is not None and home is not module:
+                    yield from _created(module.stem, class_)
+
+
+def _created(node_name: str, tree: ast.AST) -> Iterator[CodeInterface]:
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call):
+            continue
+        if kind := _CREATE.get(called(node), ""):
+            type_, name = argument(node, 0, "msg_type", "srv_type"), argument(node, 1, "topic", "srv_name")
+        elif called(node) == "ActionServer":
+            kind = "action"
+            type_, name = argument(node, 1, "action_type"), argument(node, 2, "action_name")
+        else:
+            continue
+        if literal_string(name) and type_ is not None:
+            yield CodeInterface(node_name, kind, literal_string(name).lstrip("/"), last_name(type_))

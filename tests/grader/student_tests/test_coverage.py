@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grader.student_tests.coverage_exclusions import guarded_lines
+from grader.student_tests.coverage import guarded_lines
 
 
 @pytest.mark.parametrize(
