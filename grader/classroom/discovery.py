@@ -74,7 +74,7 @@ def opened(source: Path) -> Iterator[Source]:
     elif source.is_file():
         with tempdir.folder("class") as folder:
             unpacked = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
-            yield Source(folder / "export", unpacked.left_out, unpacked.shortened)
+            yield Source(folder / "export", tuple(unpacked.plan.left_out), tuple(unpacked.plan.shortened))
     else:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 

@@ -79,7 +79,7 @@ def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = 
     """Return the container at `path`, recognised by its content, not by its name.
 
     It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid
-    until the next one is read. Of a folder, the folders `leave_out` in it are left out, such as the grader's output.
+    until the next one is read, and to be read in a block of `damaged`. Of a folder, the folders `leave_out` in it are left out, such as the grader's output.
 
     Raises:
         SubmissionError: `path` does not exist, or is neither a folder nor an archive that can be opened.
@@ -210,7 +210,7 @@ class Zip:
         """Return the entries of the central directory."""
         if _count(self._path, b"PK\x01\x02") > self._reach.entries:
             raise _too_many(self.name, self._reach)
-        with self._open() as archive, _damage(self.name):
+        with self._open() as archive, damaged(self.name):
             self._require_one(archive)
             return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
 
@@ -253,13 +253,13 @@ class Zip:
         with self._open() as archive:
             infos = archive.infolist()
             for index in sorted(wanted):
-                with _damage(self.name):
+                with damaged(self.name):
                     file = archive.open(infos[index])
                 with file:
-                    yield index, _MemberStream(file, self.name)
+                    yield index, file
 
     def _open(self) -> zipfile.ZipFile:
-        with _damage(self.name):
+        with damaged(self.name):
             return zipfile.ZipFile(self._path)
 
 
@@ -306,21 +306,21 @@ class Tar:
         """Yield the wanted files."""
         for index, member, archive in self._members():
             if index in wanted:
-                with _damage(self.name):
+                with damaged(self.name):
                     file = archive.extractfile(member)
                 if file is not None:
-                    yield index, _MemberStream(file, self.name)
+                    yield index, file
 
     def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with self._path.open("rb") as file:
-            with _damage(self.name):
+            with damaged(self.name):
                 stream = CappedStream(self._unpacker(file), self._reach.tar_bytes)
                 archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
             # Typeshed asks for more than read(), which is all that a stream needs.
             with archive:
                 index = 0
                 while True:
-                    with _damage(self.name):
+                    with damaged(self.name):
                         member = archive.next()
                     if member is None:
                         self._require_end(archive)
@@ -332,7 +332,7 @@ class Tar:
 
     def _require_end(self, archive: tarfile.TarFile) -> None:
         """Refuse a tar that is followed by something else, such as a second archive: `tar` would not show that."""
-        with _damage(self.name):
+        with damaged(self.name):
             while block := archive.fileobj.read(tarfile.RECORDSIZE):
                 if block.strip(b"\0"):
                     raise _two_archives(self.name)
@@ -349,18 +349,6 @@ def _tar_entry(index: int, member: tarfile.TarInfo) -> Entry:
     return Entry(index, member.name, Kind.FILE if plain else Kind.SPECIAL, member.size, stat.S_IMODE(member.mode))
 
 
-class _MemberStream:
-    """The stream of an archive member; exceptions while reading become a SubmissionError."""
-
-    def __init__(self, stream: IO[bytes], name: str) -> None:
-        self._stream = stream
-        self._name = name
-
-    def read(self, size: int = -1) -> bytes:
-        with _damage(self._name):
-            return self._stream.read(size)
-
-
 def _two_archives(name: str) -> SubmissionError:
     return SubmissionError(
         say(
@@ -372,7 +360,7 @@ def _two_archives(name: str) -> SubmissionError:
 
 
 @contextmanager
-def _damage(name: str) -> Iterator[None]:
+def damaged(name: str) -> Iterator[None]:
     """Turn any exception of a library into a SubmissionError that says that the archive `name` is damaged."""
     try:
         yield

@@ -46,13 +46,8 @@ class Candidate:
         named = self.xml.name if self.xml else ""
         if _NAME.fullmatch(named):
             return named
-        folder = re.sub(r"[^A-Za-z0-9_-]", "_", self.folder)
+        folder = re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(self.path).name)
         return folder if _NAME.fullmatch(folder) else "package"
-
-    @property
-    def folder(self) -> str:
-        """Return the name of its folder, "" for the root."""
-        return PurePosixPath(self.path).name
 
 
 @dataclass(frozen=True)
@@ -65,14 +60,12 @@ class Tree:
     course: Course
     candidates: tuple[Candidate, ...] = field(default=())
 
-    def source(self, path: str) -> bytes:
-        """Return the first megabyte of a file, enough to recognise it."""
-        with (self.root / path).open("rb") as file:
-            return file.read(_MAX_SOURCE_BYTES)
-
     def is_node(self, path: str) -> bool:
-        """Return whether a file is Python that imports rclpy."""
-        return path.endswith(".py") and _NODE.search(self.source(path)) is not None
+        """Return whether a file is Python that imports rclpy, as far as its first megabyte shows."""
+        if not path.endswith(".py"):
+            return False
+        with (self.root / path).open("rb") as file:
+            return _NODE.search(file.read(_MAX_SOURCE_BYTES)) is not None
 
 
 def survey(root: Path, course: Course) -> Tree:

@@ -122,8 +122,7 @@ class _Opened:
     """What was unpacked so far: the submission, and archives inside it."""
 
     def __init__(self, whole: Unpacked) -> None:
-        self.notes = list(whole.notes)
-        self.flags = list(whole.flags)
+        self.notes, self.flags = list(whole.plan.notes), list(whole.plan.flags)
         self.refused: list[SubmissionError] = []
         self._failed: set[str] = set()
         self._left = whole.left
@@ -145,8 +144,8 @@ class _Opened:
                 self.notes.append(say("{path} was not opened: {why}", path=printable(path), why=error))
                 continue
             (tree.root / path).unlink()
-            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.notes]
-            self.flags += inner.flags
+            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.plan.notes]
+            self.flags += inner.plan.flags
             self._left = inner.left
 
     def remarks(self) -> Iterator[str]:

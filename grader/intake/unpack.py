@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader.errors import GraderError, SubmissionError
-from grader.evidence import Flag
-from grader.intake.containers import Entry, Folder, Kind, open_container
-from grader.intake.copy_plan import LeftOut, SizeLimits, plan_copy
+from grader.intake.containers import Entry, Folder, Kind, damaged, open_container
+from grader.intake.copy_plan import CopyPlan, SizeLimits, plan_copy
 from grader.intake.streams import Readable
 from grader.sanitize import printable
 from grader.words import say
@@ -24,16 +23,10 @@ BLOCK = 256 * 1024
 
 @dataclass(frozen=True)
 class Unpacked:
-    """The result of unpacking one container: remarks, and what is left of the limits for archives inside.
+    """The result of unpacking one container: the plan that was followed, and the limits left for archives inside."""
 
-    `left_out` and `shortened` are those of CopyPlan.
-    """
-
-    flags: tuple[Flag, ...]
-    notes: tuple[str, ...]
+    plan: CopyPlan
     left: SizeLimits
-    left_out: tuple[LeftOut, ...] = ()
-    shortened: tuple[str, ...] = ()
 
 
 def unpack(
@@ -67,7 +60,8 @@ def unpack(
     declared = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
     for index, stream in container.contents(plan.files.keys()):
         path = plan.files[index]
-        written = _write(into / path, stream, declared[index], path in plan.executable)
+        with damaged(container.name):
+            written = _write(into / path, stream, declared[index], path in plan.executable)
         if written != declared[index]:
             raise SubmissionError(
                 say(
@@ -84,10 +78,10 @@ def unpack(
             shutil.copyfile(into / original, into / path, follow_symlinks=False)
     left = replace(
         limits,
-        total_bytes=limits.total_bytes - plan.bytes,
-        files=limits.files - len(plan.files) - len(plan.copies),
+        total_bytes=limits.total_bytes - sum(plan.sizes.values()),
+        files=limits.files - len(plan.sizes),
     )
-    return Unpacked(plan.flags, plan.notes, left, plan.left_out, plan.shortened)
+    return Unpacked(plan, left)
 
 
 def _write(path: Path, stream: Readable, max_bytes: int, executable: bool) -> int:

@@ -68,7 +68,7 @@ def test_a_package_of_messages_with_a_likely_name_is_not_the_package(handed_in: 
     intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "mine"
     assert intake.chosen_because == "it is the only ROS 2 Python package that colcon finds"
-    assert intake.others == ["msgs (ros2_robot_controller_msgs; messages, launch or description files only)"]
+    assert intake.others == ["msgs (ros2_robot_controller_msgs)"]
 
 
 # -- inside a package -----------------------------------------------------------------------------------------------

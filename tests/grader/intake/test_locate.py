@@ -74,20 +74,19 @@ def test_a_name_in_package_xml_that_is_a_path_is_not_used(handed_in: Path, into:
 # -- not a submission ---------------------------------------------------------------------------------------------
 
 
-CATKIN = "<package><name>ros2_robot_controller</name><buildtool_depend>catkin</buildtool_depend></package>"
-
-
 @pytest.mark.parametrize(
     ("files", "words"),
     [
         ({}, "is empty"),
         ({"README.md": "hello"}, "contains no package.xml"),
-        ({"package.xml": CATKIN, "scripts/robot_controller.py": "import rospy"}, "ros2_robot_controller (ROS 1)"),
-        ({"package.xml": XML.format("ros2_robot_controller"), "src/a.cpp": "int main(){}"}, "_controller (C++)"),
+        (
+            {"package.xml": XML.format("arm"), "src/a.cpp": "int main(){}"},
+            "with a node in Python, only arm.",
+        ),
         ({"05_moving.ipynb": "{}", "README.md": ""}, "contains only notebooks"),
         ({"hello.py": "print(1)"}, "contains no package.xml"),
         ({"team.rar": "Rar!", "README.md": ""}, "archive that was not opened (team.rar)"),
-        ({"src/x": "", "install/ctl/package.xml": XML.format("a")}, "only where colcon does not look"),
+        ({"src/x": "", "install/ctl/package.xml": XML.format("a")}, "contains no package.xml"),
     ],
 )
 def test_a_non_submission_gets_one_sentence(handed_in: Path, into: Path, files: dict[str, str], words: str):
