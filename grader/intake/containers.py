@@ -78,8 +78,9 @@ class Entry:
 def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = SUBMISSION) -> Folder | Zip | Tar:
     """Return the container at `path`, recognised by its content, not by its name.
 
-    It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid
-    until the next one is read, and to be read in a block of `damaged`. Of a folder, the folders `leave_out` in it are left out, such as the grader's output.
+    It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid until the
+    next one is read, and to be read in a block of `damaged`. Of a folder, the folders `leave_out` in it are left out,
+    such as the grader's output.
 
     Raises:
         SubmissionError: `path` does not exist, or is neither a folder nor an archive that can be opened.
