@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grader.notebook.feedback import Answer, Checked, Note, Table
-from grader.report.album import Picture
+from grader.report.figures import Picture
 
 SEEN = Note("", (("seen", "touched the wall at 7.3 s"), ("expected", "never touches it"), ("try", "look ahead")))
 STOPPED = Answer("F4", "Stops", "5", "5", passed=True)
