@@ -232,7 +232,8 @@ def matrix(mutation: Mutation) -> Matrix:
     """Return the table for `mutation`."""
     mutants = sorted(mutation.mutants, key=lambda mutant: (mutant.path, mutant.line, mutant.words))
     count = Counter(short_name(mutant.by) for mutant in mutants if mutant.by)
-    return Matrix(tuple(map(_row_of_mutant, mutants)), tuple(sorted(count.items(), key=lambda each: (-each[1], each[0]))))
+    noticed_by = sorted(count.items(), key=lambda each: (-each[1], each[0]))
+    return Matrix(tuple(map(_row_of_mutant, mutants)), tuple(noticed_by))
 
 
 def _row_of_mutant(mutant: Mutant) -> Row:
