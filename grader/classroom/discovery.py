@@ -22,14 +22,13 @@ from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
-from grader.intake.containers import Reach
-from grader.intake.copy_plan import MB, SizeLimits
+from grader.intake.containers import MB, SizeLimits
 from grader.intake.unpack import unpack
 
 # An export of 300 submissions of the largest size that intake takes.
 EXPORT_LIMITS = SizeLimits(
     total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000,
-    reach=Reach(entries=2_000_000, tar_bytes=20_000 * MB),
+    entries=2_000_000, tar_bytes=20_000 * MB,
 )  # fmt: skip
 
 _NO_TIME = dt.datetime.min.replace(tzinfo=dt.UTC)

@@ -8,7 +8,6 @@ from pathlib import PurePosixPath
 from grader.errors import SubmissionError, UsageError
 from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
 from grader.intake.locate import Candidate, Tree
-from grader.intake.unpack import content_hash
 from grader.sanitize import printable
 from grader.words import mark, say, some
 
@@ -46,7 +45,7 @@ def choose(tree: Tree, name: str) -> Choice:
         ours = [c for c in named if c.modules]
     if len(pool) > 1 and ours and len(ours) < len(pool):
         pool, because = ours, say("it is the only one with modules of the assignment")
-    if len(pool) > 1 and len({candidate_hash(tree, candidate) for candidate in pool}) > 1:
+    if len(pool) > 1:
         paths = some([f"{printable(c.path)} ({c.name})" for c in pool], _NAMED)
         words = mark("{name} holds {count} packages, and nothing tells which is meant: {paths}.")
         raise SubmissionError(
@@ -56,10 +55,7 @@ def choose(tree: Tree, name: str) -> Choice:
                 "in overrides.yaml chooses. `grader batch` grades the packages of several people."
             ),
         )
-    if len(pool) > 1:
-        because = say("the other is the same, file by file")
-    chosen = min(pool, key=lambda candidate: (candidate.path.count("/"), candidate.path))
-    return Choice(chosen, because, _others(tree, chosen))
+    return Choice(pool[0], because, _others(tree, pool[0]))
 
 
 def choose_named(tree: Tree, name: str, path: str) -> Choice:
@@ -98,7 +94,7 @@ def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
     It may have any name if it has interfaces of the contract that the package itself has not, and no nodes.
     """
     names = (tree.course.interfaces_package, f"{package.name}_interfaces")
-    found = [c for c in tree.candidates if c.xml is not None and c != package]
+    found = [c for c in tree.candidates if c != package]
     split = [
         c for c in found if c.name in names or (c.interfaces - package.interfaces and not c.modules and not c.nodes)
     ]
@@ -135,14 +131,6 @@ def _describe_instead(tree: Tree) -> tuple[str, str]:
     return (
         say("contains no package.xml."),
         say("Zip the package folder itself (the one with package.xml and setup.py) and submit again."),
-    )
-
-
-def candidate_hash(tree: Tree, candidate: Candidate) -> str:
-    """Return the hash of a candidate's files, the same for every copy of it."""
-    folder = PurePosixPath(candidate.path)
-    return content_hash(
-        tree.root / folder, [PurePosixPath(path).relative_to(folder).as_posix() for path in candidate.files]
     )
 
 

@@ -36,20 +36,25 @@ CLOSED_ARCHIVES = (".rar", ".7z", ".zst", ".iso")
 """Archives that are not opened."""
 
 
+MB = 1024**2
+
+
 @dataclass(frozen=True)
-class Reach:
-    """How far a container is read.
+class SizeLimits:
+    """The size that a submission may have. The reference package has 60 files and 0.2 MB."""
 
-    Attributes:
-        entries: longer listings are refused; 20 times the files that may be kept, which is enough for pruned ones.
-        tar_bytes: what a tar may unpack to, including pruned build trees and the headers.
-    """
-
+    total_bytes: int = 50 * MB
+    file_bytes: int = 10 * MB
+    files: int = 5000
+    # Text is packed 3 to 10 times smaller; a map or a log of one value 200 times, but those are small.
+    ratio: int = 100
+    ratio_applies_above_bytes: int = 5 * MB
+    # How far an archive is read: 20 times the files that may be kept, and what a tar unpacks to with its build trees.
     entries: int = 100_000
-    tar_bytes: int = 250 * 1024**2
+    tar_bytes: int = 250 * MB
 
 
-SUBMISSION = Reach()
+SUBMISSION = SizeLimits()
 
 
 class Kind(Enum):
@@ -75,7 +80,7 @@ class Entry:
     packed: int | None = None
 
 
-def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = SUBMISSION) -> Folder | Zip | Tar:
+def open_container(path: Path, leave_out: Collection[Path] = (), limits: SizeLimits = SUBMISSION) -> Folder | Zip | Tar:
     """Return the container at `path`, recognised by its content, not by its name.
 
     It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid until the
@@ -113,9 +118,9 @@ def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = 
     if unpack is not None and zipped:
         raise _two_archives(path.name)
     if unpack is not None:
-        return Tar(path, unpack, reach)
+        return Tar(path, unpack, limits)
     if zipped:
-        return Zip(path, reach)
+        return Zip(path, limits)
     if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
         raise SubmissionError(
             say("{name} is damaged, or of a kind that cannot be opened.", name=shown),
@@ -202,15 +207,15 @@ class Folder:
 class Zip:
     """A zip archive."""
 
-    def __init__(self, path: Path, reach: Reach = SUBMISSION) -> None:
+    def __init__(self, path: Path, limits: SizeLimits = SUBMISSION) -> None:
         self.name = path.name
         self._path = path
-        self._reach = reach
+        self._limits = limits
 
     def entries(self) -> list[Entry]:
         """Return the entries of the central directory."""
-        if _count(self._path, b"PK\x01\x02") > self._reach.entries:
-            raise _too_many(self.name, self._reach)
+        if _count(self._path, b"PK\x01\x02") > self._limits.entries:
+            raise _too_many(self.name, self._limits)
         with self._open() as archive, damaged(self.name):
             self._require_one(archive)
             return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
@@ -277,10 +282,10 @@ def _name(info: zipfile.ZipInfo) -> str:
 class Tar:
     """A tar archive, compressed or not. Read only from front to back, so a crafted offset cannot make it loop."""
 
-    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable], reach: Reach = SUBMISSION) -> None:
+    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable], limits: SizeLimits = SUBMISSION) -> None:
         self.name = path.name
         self._path = path
-        self._reach = reach
+        self._limits = limits
         self._unpacker = unpacker
 
     def entries(self) -> list[Entry]:
@@ -288,15 +293,15 @@ class Tar:
         found: list[Entry] = []
         try:
             for index, member, _ in self._members():
-                if index >= self._reach.entries:
-                    raise _too_many(self.name, self._reach)
+                if index >= self._limits.entries:
+                    raise _too_many(self.name, self._limits)
                 found.append(_tar_entry(index, member))
         except StreamTooLong:
             raise SubmissionError(
                 say(
                     "{name} unpacks to more than {most} MB. The largest of its first files are {largest}.",
                     name=printable(self.name),
-                    most=self._reach.tar_bytes // 1024**2,
+                    most=self._limits.tar_bytes // MB,
                     largest=largest({entry.name: entry.size for entry in found}),
                 ),
                 say("Submit the package folder only, without recordings, build trees and virtual environments."),
@@ -315,7 +320,7 @@ class Tar:
     def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with self._path.open("rb") as file:
             with damaged(self.name):
-                stream = CappedStream(self._unpacker(file), self._reach.tar_bytes)
+                stream = CappedStream(self._unpacker(file), self._limits.tar_bytes)
                 archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
             # Typeshed asks for more than read(), which is all that a stream needs.
             with archive:
@@ -400,12 +405,12 @@ def _count(path: Path, signature: bytes) -> int:
 def largest(sizes: Mapping[str, int]) -> str:
     """Return the names and sizes of the largest files as text."""
     names = sorted(sizes, key=lambda name: (-sizes[name], name))[:MAX_LARGEST]
-    return ", ".join(f"{printable(name)} ({max(1, sizes[name] // 1024**2)} MB)" for name in names)
+    return ", ".join(f"{printable(name)} ({max(1, sizes[name] // MB)} MB)" for name in names)
 
 
-def _too_many(name: str, reach: Reach) -> SubmissionError:
+def _too_many(name: str, limits: SizeLimits) -> SubmissionError:
     return SubmissionError(
-        say("{name} contains more than {most} files.", name=printable(name), most=reach.entries),
+        say("{name} contains more than {most} files.", name=printable(name), most=limits.entries),
         say("Submit the package folder only, without build trees and virtual environments."),
     )
 

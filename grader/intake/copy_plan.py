@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from grader.errors import SubmissionError
 from grader.evidence import Flag
-from grader.intake.containers import SUBMISSION, Entry, Kind, Reach, largest
+from grader.intake.containers import MB, Entry, Kind, SizeLimits, largest
 from grader.intake.names import (
     BUILD_MARKERS,
     BUILD_NAMES,
@@ -26,22 +26,8 @@ from grader.intake.names import (
 from grader.sanitize import printable
 from grader.words import mark, say
 
-MB = 1024**2
 VENV_MARKER = "pyvenv.cfg"
 MAX_REMARKS = 30
-
-
-@dataclass(frozen=True)
-class SizeLimits:
-    """The size that a submission may have. The reference package has 60 files and 0.2 MB."""
-
-    total_bytes: int = 50 * MB
-    file_bytes: int = 10 * MB
-    files: int = 5000
-    # Text is packed 3 to 10 times smaller; a map or a log of one value 200 times, but those are small.
-    ratio: int = 100
-    ratio_applies_above_bytes: int = 5 * MB
-    reach: Reach = SUBMISSION
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,14 @@ import errno
 import hashlib
 import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader.errors import GraderError, SubmissionError
-from grader.intake.containers import Entry, Folder, Kind, damaged, open_container
-from grader.intake.copy_plan import CopyPlan, SizeLimits, plan_copy
+from grader.intake.containers import Folder, Kind, SizeLimits, damaged, open_container
+from grader.intake.copy_plan import CopyPlan, plan_copy
 from grader.intake.streams import Readable
 from grader.sanitize import printable
 from grader.words import say
@@ -35,23 +35,19 @@ def unpack(
     limits: SizeLimits,
     *,
     leave_out: Path | None = None,
-    check: Callable[[str, Sequence[Entry]], None] | None = None,
     export: bool = False,
 ) -> Unpacked:
     """Copy the files of the folder or archive `source` into the empty folder `into`.
 
-    The folder `leave_out` inside `source` is not copied. `check` is called with the name and the entries before
-    anything is copied. `export` is as for `plan_copy`.
+    The folder `leave_out` inside `source` is not copied. `export` is as for `plan_copy`.
 
     Raises:
         SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
         GraderError: `into` cannot be written, or `source` cannot be read.
     """
-    container = open_container(source, [into, *([leave_out] if leave_out else [])], limits.reach)
+    container = open_container(source, [into, *([leave_out] if leave_out else [])], limits)
     packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
     entries = container.entries()
-    if check is not None:
-        check(container.name, entries)
     plan = plan_copy(container.name, entries, limits, packed_bytes, export=export)
     with _disk_errors(into):
         into.mkdir(parents=True, exist_ok=True)
