@@ -107,8 +107,7 @@ def open_container(path: Path, leave_out: Collection[Path] = (), limits: SizeLim
         with path.open("rb") as file:
             head = file.read(512)
     except OSError as error:
-        words = mark("Cannot read {path}: {why}. Check its permissions.")
-        raise GraderError(say(words, path=printable(str(path)), why=error.strerror)) from error
+        raise _unreadable(path, error) from error
     if not head:
         raise SubmissionError(
             say("{name} is an empty file.", name=shown), say("Zip the package folder and submit again.")
@@ -132,7 +131,7 @@ def open_container(path: Path, leave_out: Collection[Path] = (), limits: SizeLim
 
 
 class Folder:
-    """A folder on disk. It may change while it is read, so each file is opened without following a link."""
+    """A folder on disk. A file that was listed is opened only if it is no link by then."""
 
     def __init__(self, path: Path, leave_out: Collection[Path] = ()) -> None:
         self.name = path.resolve().name
@@ -145,7 +144,7 @@ class Folder:
         try:
             found = self._walk()
         except OSError as error:
-            _raise(error)
+            raise _unreadable(Path(error.filename or self._path), error) from error
         self._names = [entry.name for entry in found]
         return found
 
@@ -181,27 +180,11 @@ class Folder:
                 yield index, file
 
     def _open(self, name: str) -> IO[bytes]:
-        *folders, last = name.split("/")
-        handle = os.open(self._path, os.O_RDONLY | os.O_DIRECTORY)
+        path = self._path / name
         try:
-            for folder in folders:
-                inner = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=handle)
-                os.close(handle)
-                handle = inner
-            file = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=handle)
+            return os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb")
         except OSError as error:
-            raise GraderError(
-                say(
-                    "Cannot read {file} of {name}: {why}. "
-                    "Make the submission readable, and do not change it while it is graded.",
-                    file=printable(name),
-                    name=printable(self.name),
-                    why=error.strerror,
-                )
-            ) from error
-        finally:
-            os.close(handle)
-        return os.fdopen(file, "rb")
+            raise _unreadable(path, error) from error
 
 
 class Zip:
@@ -415,11 +398,10 @@ def _too_many(name: str, limits: SizeLimits) -> SubmissionError:
     )
 
 
+def _unreadable(path: Path, error: OSError) -> GraderError:
+    words = mark("Cannot read {path}: {why}. Make the submission readable, and do not change it while it is graded.")
+    return GraderError(say(words, path=printable(str(path)), why=error.strerror))
+
+
 def _raise(error: OSError) -> NoReturn:
-    raise GraderError(
-        say(
-            "Cannot read {path}: {why}. Make the submission readable and grade again.",
-            path=printable(str(error.filename)),
-            why=error.strerror,
-        )
-    ) from error
+    raise error
