@@ -513,13 +513,15 @@ def _cache(options: argparse.Namespace) -> int:
         colcon.share_contract(find())
     folder: Path = options.cache or building.cache_folder()
     if options.prune:
-        done = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
+        removed, in_use = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
         gone = [
-            f"{len(each.entries)} {each.title} ({each.bytes / 1e6:.1f} MB)" for each in done.removed if each.entries
+            f"{len(entries)} {title} ({sum(each.bytes for each in entries) / 1e6:.1f} MB)"
+            for title, entries in removed.items()
+            if entries
         ]
         print("Removed: " + (", ".join(gone) or "nothing"))
-        if done.in_use:
-            print(f"{done.in_use} more are in use by a grading that is going on.")
+        if in_use:
+            print(f"{in_use} more are in use by a grading that is going on.")
     _print_stores(folder)
     if cache.SHARED.exists():
         _print_stores(cache.SHARED)
@@ -532,10 +534,11 @@ def _print_stores(folder: Path) -> None:
     from grader.building import pruning
 
     print(f"Cache: {folder}")
-    for store in pruning.stores(folder):
-        times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in store.entries]
+    for title, entries in pruning.stores(folder).items():
+        times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in entries]
         used = f"last used {times[0]} to {times[-1]}" if times else ""
-        print(f"  {store.title:<16}{len(store.entries):>5}{store.bytes / 1e6:>10.1f} MB  {used}".rstrip())
+        size = sum(entry.bytes for entry in entries) / 1e6
+        print(f"  {title:<16}{len(entries):>5}{size:>10.1f} MB  {used}".rstrip())
 
 
 def _listed(whole: Rubric) -> str:

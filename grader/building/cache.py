@@ -98,10 +98,10 @@ def toolchain_id() -> str:
     return "\n".join([str(ros_env.PREFIX), str(ros_env.BASE_PREFIX), *filter(None, [ros_env.identity()]), *versions])
 
 
-def checksum(install: Path) -> str:
-    """Return the checksum that was written of an install tree in the cache, "" if there is none."""
+def checksum(folder: Path) -> str:
+    """Return the checksum that was written of a folder in the cache, "" if there is none."""
     try:
-        return install.with_suffix(".sha256").read_text()
+        return folder.with_suffix(".sha256").read_text()
     except OSError:
         return ""
 
@@ -112,20 +112,17 @@ def load(folder: Path) -> evidence.Build | None:
         facts = evidence.from_json((folder / "build.json").read_text(), evidence.Build)
     except (OSError, ValueError):
         return None
-    return facts if checksum_matches(folder / "install", folder / "install") else None
+    return facts if is_intact(folder / "install") else None
 
 
-def write_checksum(name: Path, content: Path) -> None:
-    """Write the checksum of the folder `content` beside `name`, which is where the folder is or will be."""
-    name.with_suffix(".sha256").write_text(_checksum(content))
+def write_checksum(folder: Path) -> None:
+    """Write the checksum of a folder beside it."""
+    folder.with_suffix(".sha256").write_text(_checksum(folder))
 
 
-def checksum_matches(name: Path, content: Path) -> bool:
-    """Return whether `content` is what `write_checksum` saw: a failing disk or a clean-up may have damaged it."""
-    try:
-        return name.with_suffix(".sha256").read_text() == _checksum(content)
-    except OSError:
-        return False
+def is_intact(folder: Path) -> bool:
+    """Return whether a folder is what `write_checksum` saw: a failing disk or a clean-up may have damaged it."""
+    return checksum(folder) == _checksum(folder)
 
 
 def _checksum(root: Path) -> str:

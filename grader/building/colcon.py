@@ -18,7 +18,7 @@ from pathlib import Path
 
 from grader import evidence, sandbox
 from grader.building import cache as build_cache
-from grader.building import install_tree, installed_code, type_hashes
+from grader.building import install_tree, type_hashes
 from grader.course import Course
 from grader.errors import GraderError, UsageError
 from grader.host import ros_env, shortage, submission_user, tempdir
@@ -203,14 +203,14 @@ def _build(job: _Job, folder: Path) -> Built:
         removed = [] if job.trusted else install_tree.remove_unsafe_entries(work / "install", _INSTALL)
         facts = _facts(result, work / "install", job)
         if not job.trusted:
-            removed += installed_code.remove_byte_code(work / "install")
+            removed += install_tree.remove_byte_code(work / "install")
             facts = _verified(facts, work, removed, job)
             install_tree.link_misplaced(work / "install", facts.package, facts.misplaced.values())
             _compile_modules(work / "install")
         for name in ("alone", "build"):
             tempdir.remove(work / name)
         (work / "build.json").write_text(evidence.to_json(facts))
-        build_cache.write_checksum(work / "install", work / "install")
+        build_cache.write_checksum(work / "install")
         if result.timed_out or result.stopped or (job.trusted and not facts.ok):
             # A build that ran out of time or memory may succeed on a quieter day, and the kit's own interfaces once
             # the machine is repaired: keep both out of the cache.
@@ -250,14 +250,14 @@ def _copy_build_tree(job: _Job, work: Path) -> None:
     tree.parent.mkdir(parents=True, exist_ok=True)
     with build_cache.locked(tree.with_suffix(build_cache.LOCK)):
         _use = build_cache.Use(tree)  # until this function ends
-        if not build_cache.checksum_matches(tree, tree):
+        if not build_cache.is_intact(tree):
             tempdir.remove(tree)
             result = _colcon(job, alone)  # fails where there is nothing to install, when all that takes time is done
             if result.timed_out or result.stopped or not any((alone / "build").glob("*/.ninja_log")):
                 return
             install_tree.remove_unsafe_entries(alone / "build", _BUILD)
             (alone / "build").rename(tree)
-            build_cache.write_checksum(tree, tree)
+            build_cache.write_checksum(tree)
         shutil.copytree(tree, work / "build", symlinks=True, dirs_exist_ok=True)
 
 
@@ -381,7 +381,7 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
             hashes[name] = "the installed hash is not that of the text"
             words = f"the hash installed for {name} is not that of its text"
             flags.append(evidence.Flag("forged type", words, where=f"{name}.json"))
-    if odd := installed_code.not_generated(work / "install", made):
+    if odd := install_tree.not_generated(work / "install", made):
         words = "the build put code among the types that ROS's tools do not make; nobody measures it there"
         concerns = ["what ran", "student tests", "mutation"]
         flags.append(evidence.Flag("forged type", words, where=", ".join(odd[:5]), concerns=concerns))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,62 +30,37 @@ class Entry:
     bytes: int
     used: float
 
-    @property
-    def is_empty(self) -> bool:
-        """Return whether nothing is left of it but locks."""
-        return all(path.suffix in (LOCK, USE) for path in self.paths)
+
+Stores = dict[str, list[Entry]]
+"""Entries by the title of their store, the longest unused first."""
 
 
-@dataclass(frozen=True)
-class Store:
-    """One kind of entries."""
-
-    title: str
-    entries: tuple[Entry, ...]
-
-    @property
-    def bytes(self) -> int:
-        """Return the space that it takes on the disk."""
-        return sum(entry.bytes for entry in self.entries)
+def stores(cache: Path) -> Stores:
+    """Return what the cache holds, without locks of which nothing else is left."""
+    return {title: list(filter(_is_content, _entries(cache / name))) for name, title in _STORES.items()}
 
 
-@dataclass(frozen=True)
-class Pruned:
-    """What was removed, by kind, and how many entries stayed because a grading uses them."""
+def prune(cache: Path, older_than_days: float) -> tuple[Stores, int]:
+    """Remove what has not been used for so many days, and what killed gradings have left.
 
-    removed: tuple[Store, ...]
-    in_use: int
-
-
-def stores(cache: Path) -> tuple[Store, ...]:
-    """Return what the cache holds."""
-    return tuple(
-        Store(title, tuple(entry for entry in _entries(cache / name) if not entry.is_empty))
-        for name, title in _STORES.items()
-    )
-
-
-def prune(cache: Path, older_than_days: float) -> Pruned:
-    """Remove what has not been used for so many days, and what killed gradings have left."""
+    Return what was removed, and how many entries stayed because a grading uses them.
+    """
     before = time.time() - older_than_days * _DAY_S
+    gone: Stores = {title: [] for title in _STORES.values()}
     in_use = 0
-    gone: dict[str, list[Entry]] = {name: [] for name in _STORES}
     remove_abandoned(cache)
-    for name in ("builds", "trees", "hashes", "evidence"):
+    for name, title in _STORES.items():
+        # The compiler cache is read only by builds; without any, nobody has used it for as long as them.
+        if name == "ccache" and _entries(cache / "builds"):
+            continue
         for entry in _entries(cache / name):
             if entry.used <= before:
                 try:
                     _remove(entry, cache / name)
-                    gone[name] += [] if entry.is_empty else [entry]
+                    gone[title] += filter(_is_content, [entry])
                 except BlockingIOError:
                     in_use += 1
-    # The compiler cache is read only by builds; without any, nobody has used it for as long as them.
-    if not list(_entries(cache / "builds")):
-        for entry in _entries(cache / "ccache"):
-            if entry.used <= before:
-                tempdir.remove(cache / "ccache")
-                gone["ccache"].append(entry)
-    return Pruned(tuple(Store(_STORES[name], tuple(entries)) for name, entries in gone.items()), in_use)
+    return gone, in_use
 
 
 def remove_abandoned(cache: Path) -> None:
@@ -99,16 +73,17 @@ def remove_abandoned(cache: Path) -> None:
             tempdir.remove(left)
 
 
-def _entries(folder: Path) -> Iterator[Entry]:
-    """Yield the entries in a folder, the longest unused first."""
-    if folder.name == "ccache":
-        groups = {"": [folder]} if folder.is_dir() else {}
-    else:
-        groups = dict[str, list[Path]]()
-        for path in folder.iterdir() if folder.is_dir() else ():
-            groups.setdefault(path.name.partition(".")[0], []).append(path)
-    found = [_entry(key, paths) for key, paths in groups.items()]
-    yield from sorted(found, key=lambda entry: entry.used)
+def _is_content(entry: Entry) -> bool:
+    return not all(path.suffix in (LOCK, USE) for path in entry.paths)
+
+
+def _entries(folder: Path) -> list[Entry]:
+    """Return the entries in a folder, the longest unused first; the compiler cache is one."""
+    groups: dict[str, list[Path]] = {}
+    paths = list(folder.iterdir()) if folder.is_dir() else []
+    for path in paths:
+        groups.setdefault("ccache" if folder.name == "ccache" else path.name.partition(".")[0], []).append(path)
+    return sorted((_entry(key, group) for key, group in groups.items()), key=lambda entry: entry.used)
 
 
 def _entry(key: str, paths: list[Path]) -> Entry:
@@ -137,5 +112,4 @@ def _remove(entry: Entry, folder: Path) -> None:
             if path.is_dir() and not path.is_symlink():
                 tempdir.remove(path)
             else:
-                with contextlib.suppress(FileNotFoundError):
-                    path.unlink()
+                path.unlink(missing_ok=True)

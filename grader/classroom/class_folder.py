@@ -37,7 +37,7 @@ from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
-from grader.report.standing import DATA
+from grader.report.data import DATA
 
 CLASS, RECORD, RUBRIC = "class.yaml", "record.json", "rubric.yaml"
 OVERRIDES, GRADEBOOK, OVERVIEW = "overrides.yaml", "gradebook.csv", "index.html"

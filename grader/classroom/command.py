@@ -39,7 +39,7 @@ from grader.course import Course, find, named
 from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, GraderError, KitError, UsageError
 from grader.progress import Progress
 from grader.report import EVIDENCE
-from grader.report.standing import DATA
+from grader.report.data import DATA
 from grader.sanitize import printable
 from grader.scoring import rubric
 from grader.words import counted, some

@@ -22,14 +22,13 @@ from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
-from grader.intake.containers import Reach
-from grader.intake.copy_plan import MB, SizeLimits
+from grader.intake.containers import MB, SizeLimits
 from grader.intake.unpack import unpack
 
 # An export of 300 submissions of the largest size that intake takes.
 EXPORT_LIMITS = SizeLimits(
     total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000,
-    reach=Reach(entries=2_000_000, tar_bytes=20_000 * MB),
+    entries=2_000_000, tar_bytes=20_000 * MB,
 )  # fmt: skip
 
 _NO_TIME = dt.datetime.min.replace(tzinfo=dt.UTC)
@@ -56,7 +55,7 @@ def opened(source: Path) -> Iterator[Source]:
     elif source.is_file():
         with tempdir.folder("class") as folder:
             unpacked = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
-            yield Source(folder / "export", unpacked.left_out, unpacked.shortened)
+            yield Source(folder / "export", tuple(unpacked.plan.left_out), tuple(unpacked.plan.shortened))
     else:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 

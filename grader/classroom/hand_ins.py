@@ -16,7 +16,7 @@ from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.overrides import Decisions, PersonDecision
 from grader.course import Course, named
 from grader.report import data
-from grader.report.standing import DATA
+from grader.report.data import DATA
 from grader.scoring.grading import Decision, Final, Grading, HandIn, Refusal
 from grader.scoring.rubric import Rubric
 from grader.settings import Settings

@@ -21,7 +21,7 @@ from grader.errors import GraderError
 from grader.host import provenance
 from grader.host.atomic import not_interrupted, write_atomically
 from grader.report import data
-from grader.report.standing import DATA
+from grader.report.data import DATA
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
 from grader.settings import Settings

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from grader.errors import SubmissionError, UsageError
-from grader.intake import kinds
+from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
 from grader.intake.locate import Candidate, Tree
-from grader.intake.unpack import content_hash
 from grader.sanitize import printable
 from grader.words import mark, say, some
 
@@ -27,19 +26,16 @@ class Choice:
 def choose(tree: Tree, name: str) -> Choice:
     """Return the package of the submission `name` that is to be graded.
 
-    It is that of the assignment's name, else the only one with modules of the assignment, else the only one. Like
-    colcon, it does not look for packages inside a package, unless there is no other with nodes in Python.
+    It is that of the assignment's name, else the only one with modules of the assignment, else the only one with a node
+    in Python. Like colcon, it does not look for packages inside such a package.
 
     Raises:
         SubmissionError: there is none, and the message says what there is instead; or there are several.
     """
-    found = {candidate.path: kinds.kind(tree, candidate) for candidate in tree.candidates}
-    outer = [c for c in tree.candidates if not found[c.path] and not _hidden(c, found)]
-    inner = [c for c in tree.candidates if not found[c.path]]
-    bare = [c for c in tree.candidates if found[c.path] == kinds.BARE]
-    pool = next((each for each in (outer, inner, bare) if each), [])
+    gradable = [c for c in tree.candidates if c.name == tree.course.package or c.modules or c.nodes]
+    pool = [c for c in gradable if not any(_is_inside(c, other) for other in gradable)]
     if not pool:
-        what, advice = kinds.describe_instead(tree)
+        what, advice = _describe_instead(tree)
         raise SubmissionError(f"{printable(name)} {what}", advice)
     several = len(tree.candidates) > 1
     because = say("it is the only ROS 2 Python package that colcon finds") if several else say("it is the only package")
@@ -49,7 +45,7 @@ def choose(tree: Tree, name: str) -> Choice:
         ours = [c for c in named if c.modules]
     if len(pool) > 1 and ours and len(ours) < len(pool):
         pool, because = ours, say("it is the only one with modules of the assignment")
-    if len(pool) > 1 and len({candidate_hash(tree, candidate) for candidate in pool}) > 1:
+    if len(pool) > 1:
         paths = some([f"{printable(c.path)} ({c.name})" for c in pool], _NAMED)
         words = mark("{name} holds {count} packages, and nothing tells which is meant: {paths}.")
         raise SubmissionError(
@@ -59,10 +55,7 @@ def choose(tree: Tree, name: str) -> Choice:
                 "in overrides.yaml chooses. `grader batch` grades the packages of several people."
             ),
         )
-    if len(pool) > 1:
-        because = say("the other is the same, file by file")
-    chosen = min(pool, key=lambda candidate: (candidate.path.count("/"), candidate.path))
-    return Choice(chosen, because, _others(tree, chosen))
+    return Choice(pool[0], because, _others(tree, pool[0]))
 
 
 def choose_named(tree: Tree, name: str, path: str) -> Choice:
@@ -85,8 +78,8 @@ def choose_named(tree: Tree, name: str, path: str) -> Choice:
 
 
 def _others(tree: Tree, chosen: Candidate) -> tuple[tuple[Candidate, str], ...]:
-    """Return the packages that were not chosen, each with where it is, its name, and what else is to be known of it."""
-    return tuple((c, _remark(c, kinds.kind(tree, c))) for c in tree.candidates if c is not chosen)
+    """Return the packages that were not chosen, each with where it is and its name."""
+    return tuple((c, _remark(c)) for c in tree.candidates if c is not chosen)
 
 
 def find_named(tree: Tree, path: str) -> Candidate | None:
@@ -101,32 +94,49 @@ def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
     It may have any name if it has interfaces of the contract that the package itself has not, and no nodes.
     """
     names = (tree.course.interfaces_package, f"{package.name}_interfaces")
-    found = [c for c in tree.candidates if c.xml is not None and c != package]
+    found = [c for c in tree.candidates if c != package]
     split = [
         c for c in found if c.name in names or (c.interfaces - package.interfaces and not c.modules and not c.nodes)
     ]
     return min(split, key=lambda c: (c.name not in names, _parent(c.path) != _parent(package.path)), default=None)
 
 
-def _hidden(candidate: Candidate, found: dict[str, str]) -> bool:
-    """Return whether a package lies inside one that can be graded."""
-    inside = {parent.as_posix() for parent in PurePosixPath(candidate.path).parents} - {candidate.path}
-    return any(not which and path in inside for path, which in found.items())
+def _is_inside(candidate: Candidate, other: Candidate) -> bool:
+    return candidate is not other and PurePosixPath(candidate.path).is_relative_to(other.path)
 
 
-def candidate_hash(tree: Tree, candidate: Candidate) -> str:
-    """Return the hash of a candidate's files, the same for every copy of it."""
-    folder = PurePosixPath(candidate.path)
-    return content_hash(
-        tree.root / folder, [PurePosixPath(path).relative_to(folder).as_posix() for path in candidate.files]
+def _describe_instead(tree: Tree) -> tuple[str, str]:
+    """Return the predicate of a sentence about a submission without a package, and advice."""
+    suffixes = {PurePosixPath(path).suffix.lower() for path in tree.files}
+    if not tree.files:
+        return (
+            say("is empty."),
+            say("Put the package folder in (the one with package.xml and setup.py) and submit again."),
+        )
+    if tree.candidates:
+        words = mark("contains no package with a node in Python, only {packages}.")
+        nodes = ", ".join(f"{node}.py" for node in tree.course.nodes)
+        return (
+            say(words, packages=some([candidate.name for candidate in tree.candidates], _NAMED)),
+            say("The assignment asks for a ROS 2 Jazzy package with nodes in Python: {nodes}.", nodes=nodes),
+        )
+    if ".ipynb" in suffixes and ".py" not in suffixes:
+        advice = mark("Submit the package that they write, the folder {package} with package.xml.")
+        return say("contains only notebooks."), say(advice, package=tree.course.package)
+    if closed := [path for path in tree.files if path.lower().endswith((*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES))]:
+        return (
+            say("contains an archive that was not opened ({path}).", path=printable(closed[0])),
+            say("Submit the package folder in one plain zip."),
+        )
+    return (
+        say("contains no package.xml."),
+        say("Zip the package folder itself (the one with package.xml and setup.py) and submit again."),
     )
 
 
-def _remark(candidate: Candidate, which: str) -> str:
-    remarks = [candidate.name, *([say(which)] if which else [])]
-    if candidate.inside:
-        remarks.append(say("inside {package}, where colcon does not look", package=printable(candidate.inside)))
-    return f"{printable(candidate.path)} ({'; '.join(remarks)})"
+def _remark(candidate: Candidate) -> str:
+    inside = say("inside {package}, where colcon does not look", package=printable(candidate.inside))
+    return f"{printable(candidate.path)} ({candidate.name}{f'; {inside}' if candidate.inside else ''})"
 
 
 def _parent(path: str) -> str:

@@ -36,20 +36,25 @@ CLOSED_ARCHIVES = (".rar", ".7z", ".zst", ".iso")
 """Archives that are not opened."""
 
 
+MB = 1024**2
+
+
 @dataclass(frozen=True)
-class Reach:
-    """How far a container is read.
+class SizeLimits:
+    """The size that a submission may have. The reference package has 60 files and 0.2 MB."""
 
-    Attributes:
-        entries: longer listings are refused; 20 times the files that may be kept, which is enough for pruned ones.
-        tar_bytes: what a tar may unpack to, including pruned build trees and the headers.
-    """
-
+    total_bytes: int = 50 * MB
+    file_bytes: int = 10 * MB
+    files: int = 5000
+    # Text is packed 3 to 10 times smaller; a map or a log of one value 200 times, but those are small.
+    ratio: int = 100
+    ratio_applies_above_bytes: int = 5 * MB
+    # How far an archive is read: 20 times the files that may be kept, and what a tar unpacks to with its build trees.
     entries: int = 100_000
-    tar_bytes: int = 250 * 1024**2
+    tar_bytes: int = 250 * MB
 
 
-SUBMISSION = Reach()
+SUBMISSION = SizeLimits()
 
 
 class Kind(Enum):
@@ -75,11 +80,12 @@ class Entry:
     packed: int | None = None
 
 
-def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = SUBMISSION) -> Folder | Zip | Tar:
+def open_container(path: Path, leave_out: Collection[Path] = (), limits: SizeLimits = SUBMISSION) -> Folder | Zip | Tar:
     """Return the container at `path`, recognised by its content, not by its name.
 
-    It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid
-    until the next one is read. Of a folder, the folders `leave_out` in it are left out, such as the grader's output.
+    It lists its `entries` in its own order, and yields the `contents` of wanted files as streams, each valid until the
+    next one is read, and to be read in a block of `damaged`. Of a folder, the folders `leave_out` in it are left out,
+    such as the grader's output.
 
     Raises:
         SubmissionError: `path` does not exist, or is neither a folder nor an archive that can be opened.
@@ -101,8 +107,7 @@ def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = 
         with path.open("rb") as file:
             head = file.read(512)
     except OSError as error:
-        words = mark("Cannot read {path}: {why}. Check its permissions.")
-        raise GraderError(say(words, path=printable(str(path)), why=error.strerror)) from error
+        raise _unreadable(path, error) from error
     if not head:
         raise SubmissionError(
             say("{name} is an empty file.", name=shown), say("Zip the package folder and submit again.")
@@ -112,9 +117,9 @@ def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = 
     if unpack is not None and zipped:
         raise _two_archives(path.name)
     if unpack is not None:
-        return Tar(path, unpack, reach)
+        return Tar(path, unpack, limits)
     if zipped:
-        return Zip(path, reach)
+        return Zip(path, limits)
     if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
         raise SubmissionError(
             say("{name} is damaged, or of a kind that cannot be opened.", name=shown),
@@ -126,7 +131,7 @@ def open_container(path: Path, leave_out: Collection[Path] = (), reach: Reach = 
 
 
 class Folder:
-    """A folder on disk. It may change while it is read, so each file is opened without following a link."""
+    """A folder on disk. A file that was listed is opened only if it is no link by then."""
 
     def __init__(self, path: Path, leave_out: Collection[Path] = ()) -> None:
         self.name = path.resolve().name
@@ -139,7 +144,7 @@ class Folder:
         try:
             found = self._walk()
         except OSError as error:
-            _raise(error)
+            raise _unreadable(Path(error.filename or self._path), error) from error
         self._names = [entry.name for entry in found]
         return found
 
@@ -175,42 +180,26 @@ class Folder:
                 yield index, file
 
     def _open(self, name: str) -> IO[bytes]:
-        *folders, last = name.split("/")
-        handle = os.open(self._path, os.O_RDONLY | os.O_DIRECTORY)
+        path = self._path / name
         try:
-            for folder in folders:
-                inner = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=handle)
-                os.close(handle)
-                handle = inner
-            file = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=handle)
+            return os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb")
         except OSError as error:
-            raise GraderError(
-                say(
-                    "Cannot read {file} of {name}: {why}. "
-                    "Make the submission readable, and do not change it while it is graded.",
-                    file=printable(name),
-                    name=printable(self.name),
-                    why=error.strerror,
-                )
-            ) from error
-        finally:
-            os.close(handle)
-        return os.fdopen(file, "rb")
+            raise _unreadable(path, error) from error
 
 
 class Zip:
     """A zip archive."""
 
-    def __init__(self, path: Path, reach: Reach = SUBMISSION) -> None:
+    def __init__(self, path: Path, limits: SizeLimits = SUBMISSION) -> None:
         self.name = path.name
         self._path = path
-        self._reach = reach
+        self._limits = limits
 
     def entries(self) -> list[Entry]:
         """Return the entries of the central directory."""
-        if _count(self._path, b"PK\x01\x02") > self._reach.entries:
-            raise _too_many(self.name, self._reach)
-        with self._open() as archive, _damage(self.name):
+        if _count(self._path, b"PK\x01\x02") > self._limits.entries:
+            raise _too_many(self.name, self._limits)
+        with self._open() as archive, damaged(self.name):
             self._require_one(archive)
             return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
 
@@ -253,13 +242,13 @@ class Zip:
         with self._open() as archive:
             infos = archive.infolist()
             for index in sorted(wanted):
-                with _damage(self.name):
+                with damaged(self.name):
                     file = archive.open(infos[index])
                 with file:
-                    yield index, _MemberStream(file, self.name)
+                    yield index, file
 
     def _open(self) -> zipfile.ZipFile:
-        with _damage(self.name):
+        with damaged(self.name):
             return zipfile.ZipFile(self._path)
 
 
@@ -276,10 +265,10 @@ def _name(info: zipfile.ZipInfo) -> str:
 class Tar:
     """A tar archive, compressed or not. Read only from front to back, so a crafted offset cannot make it loop."""
 
-    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable], reach: Reach = SUBMISSION) -> None:
+    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable], limits: SizeLimits = SUBMISSION) -> None:
         self.name = path.name
         self._path = path
-        self._reach = reach
+        self._limits = limits
         self._unpacker = unpacker
 
     def entries(self) -> list[Entry]:
@@ -287,15 +276,15 @@ class Tar:
         found: list[Entry] = []
         try:
             for index, member, _ in self._members():
-                if index >= self._reach.entries:
-                    raise _too_many(self.name, self._reach)
+                if index >= self._limits.entries:
+                    raise _too_many(self.name, self._limits)
                 found.append(_tar_entry(index, member))
         except StreamTooLong:
             raise SubmissionError(
                 say(
                     "{name} unpacks to more than {most} MB. The largest of its first files are {largest}.",
                     name=printable(self.name),
-                    most=self._reach.tar_bytes // 1024**2,
+                    most=self._limits.tar_bytes // MB,
                     largest=largest({entry.name: entry.size for entry in found}),
                 ),
                 say("Submit the package folder only, without recordings, build trees and virtual environments."),
@@ -306,21 +295,21 @@ class Tar:
         """Yield the wanted files."""
         for index, member, archive in self._members():
             if index in wanted:
-                with _damage(self.name):
+                with damaged(self.name):
                     file = archive.extractfile(member)
                 if file is not None:
-                    yield index, _MemberStream(file, self.name)
+                    yield index, file
 
     def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with self._path.open("rb") as file:
-            with _damage(self.name):
-                stream = CappedStream(self._unpacker(file), self._reach.tar_bytes)
+            with damaged(self.name):
+                stream = CappedStream(self._unpacker(file), self._limits.tar_bytes)
                 archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
             # Typeshed asks for more than read(), which is all that a stream needs.
             with archive:
                 index = 0
                 while True:
-                    with _damage(self.name):
+                    with damaged(self.name):
                         member = archive.next()
                     if member is None:
                         self._require_end(archive)
@@ -332,7 +321,7 @@ class Tar:
 
     def _require_end(self, archive: tarfile.TarFile) -> None:
         """Refuse a tar that is followed by something else, such as a second archive: `tar` would not show that."""
-        with _damage(self.name):
+        with damaged(self.name):
             while block := archive.fileobj.read(tarfile.RECORDSIZE):
                 if block.strip(b"\0"):
                     raise _two_archives(self.name)
@@ -349,18 +338,6 @@ def _tar_entry(index: int, member: tarfile.TarInfo) -> Entry:
     return Entry(index, member.name, Kind.FILE if plain else Kind.SPECIAL, member.size, stat.S_IMODE(member.mode))
 
 
-class _MemberStream:
-    """The stream of an archive member; exceptions while reading become a SubmissionError."""
-
-    def __init__(self, stream: IO[bytes], name: str) -> None:
-        self._stream = stream
-        self._name = name
-
-    def read(self, size: int = -1) -> bytes:
-        with _damage(self._name):
-            return self._stream.read(size)
-
-
 def _two_archives(name: str) -> SubmissionError:
     return SubmissionError(
         say(
@@ -372,7 +349,7 @@ def _two_archives(name: str) -> SubmissionError:
 
 
 @contextmanager
-def _damage(name: str) -> Iterator[None]:
+def damaged(name: str) -> Iterator[None]:
     """Turn any exception of a library into a SubmissionError that says that the archive `name` is damaged."""
     try:
         yield
@@ -411,21 +388,20 @@ def _count(path: Path, signature: bytes) -> int:
 def largest(sizes: Mapping[str, int]) -> str:
     """Return the names and sizes of the largest files as text."""
     names = sorted(sizes, key=lambda name: (-sizes[name], name))[:MAX_LARGEST]
-    return ", ".join(f"{printable(name)} ({max(1, sizes[name] // 1024**2)} MB)" for name in names)
+    return ", ".join(f"{printable(name)} ({max(1, sizes[name] // MB)} MB)" for name in names)
 
 
-def _too_many(name: str, reach: Reach) -> SubmissionError:
+def _too_many(name: str, limits: SizeLimits) -> SubmissionError:
     return SubmissionError(
-        say("{name} contains more than {most} files.", name=printable(name), most=reach.entries),
+        say("{name} contains more than {most} files.", name=printable(name), most=limits.entries),
         say("Submit the package folder only, without build trees and virtual environments."),
     )
 
 
+def _unreadable(path: Path, error: OSError) -> GraderError:
+    words = mark("Cannot read {path}: {why}. Make the submission readable, and do not change it while it is graded.")
+    return GraderError(say(words, path=printable(str(path)), why=error.strerror))
+
+
 def _raise(error: OSError) -> NoReturn:
-    raise GraderError(
-        say(
-            "Cannot read {path}: {why}. Make the submission readable and grade again.",
-            path=printable(str(error.filename)),
-            why=error.strerror,
-        )
-    ) from error
+    raise error

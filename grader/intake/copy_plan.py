@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from grader.errors import SubmissionError
 from grader.evidence import Flag
-from grader.intake.containers import SUBMISSION, Entry, Kind, Reach, largest
+from grader.intake.containers import MB, Entry, Kind, SizeLimits, largest
 from grader.intake.names import (
     BUILD_MARKERS,
     BUILD_NAMES,
@@ -26,23 +26,8 @@ from grader.intake.names import (
 from grader.sanitize import printable
 from grader.words import mark, say
 
-MB = 1024**2
 VENV_MARKER = "pyvenv.cfg"
 MAX_REMARKS = 30
-_ALSO_A_FOLDER = mark("there is a folder of the same name; it was left out")
-
-
-@dataclass(frozen=True)
-class SizeLimits:
-    """The size that a submission may have. The reference package has 60 files and 0.2 MB."""
-
-    total_bytes: int = 50 * MB
-    file_bytes: int = 10 * MB
-    files: int = 5000
-    # Text is packed 3 to 10 times smaller; a map or a log of one value 200 times, but those are small.
-    ratio: int = 100
-    ratio_applies_above_bytes: int = 5 * MB
-    reach: Reach = SUBMISSION
 
 
 @dataclass(frozen=True)
@@ -54,23 +39,52 @@ class LeftOut:
     link: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass
 class CopyPlan:
-    """What to copy: `files` maps an entry's index to its path, `copies` a path to the file that it is a copy of.
+    """What to copy, and what not.
 
-    `folders` are to be made even if nothing is in them; `left_out` are all entries that tools have not made and that
-    are not copied; `shortened` are the names that were too long.
+    Attributes:
+        files: the path of each entry to copy, by its index; `executable` are those paths that have that bit.
+        copies: the path of each hard link, with the path of the file that it becomes a copy of.
+        sizes: the bytes of each path of these two.
+        folders: folders of an export to be made even if nothing is in them.
+        flags, notes: remarks for the instructor and for everyone, in limited number: an archive must not fill a report.
+        left_out: all entries that tools have not made and that are not copied.
+        shortened: the names that were too long.
     """
 
     files: dict[int, str] = field(default_factory=dict)
-    executable: frozenset[str] = frozenset()
+    executable: set[str] = field(default_factory=set)
     copies: dict[str, str] = field(default_factory=dict)
-    bytes: int = 0
-    flags: tuple[Flag, ...] = ()
-    notes: tuple[str, ...] = ()
-    folders: tuple[str, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
-    shortened: tuple[str, ...] = ()
+    sizes: dict[str, int] = field(default_factory=dict)
+    folders: list[str] = field(default_factory=list)
+    flags: list[Flag] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    shortened: list[str] = field(default_factory=list)
+
+    def flag(self, kind: str, what: str, name: str) -> None:
+        """Add a flag on the entry `name`."""
+        if len(self.flags) < MAX_REMARKS:
+            self.flags.append(Flag(kind, what, printable(name)))
+
+    def note(self, text: str) -> None:
+        """Add a note."""
+        if len(self.notes) < MAX_REMARKS:
+            self.notes.append(text)
+
+    @contextmanager
+    def remarking(self, entry: Entry) -> Iterator[None]:
+        """Leave the entry out, with a flag or a note, if it is refused in the block."""
+        try:
+            yield
+        except _Refused as refusal:
+            if refusal.kind:
+                self.flag(refusal.kind, str(refusal), entry.name)
+            else:
+                self.note(f"{printable(entry.name)}: {refusal}.")
+            link = entry.kind in (Kind.LINK, Kind.HARD_LINK, Kind.SPECIAL)
+            self.left_out.append(LeftOut(entry.name, str(refusal), link))
 
 
 class _Refused(Exception):
@@ -93,108 +107,41 @@ def plan_copy(
     Raises:
         SubmissionError: together they are more than `limits` allow.
     """
-    planner = _Planner(limits, export)
-    planner.add(entries)
-    total = sum(planner.sizes.values())
-    _check_limits(name, planner.sizes, limits, packed_bytes)
-    remarks = planner.remarks
-    return CopyPlan(
-        planner.files, frozenset(planner.executable), planner.copies, total, tuple(remarks.flags), tuple(remarks.notes),
-        tuple(planner.folders), tuple(planner.left_out), tuple(planner.shortened),
-    )  # fmt: skip
+    plan, paths = CopyPlan(), dict[int, str]()
+    for entry in entries:
+        with plan.remarking(entry):
+            paths[entry.index] = path = _path(entry.name, export)
+            if not path and entry.kind is not Kind.FOLDER:
+                del paths[entry.index]
+                raise _Refused("name", say("it has no name; it was left out"))
+            if export and path != _safe(entry.name):
+                plan.shortened.append(entry.name)
+    pruned = set() if export else _pruned_folders(list(paths.values()))
+    kept = [e for e in entries if e.index in paths and (export or not _is_pruned(paths[e.index], pruned))]
+    last = {paths[entry.index]: entry for entry in kept if entry.kind is not Kind.FOLDER}
+    copied = [path for path, entry in last.items() if entry.kind in (Kind.FILE, Kind.HARD_LINK)]
+    above = {folder for path in copied for folder in _folders(path)}
+    # By name; hard links after the files that they become copies of.
+    for entry in sorted(kept, key=lambda e: (e.kind is Kind.HARD_LINK, paths[e.index])):
+        path = paths[entry.index]
+        with plan.remarking(entry):
+            if entry.kind is Kind.FOLDER:
+                plan.folders += [path] if path and export else []
+            else:
+                _add(plan, entry, path, limits, export, is_last=last[path] is entry, is_folder=path in above)
+    plan.folders = [path for path in plan.folders if not plan.sizes.keys() & {path, *_folders(path)}]
+    plan.flags += _look_alikes(plan.sizes)[: MAX_REMARKS - len(plan.flags)]
+    if pruned:
+        names = ", ".join(printable(path, 80) for path in sorted(pruned)[:8])
+        plan.note(say("Left out because tools made it: {names}.", names=names))
+    _check_limits(name, plan.sizes, limits, packed_bytes)
+    return plan
 
 
-class _Planner:
-    """Collects the files and copies of a CopyPlan, and a remark on each entry that is left out."""
-
-    def __init__(self, limits: SizeLimits, export: bool) -> None:
-        self.remarks = _Remarks()
-        self.left_out: list[LeftOut] = []
-        self.folders: list[str] = []
-        self.shortened: list[str] = []
-        self._export = export
-        self.files: dict[int, str] = {}
-        self.copies: dict[str, str] = {}
-        self.executable: set[str] = set()
-        self.sizes: dict[str, int] = {}
-        self._limits = limits
-        self._folders: set[str] = set()
-
-    def add(self, entries: Sequence[Entry]) -> None:
-        paths: dict[int, str] = {}
-        for entry in entries:
-            with self._remarking(entry):
-                paths[entry.index] = path = _clean(entry, self._export)
-                if self._export and path != _safe(entry.name):
-                    self.shortened.append(entry.name)
-        pruned = set() if self._export else _pruned_folders(list(paths.values()))
-        kept = sorted(
-            (e for e in entries if e.index in paths and (self._export or not _is_pruned(paths[e.index], pruned))),
-            key=lambda e: paths[e.index],
-        )
-        folders = [path for e in kept if e.kind is Kind.FOLDER and (path := paths[e.index]) and self._export]
-        kept = self._last_of_each_name(kept, paths)
-        for entry in kept:
-            if entry.kind is not Kind.HARD_LINK:
-                with self._remarking(entry):
-                    self._add_file(entry, paths[entry.index])
-        for entry in kept:
-            if entry.kind is Kind.HARD_LINK:
-                with self._remarking(entry):
-                    self._add_copy(entry, paths[entry.index])
-        self.folders += [path for path in folders if not any(each in self.sizes for each in (path, *_folders(path)))]
-        self.remarks.flags += _look_alikes(self.sizes)[: MAX_REMARKS - len(self.remarks.flags)]
-        if pruned:
-            names = ", ".join(printable(path, 80) for path in sorted(pruned)[:8])
-            self.remarks.note(say("Left out because tools made it: {names}.", names=names))
-
-    def _last_of_each_name(self, entries: Sequence[Entry], paths: Mapping[int, str]) -> list[Entry]:
-        """Return the files and links among `entries`, for each path the last, and none where others need a folder."""
-        last = {paths[entry.index]: entry for entry in entries if entry.kind is not Kind.FOLDER}
-        copied = (Kind.FILE, Kind.HARD_LINK)
-        self._folders = {folder for path, entry in last.items() if entry.kind in copied for folder in _folders(path)}
-        for entry in entries:
-            path = paths[entry.index]
-            with self._remarking(entry):
-                if entry.kind is Kind.FILE and path in self._folders:
-                    raise _Refused("collision", say(_ALSO_A_FOLDER))
-                if entry.kind is not Kind.FOLDER and last[path] is not entry:
-                    raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
-        return [entry for path, entry in last.items() if path not in self._folders or entry.kind is not Kind.FILE]
-
-    @contextmanager
-    def _remarking(self, entry: Entry) -> Iterator[None]:
-        try:
-            yield
-        except _Refused as refusal:
-            self.remarks.add(refusal, entry)
-            link = entry.kind in (Kind.LINK, Kind.HARD_LINK, Kind.SPECIAL)
-            self.left_out.append(LeftOut(entry.name, str(refusal), link))
-
-    def _add_file(self, entry: Entry, path: str) -> None:
-        _accept(entry, path, self._limits)
-        self.files[entry.index] = path
-        self.sizes[path] = entry.size
-        if entry.mode & (stat.S_ISUID | stat.S_ISGID):
-            self.remarks.add(_Refused("setuid", say("the set-user-id bit was removed")), entry)
-        if entry.mode & stat.S_IXUSR:
-            self.executable.add(path)
-
-    def _add_copy(self, entry: Entry, path: str) -> None:
-        original = _clean(Entry(0, entry.target, Kind.FILE), self._export)
-        if original not in self.sizes:
-            words = mark("hard link to {target}, which is not in the submission")
-            raise _Refused("link", say(words, target=printable(entry.target)))
-        if path in self._folders:
-            raise _Refused("collision", say(_ALSO_A_FOLDER))
-        self.copies[path] = original
-        self.sizes[path] = self.sizes[original]
-
-
-def _clean(entry: Entry, export: bool) -> str:
-    """Return the entry's path made of safe names; of an `export`, with long names shortened."""
+def _path(name: str, export: bool) -> str:
+    """Return the path of an entry of this name, made of safe names; of an `export`, with long names shortened."""
     # Old Windows tools write backslashes; read as separators, they cannot smuggle a `..` past the check below.
-    raw = entry.name.replace("\\", "/")
+    raw = name.replace("\\", "/")
     if raw.startswith("/") or (len(raw) > 1 and raw[1] == ":" and raw[0].isalpha()):
         raise _Refused("absolute path", say("its path is absolute; it was left out"))
     parts = [part for part in _safe(raw).split("/") if part]
@@ -210,8 +157,6 @@ def _clean(entry: Entry, export: bool) -> str:
         or any(len(part.encode()) > MAX_NAME_BYTES for part in parts)
     ):
         raise _Refused("", say("its name is too long or too deep; it was left out"))
-    if not parts and entry.kind is not Kind.FOLDER:
-        raise _Refused("name", say("it has no name; it was left out"))
     return path
 
 
@@ -220,10 +165,26 @@ def _safe(name: str) -> str:
     return "/".join(safe_name(part) for part in name.replace("\\", "/").split("/") if part not in ("", "."))
 
 
-def _accept(entry: Entry, path: str, limits: SizeLimits) -> None:
-    """Refuse an entry that is not a regular file of a reasonable size."""
+def _add(
+    plan: CopyPlan, entry: Entry, path: str, limits: SizeLimits, export: bool, *, is_last: bool, is_folder: bool
+) -> None:
+    """Add an entry to the files or copies of a plan.
+
+    `is_last` says whether it is the last of its name, `is_folder` whether others need a folder of that name.
+
+    Raises:
+        _Refused: it is not copied.
+    """
+    target, shown = entry.target.replace("\\", "/"), printable(entry.target)
+    if entry.kind is Kind.HARD_LINK:
+        original = _path(entry.target, export)
+        if original not in plan.sizes:
+            raise _Refused("link", say("hard link to {target}, which is not in the submission", target=shown))
+    if is_folder and entry.kind in (Kind.FILE, Kind.HARD_LINK):
+        raise _Refused("collision", say("there is a folder of the same name; it was left out"))
+    if not is_last:
+        raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
     if entry.kind is Kind.LINK:
-        target, shown = entry.target.replace("\\", "/"), printable(entry.target)
         reached = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
         if target.startswith("/") or reached == ".." or reached.startswith("../"):
             raise _Refused("link", say("link out of the submission, to {target}; it was left out", target=shown))
@@ -232,12 +193,22 @@ def _accept(entry: Entry, path: str, limits: SizeLimits) -> None:
     if entry.kind is Kind.SPECIAL:
         words = mark("it is not a regular file (but a device, pipe or sparse file); it was left out")
         raise _Refused("special file", say(words))
+    if entry.kind is Kind.HARD_LINK:
+        plan.copies[path] = original
+        plan.sizes[path] = plan.sizes[original]
+        return
     if entry.size > limits.file_bytes:
         if entry.packed is not None and entry.size > limits.ratio * max(entry.packed, 1):
             words = mark("{size} bytes packed into {packed}; it was left out")
             raise _Refused("bomb", say(words, size=entry.size, packed=entry.packed))
         words = mark("it has {size} MB, more than {most} MB, and was left out")
         raise _Refused("", say(words, size=entry.size // MB, most=limits.file_bytes // MB))
+    plan.files[entry.index] = path
+    plan.sizes[path] = entry.size
+    if entry.mode & (stat.S_ISUID | stat.S_ISGID):
+        plan.flag("setuid", say("the set-user-id bit was removed"), entry.name)
+    if entry.mode & stat.S_IXUSR:
+        plan.executable.add(path)
 
 
 def _pruned_folders(paths: Collection[str]) -> set[str]:
@@ -294,24 +265,6 @@ def _look_alikes(paths: Iterable[str]) -> list[Flag]:
                 flags.setdefault((first, name), Flag("collision", say(words, first=printable(first)), printable(name)))
                 break
     return list(flags.values())
-
-
-class _Remarks:
-    """Flags for the instructor and notes for everyone, in limited number: an archive must not fill a report."""
-
-    def __init__(self) -> None:
-        self.flags: list[Flag] = []
-        self.notes: list[str] = []
-
-    def add(self, refusal: _Refused, entry: Entry) -> None:
-        if refusal.kind and len(self.flags) < MAX_REMARKS:
-            self.flags.append(Flag(refusal.kind, str(refusal), printable(entry.name)))
-        elif not refusal.kind:
-            self.note(f"{printable(entry.name)}: {refusal}.")
-
-    def note(self, text: str) -> None:
-        if len(self.notes) < MAX_REMARKS:
-            self.notes.append(text)
 
 
 def _check_limits(name: str, sizes: Mapping[str, int], limits: SizeLimits, packed_bytes: int | None) -> None:

@@ -24,7 +24,7 @@ class Candidate:
 
     Attributes:
         path: relative to the submission, "." for its root.
-        xml: its package.xml, None if it has none.
+        xml: its package.xml.
         files: its files, without those of other candidates in it.
         modules: the names of the contract's modules that it has, anywhere in it.
         interfaces: the file names of the contract's interfaces that it has.
@@ -33,7 +33,7 @@ class Candidate:
     """
 
     path: str
-    xml: PackageXml | None
+    xml: PackageXml
     files: tuple[str, ...]
     modules: frozenset[str]
     interfaces: frozenset[str]
@@ -43,16 +43,10 @@ class Candidate:
     @property
     def name(self) -> str:
         """Return the name in package.xml if it is valid, else the folder's name, made valid."""
-        named = self.xml.name if self.xml else ""
-        if _NAME.fullmatch(named):
-            return named
-        folder = re.sub(r"[^A-Za-z0-9_-]", "_", self.folder)
+        if _NAME.fullmatch(self.xml.name):
+            return self.xml.name
+        folder = re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(self.path).name)
         return folder if _NAME.fullmatch(folder) else "package"
-
-    @property
-    def folder(self) -> str:
-        """Return the name of its folder, "" for the root."""
-        return PurePosixPath(self.path).name
 
 
 @dataclass(frozen=True)
@@ -65,14 +59,12 @@ class Tree:
     course: Course
     candidates: tuple[Candidate, ...] = field(default=())
 
-    def source(self, path: str) -> bytes:
-        """Return the first megabyte of a file, enough to recognise it."""
-        with (self.root / path).open("rb") as file:
-            return file.read(_MAX_SOURCE_BYTES)
-
     def is_node(self, path: str) -> bool:
-        """Return whether a file is Python that imports rclpy."""
-        return path.endswith(".py") and _NODE.search(self.source(path)) is not None
+        """Return whether a file is Python that imports rclpy, as far as its first megabyte shows."""
+        if not path.endswith(".py"):
+            return False
+        with (self.root / path).open("rb") as file:
+            return _NODE.search(file.read(_MAX_SOURCE_BYTES)) is not None
 
 
 def survey(root: Path, course: Course) -> Tree:
@@ -110,22 +102,12 @@ def _installed(path: str) -> bool:
 
 
 def _candidates(tree: Tree) -> list[Candidate]:
-    by_folder: dict[str, set[str]] = {}
+    packages = {_parent(path) for path in tree.searched if PurePosixPath(path).name == "package.xml"}
+    owned: dict[str, list[str]] = {package: [] for package in packages}
     for path in tree.searched:
-        by_folder.setdefault(_parent(path), set()).add(PurePosixPath(path).name)
-    packages = {folder for folder, names in by_folder.items() if "package.xml" in names}
-    # Without a package.xml it may still be the package, if the contract's modules are in it; not inside a package.
-    roots = packages | {
-        folder
-        for folder, names in by_folder.items()
-        if names & {"setup.py", "CMakeLists.txt"} and not _nearest(f"{folder}/x", packages)
-    }
-    owned: dict[str, list[str]] = {root: [] for root in roots}
-    for path in tree.searched:
-        if owner := _nearest(path, roots):
+        if owner := _nearest(path, packages):
             owned[owner].append(path)
-    found = [_candidate(tree, root, files, packages) for root, files in owned.items()]
-    return [candidate for candidate in found if candidate.xml is not None or candidate.modules]
+    return [_candidate(tree, root, files, packages) for root, files in owned.items()]
 
 
 def _nearest(path: str, folders: set[str]) -> str:
@@ -139,10 +121,9 @@ def _candidate(tree: Tree, root: str, files: list[str], packages: set[str]) -> C
     course = tree.course
     modules = {PurePosixPath(path).name for path in course.modules}
     interfaces = {PurePosixPath(course.interface_file(name)).name for name in course.interfaces}
-    xml = (PurePosixPath(root) / "package.xml").as_posix()
     return Candidate(
         path=root,
-        xml=read_package_xml(tree.root / xml) if xml in files else None,
+        xml=read_package_xml(tree.root / root / "package.xml"),
         files=tuple(files),
         modules=frozenset(names & modules),
         interfaces=frozenset(names & interfaces),

@@ -32,12 +32,6 @@ class PackageXml:
         """Return the texts of the elements directly below `package` that have one of these tags."""
         return [text for tag, text in self.elements if tag in tags]
 
-    @property
-    def ros1(self) -> bool:
-        """Return whether the package is built by catkin, the build tool of ROS 1."""
-        tools = self.texts("buildtool_depend")
-        return "catkin" in (*tools, self.build_type) and not any(tool.startswith("ament") for tool in tools)
-
 
 def read_package_xml(path: Path) -> PackageXml:
     """Return the content of `path`; for a file that is not XML, a PackageXml with only a `problem`."""

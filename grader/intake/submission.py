@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path, PurePosixPath
 
 from grader.course import Course
@@ -15,26 +15,16 @@ from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
 from grader.intake.choose import Choice, choose, choose_named, find_named, interfaces_beside
-from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, Entry, Kind
-from grader.intake.copy_plan import SizeLimits
+from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, SizeLimits
 from grader.intake.locate import Candidate, Tree, survey
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
-from grader.words import mark, say, say_count, some
+from grader.words import mark, say
 
 DEFAULT_LIMITS = SizeLimits()
 MAX_NESTED = 2  # archives inside one another
 MAX_SIDE_BY_SIDE = 5
 MAX_OTHERS = 20
-_ARCHIVES = (*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES)
-# As learning platforms name the submissions in an export; the group is whose it is.
-_EXPORTED = (
-    re.compile(r".+?_(\d+)_assignsubmission_.*", re.DOTALL),  # Moodle
-    re.compile(
-        rf"[^_]+(?:_late)?_(\d{{3,}})_\d{{3,}}_.+(?:{'|'.join(map(re.escape, _ARCHIVES))})", re.DOTALL | re.I
-    ),  # Canvas
-    re.compile(r"submission_(\d{4,})", re.DOTALL),  # Gradescope
-)
 
 
 @dataclass(frozen=True)
@@ -70,7 +60,7 @@ def open_submission(
     """
     name = source.resolve().name
     with _emptied_on_failure(into):
-        opened = _Opened(unpack(source, into, limits, leave_out=leave_out, check=None if package else _refuse_export))
+        opened = _Opened(unpack(source, into, limits, leave_out=leave_out))
         tree = survey(into, course)
         for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
             if not tree.candidates or (package and not find_named(tree, package)):
@@ -90,40 +80,15 @@ def open_submission(
                 )
             return _describe(name, tree, choose_named(tree, name, package) if package else choose(tree, name), opened)
         except SubmissionError as error:
-            error.remarks = [*opened.remarks(), *opened.closed(tree)]
+            error.remarks = [*opened.remarks(), *islice(opened.closed(tree), MAX_OTHERS)]
             raise
-
-
-def _refuse_export(name: str, entries: Sequence[Entry]) -> None:
-    """Check before anything is copied that a container is not a learning platform's export of several people.
-
-    Raises:
-        SubmissionError: its topmost names are those of such an export.
-    """
-    paths = [entry.name.replace("\\", "/").removeprefix("./") for entry in entries if entry.kind is Kind.FILE]
-    tops = [path.lstrip("/").split("/")[:2] for path in paths]
-    if any(parts[-1] == "package.xml" for parts in tops):
-        return
-    for pattern in _EXPORTED:
-        whose = {found[1]: part for parts in tops for part in parts if (found := pattern.fullmatch(part))}
-        if len(whose) > 1:
-            shown = some([printable(part, 60) for part in sorted(whose.values())], 5)
-            words = mark("{name} holds the submissions of several people: {parts}. `grader grade` takes one.")
-            raise SubmissionError(
-                say(words, name=printable(name), parts=shown),
-                say(
-                    "Name one of them, or grade all with `grader batch`. "
-                    "If all are one student's, choose with `grader grade --package-path PATH`."
-                ),
-            )
 
 
 class _Opened:
     """What was unpacked so far: the submission, and archives inside it."""
 
     def __init__(self, whole: Unpacked) -> None:
-        self.notes = list(whole.notes)
-        self.flags = list(whole.flags)
+        self.notes, self.flags = list(whole.plan.notes), list(whole.plan.flags)
         self.refused: list[SubmissionError] = []
         self._failed: set[str] = set()
         self._left = whole.left
@@ -145,8 +110,8 @@ class _Opened:
                 self.notes.append(say("{path} was not opened: {why}", path=printable(path), why=error))
                 continue
             (tree.root / path).unlink()
-            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.notes]
-            self.flags += inner.flags
+            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.plan.notes]
+            self.flags += inner.plan.flags
             self._left = inner.left
 
     def remarks(self) -> Iterator[str]:
@@ -156,21 +121,16 @@ class _Opened:
 
     def closed(self, tree: Tree) -> Iterator[str]:
         """Yield a note on each archive that is still closed."""
-        left = [path for path in tree.searched if path.lower().endswith(_ARCHIVES) and path not in self._failed]
-        for path in left[:MAX_OTHERS]:
-            if path.lower().endswith(ARCHIVE_SUFFIXES):
-                why = (
-                    say("there is a package outside of it.")
-                    if tree.candidates
-                    else say("it is one of too many, or too deep inside.")
-                )
-            else:
-                why = say("the grader opens zip and tar only.")
-            yield say("{path} was not opened: {why}", path=printable(path), why=why)
-        if len(left) > MAX_OTHERS:
-            yield say_count(
-                "{n} more archive was not opened.", "{n} more archives were not opened.", len(left) - MAX_OTHERS
-            )
+        kinds = {
+            ARCHIVE_SUFFIXES: say("there is a package outside of it.")
+            if tree.candidates
+            else say("it is one of too many, or too deep inside."),
+            CLOSED_ARCHIVES: say("the grader opens zip and tar only."),
+        }
+        for path in [path for path in tree.searched if path not in self._failed]:
+            for suffixes, why in kinds.items():
+                if path.lower().endswith(suffixes):
+                    yield say("{path} was not opened: {why}", path=printable(path), why=why)
 
 
 def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submission:
@@ -184,7 +144,7 @@ def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submiss
         package_path=package.path,
         files=list(tree.files),
         others=[remark for _, remark in others[:MAX_OTHERS]],
-        notes=[*_notes_on(tree, package, [other for other, _ in others]), *opened.notes, *opened.closed(tree)],
+        notes=[*_notes_on(tree, package), *opened.notes, *islice(opened.closed(tree), MAX_OTHERS)],
         interfaces_package=interfaces.path if interfaces else "",
         chosen_because=choice.because,
     )
@@ -197,10 +157,8 @@ def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submiss
     )
 
 
-def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterator[str]:
-    if package.xml is None:
-        yield say("{path} has no package.xml; its modules show that it is the package.", path=package.path)
-    elif package.xml.problem:
+def _notes_on(tree: Tree, package: Candidate) -> Iterator[str]:
+    if package.xml.problem:
         yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
     elif package.xml.name != tree.course.package:
         named = printable(package.xml.name) or say("nothing")
@@ -212,10 +170,6 @@ def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterat
         yield note
     for path in [path for path in tree.searched if PurePosixPath(path).name == COURSE][:MAX_OTHERS]:
         yield say("{path} is not used: no course comes from a submission.", path=printable(path))
-    twins = [other.path for other in others if other.name == package.name]
-    if twins:
-        words = mark("The name {name} occurs more than once; {path} is graded, not {others}.")
-        yield say(words, name=package.name, path=package.path, others=", ".join(twins[:5]))
 
 
 def _free_folder(archive: Path) -> Path:

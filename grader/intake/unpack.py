@@ -6,15 +6,14 @@ import errno
 import hashlib
 import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader.errors import GraderError, SubmissionError
-from grader.evidence import Flag
-from grader.intake.containers import Entry, Folder, Kind, open_container
-from grader.intake.copy_plan import LeftOut, SizeLimits, plan_copy
+from grader.intake.containers import Folder, Kind, SizeLimits, damaged, open_container
+from grader.intake.copy_plan import CopyPlan, plan_copy
 from grader.intake.streams import Readable
 from grader.sanitize import printable
 from grader.words import say
@@ -24,16 +23,10 @@ BLOCK = 256 * 1024
 
 @dataclass(frozen=True)
 class Unpacked:
-    """The result of unpacking one container: remarks, and what is left of the limits for archives inside.
+    """The result of unpacking one container: the plan that was followed, and the limits left for archives inside."""
 
-    `left_out` and `shortened` are those of CopyPlan.
-    """
-
-    flags: tuple[Flag, ...]
-    notes: tuple[str, ...]
+    plan: CopyPlan
     left: SizeLimits
-    left_out: tuple[LeftOut, ...] = ()
-    shortened: tuple[str, ...] = ()
 
 
 def unpack(
@@ -42,23 +35,19 @@ def unpack(
     limits: SizeLimits,
     *,
     leave_out: Path | None = None,
-    check: Callable[[str, Sequence[Entry]], None] | None = None,
     export: bool = False,
 ) -> Unpacked:
     """Copy the files of the folder or archive `source` into the empty folder `into`.
 
-    The folder `leave_out` inside `source` is not copied. `check` is called with the name and the entries before
-    anything is copied. `export` is as for `plan_copy`.
+    The folder `leave_out` inside `source` is not copied. `export` is as for `plan_copy`.
 
     Raises:
         SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
         GraderError: `into` cannot be written, or `source` cannot be read.
     """
-    container = open_container(source, [into, *([leave_out] if leave_out else [])], limits.reach)
+    container = open_container(source, [into, *([leave_out] if leave_out else [])], limits)
     packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
     entries = container.entries()
-    if check is not None:
-        check(container.name, entries)
     plan = plan_copy(container.name, entries, limits, packed_bytes, export=export)
     with _disk_errors(into):
         into.mkdir(parents=True, exist_ok=True)
@@ -67,7 +56,8 @@ def unpack(
     declared = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
     for index, stream in container.contents(plan.files.keys()):
         path = plan.files[index]
-        written = _write(into / path, stream, declared[index], path in plan.executable)
+        with damaged(container.name):
+            written = _write(into / path, stream, declared[index], path in plan.executable)
         if written != declared[index]:
             raise SubmissionError(
                 say(
@@ -84,10 +74,10 @@ def unpack(
             shutil.copyfile(into / original, into / path, follow_symlinks=False)
     left = replace(
         limits,
-        total_bytes=limits.total_bytes - plan.bytes,
-        files=limits.files - len(plan.files) - len(plan.copies),
+        total_bytes=limits.total_bytes - sum(plan.sizes.values()),
+        files=limits.files - len(plan.sizes),
     )
-    return Unpacked(plan.flags, plan.notes, left, plan.left_out, plan.shortened)
+    return Unpacked(plan, left)
 
 
 def _write(path: Path, stream: Readable, max_bytes: int, executable: bool) -> int:

@@ -16,7 +16,7 @@ from grader.errors import KitError, SubmissionError
 from grader.notebook import check_process, prerequisites
 from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
-from grader.report.album import Album, Picture
+from grader.report.figures import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric

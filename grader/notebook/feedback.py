@@ -16,7 +16,7 @@ from grader.notebook.workspace import Workspace
 from grader.words import localized, mark, say, say_count
 
 if TYPE_CHECKING:
-    from grader.report.album import Picture
+    from grader.report.figures import Picture
 
 WIDTH = 100
 

@@ -16,8 +16,8 @@ from grader import building, pipeline
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
-from grader.intake.containers import Folder
-from grader.intake.copy_plan import SizeLimits, plan_copy
+from grader.intake.containers import Folder, SizeLimits
+from grader.intake.copy_plan import plan_copy
 from grader.intake.submission import open_submission
 from grader.notebook import workspace
 from grader.scoring import rubric

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from grader.host.atomic import write_atomically
 from grader.report import for_students
-from grader.report.data import write_json
-from grader.report.standing import DATA, Standing, fingerprint, standing
+from grader.report.data import DATA, Standing, fingerprint, standing, write_json
 from grader.scoring.grading import Grading, HandIn, Refusal
 
 PAGE = "report.html"
@@ -57,7 +56,7 @@ def _write_bags(grading: Grading, folder: Path) -> set[str]:
         # Only beside its evidence; and whatever a trial holds, the grade must be shown.
         if re.fullmatch(r"\w+", trial.name) and path.with_suffix(".json").is_file() and not path.exists():
             with contextlib.suppress(Exception):
-                from grader.report import bags  # half a second: only where there is something to write
+                from grader.report import recording
 
-                bags.write(trial, path)
+                recording.write_bag(trial, path)
     return {path.stem for path in folder.glob("*.mcap")}

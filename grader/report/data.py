@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,9 @@ from grader.sanitize import one_line, shown
 from grader.scoring.grading import Grading, HandIn, Refusal, foremost
 from grader.scoring.rubric import FLAGS, Check
 from grader.scoring.scorecard import CheckResult, CriterionScore, Outcome, RequirementScore
+from grader.words import say
 
+DATA = "report.json"
 SCHEMA = "ros2-course-kit/report/1"
 REFUSAL_SCHEMA = "ros2-course-kit/refusal/1"
 
@@ -237,3 +240,43 @@ def _trial(trial: Trial) -> dict[str, Any]:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+# -- whose report a folder has, so that a grading does not write over another submission's ----------------------------
+@dataclass(frozen=True)
+class Standing:
+    """What a report says of its submission; all empty if the file is not a report of this kit."""
+
+    submission: str = ""
+    sha256: str = ""
+    source: str = ""
+
+    def is_of(self, source: Path, sha256: str = "") -> bool:
+        """Return whether this is the report of what is at `source`, or of the same content from anywhere."""
+        if self.source:
+            return self.source == fingerprint(source) or (self.sha256 != "" and self.sha256 == sha256)
+        return self.submission != "" and self.submission == source.resolve().name
+
+    def __str__(self) -> str:
+        if self.submission:
+            return say("the report of {submission}", submission=self.submission)
+        return say("a {file} that is not one of this kit's", file=DATA)
+
+
+def standing(folder: Path) -> Standing | None:
+    """Return whose report is in `folder`, None if there is no report."""
+    try:
+        data = json.loads((folder / DATA).read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError, RecursionError):
+        return Standing()
+    if not isinstance(data, dict) or not str(data.get("schema", "")).startswith("ros2-course-kit/"):
+        return Standing()
+    names = ("submission", "sha256", "source")
+    return Standing(*(value if isinstance(value := data.get(name), str) else "" for name in names))
+
+
+def fingerprint(source: Path) -> str:
+    """Return a fingerprint of a submission's place on this machine. It tells places apart and names none."""
+    return hashlib.sha256(str(source.resolve()).encode(errors="surrogateescape")).hexdigest()[:16]

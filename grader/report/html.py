@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -12,15 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grader import words
-from grader.evidence import Trial
+from grader.evidence import Mutant, Mutation, Trial, short_name
 from grader.report import cause, figures
 from grader.report.console import WORDS
-from grader.report.mutants import matrix
 from grader.sanitize import one_line, shown
 from grader.scoring import scorecard
 from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points, price_of_flags
 from grader.scoring.scorecard import Outcome, RequirementScore
-from grader.words import say
+from grader.words import mark, say
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -177,3 +177,68 @@ def _code(text: str) -> Markup:
 
     parts = re.split(r"`([^`\n]+)`", text)  # the odd parts were between backticks
     return Markup().join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(parts))
+
+
+# -- the table of mutants, with the tests that noticed each -----------------------------------------------------------
+_TESTS_AT_MOST = 3
+
+# In words, without tests that follow and with them.
+OUTCOMES = {
+    "noticed": (mark("noticed"), mark("noticed by")),
+    "unnoticed": (mark("not noticed"), mark("not noticed by")),
+    "unreached": (mark("no test reaches this line"),) * 2,
+    "not tried": (mark("not tried"),) * 2,
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One mutant: its place, its change, and the tests that noticed it, or else reached it and passed.
+
+    `others` counts the tests beyond those in `tests`.
+    """
+
+    where: str
+    words: str
+    outcome: str
+    tests: tuple[str, ...] = ()
+    others: int = 0
+
+    @property
+    def said(self) -> str:
+        """Return the outcome as text, to be followed by the tests."""
+        return say(OUTCOMES.get(self.outcome, (self.outcome,) * 2)[bool(self.tests)])
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """The mutants in the order of the source, and how many each test noticed, the most first."""
+
+    rows: tuple[Row, ...]
+    noticed_by: tuple[tuple[str, int], ...]
+
+    @property
+    def noticed(self) -> int:
+        """Return how many mutants were noticed."""
+        return sum(row.outcome == "noticed" for row in self.rows)
+
+    @property
+    def tried(self) -> int:
+        """Return how many mutants were tried, or did not have to be because no test reaches them."""
+        return sum(row.outcome != "not tried" for row in self.rows)
+
+
+def matrix(mutation: Mutation) -> Matrix:
+    """Return the table for `mutation`."""
+    mutants = sorted(mutation.mutants, key=lambda mutant: (mutant.path, mutant.line, mutant.words))
+    count = Counter(short_name(mutant.by) for mutant in mutants if mutant.by)
+    noticed_by = sorted(count.items(), key=lambda each: (-each[1], each[0]))
+    return Matrix(tuple(map(_row_of_mutant, mutants)), tuple(noticed_by))
+
+
+def _row_of_mutant(mutant: Mutant) -> Row:
+    tests = [mutant.by] if mutant.by else mutant.tried
+    shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
+    # All paths begin with the same folder.
+    path = mutant.path.partition("/")[2] or mutant.path
+    return Row(f"{path}:{mutant.line}", mutant.words, mutant.outcome, shown, len(tests) - len(shown))

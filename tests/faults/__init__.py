@@ -128,8 +128,8 @@ FAULTS = (
     Fault(
         "of_two_different_packages_the_first_is_graded",
         "grader/intake/choose.py",
-        "for candidate in pool}) > 1:",
-        "for candidate in pool}) > 2:",
+        "if len(pool) > 1:",
+        "if len(pool) > 2:",
         "tests/grader/intake/test_choose.py::test_of_several_none_is_guessed",
     ),
     # -- sandbox -------------------------------------------------------------------------------------------------------

@@ -160,7 +160,7 @@ def test_the_choice_between_packages_is_explained_in_german(german_course: Path,
     }
     intake = open_submission(zipped(tmp_path / "team07.zip", files), tmp_path / "in", COURSE).intake
     assert intake.chosen_because == "es den Namen hat, den die Aufgabe verlangt"
-    assert intake.others == ["b (my_old_robot)", "c (my_messages; nur Nachrichten, Launch- oder Beschreibungsdateien)"]
+    assert intake.others == ["b (my_old_robot)", "c (my_messages)"]
     assert intake.notes == ["a/data.zip wurde nicht geöffnet: Es gibt ein Paket außerhalb davon."]
 
 

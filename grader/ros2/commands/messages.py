@@ -56,7 +56,7 @@ def to_plain(value: Any, limits: Limits | None = None) -> Any:
     if isinstance(value, array.array) or type(value).__name__ == "ndarray":
         return limits.sequence(value.tolist())
     if isinstance(value, Sequence):
-        return limits.sequence([to_plain(one, limits) for one in value[: limits.needed()]], len(value))
+        return limits.sequence(value)
     return value
 
 
@@ -71,23 +71,19 @@ def _field_to_plain(value: Any, kind: str, limits: Limits) -> Any:
 
 
 class Limits:
-    """How much of long texts and sequences is shown."""
+    """How much of long texts and sequences is shown: all of it without a length."""
 
     def __init__(self, length: int | None = None, arrays: bool = True) -> None:
         self.length, self.arrays = length, arrays
-
-    def needed(self) -> int | None:
-        """Return how many entries have to be read."""
-        return None if self.length is None else self.length + 1
 
     def text(self, value: str) -> str:
         """Return a text in the form that is shown."""
         return value if self.length is None or len(value) <= self.length else value[: self.length] + "..."
 
-    def sequence(self, value: list[Any], count: int | None = None) -> Any:
+    def sequence(self, value: Sequence[Any]) -> Any:
         """Return a sequence in the form that is shown."""
-        count = len(value) if count is None else count
-        return value if self.length is None or count <= self.length else [*value[: self.length], "..."]
+        shown = [to_plain(one, self) for one in value[: self.length]]
+        return shown if len(shown) == len(value) else [*shown, "..."]
 
 
 def to_yaml(value: Any, limits: Limits | None = None) -> str:

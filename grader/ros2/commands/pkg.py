@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     create = add_verb("create", "Create a new ROS 2 package", run_create)
     create.add_argument("package_name", help="The package name")
     create.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
-    create.add_argument("--build-type", default="ament_cmake", choices=("ament_cmake", "ament_python"))
+    create.add_argument("--build-type", required=True, choices=("ament_python",))
     add_verb("list", "Output a list of available packages", show_list)
     prefix = add_verb("prefix", "Output the prefix path of a package", show_prefix)
     _package(prefix)
@@ -106,8 +106,7 @@ def run_create(args: argparse.Namespace) -> int:
         ("dependencies", []),
     ):
         print(f"{title}: {value}")
-    files = _python(args, user) if args.build_type == "ament_python" else _cmake(args, user)
-    for path, text in files.items():
+    for path, text in _files(args, user).items():
         _write(Path(name) / path, text)
     if args.license not in LICENSES:
         print(
@@ -128,7 +127,7 @@ def _write(path: Path, text: str) -> None:
 
 
 # -- the files of a new package: path -> text ------------------------------------------------------------------------
-def _manifest(args: argparse.Namespace, user: str, tool: str, *tests: str) -> str:
+def _manifest(args: argparse.Namespace, user: str) -> str:
     lines = [
         '<?xml version="1.0"?>',
         '<?xml-model href="http://download.ros.org/schema/package_format3.xsd" '
@@ -140,8 +139,10 @@ def _manifest(args: argparse.Namespace, user: str, tool: str, *tests: str) -> st
         f'  <maintainer email="{user}@todo.todo">{user}</maintainer>',
         f"  <license>{escape(args.license)}</license>",
         "",
-        *([f"  <buildtool_depend>{tool}</buildtool_depend>", ""] if tool else []),
-        *(f"  <test_depend>{name}</test_depend>" for name in tests),
+        *(
+            f"  <test_depend>{name}</test_depend>"
+            for name in ("ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest")
+        ),
         "",
         "  <export>",
         f"    <build_type>{args.build_type}</build_type>",
@@ -151,10 +152,10 @@ def _manifest(args: argparse.Namespace, user: str, tool: str, *tests: str) -> st
     return "\n".join(lines) + "\n"
 
 
-def _python(args: argparse.Namespace, user: str) -> dict[str, str]:
+def _files(args: argparse.Namespace, user: str) -> dict[str, str]:
     name = args.package_name
     return {
-        "package.xml": _manifest(args, user, "", "ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest"),
+        "package.xml": _manifest(args, user),
         "setup.py": SETUP_PY.format(name=name, user=user, description=DESCRIPTION, license=args.license),
         "setup.cfg": f"[develop]\nscript_dir=$base/lib/{name}\n[install]\ninstall_scripts=$base/lib/{name}\n",
         f"resource/{name}": "",
@@ -162,13 +163,6 @@ def _python(args: argparse.Namespace, user: str) -> dict[str, str]:
         "test/test_copyright.py": COPYRIGHT,
         "test/test_flake8.py": FLAKE8,
         "test/test_pep257.py": PEP257,
-    }
-
-
-def _cmake(args: argparse.Namespace, user: str) -> dict[str, str]:
-    return {
-        "package.xml": _manifest(args, user, "ament_cmake", "ament_lint_auto", "ament_lint_common"),
-        "CMakeLists.txt": CMAKE.format(name=args.package_name),
     }
 
 
@@ -230,16 +224,4 @@ import pytest
 def test_pep257():
     rc = main(argv=['.', 'test'])
     assert rc == 0, 'Found code style errors / warnings'
-"""
-CMAKE = """cmake_minimum_required(VERSION 3.8)
-project({name})
-
-if(CMAKE_COMPILER_IS_GNUCXX OR CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  add_compile_options(-Wall -Wextra -Wpedantic)
-endif()
-
-# find dependencies
-find_package(ament_cmake REQUIRED)
-
-ament_package()
 """

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 from . import Refusal, arguments, messages, near
-from .graph import Graph, NamesAndTypes, full_name, graph, matching, other_type, spin, steady_clock, wait
+from .graph import Graph, full_name, graph, matching, other_type, spin, steady_clock
 
 KEEP_ALIVE_S = 0.1  # after the last message, for it to arrive
 WINDOW = 10000  # messages, as with the real command
@@ -182,7 +182,10 @@ def run_pub(args: argparse.Namespace) -> int:
         message = kind()
         messages.fill(message, values, seen.node.get_clock().now().to_msg())
         publisher = seen.node.create_publisher(kind, args.topic_name, matching([]))
-        _wait_for_subscribers(seen, publisher, args, wanted)
+        # A subscription that exists is found at once; only a missing one is worth a remark.
+        while seen.wait_for(publisher.get_subscription_count, 0.2) < wanted:
+            print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
+            time.sleep(1.0)
         print("publisher: beginning loop", flush=True)
         count, begin = 0, time.monotonic()
         while True:
@@ -196,30 +199,6 @@ def run_pub(args: argparse.Namespace) -> int:
             time.sleep(max(0.0, begin + count / args.rate - time.monotonic()))
         time.sleep(KEEP_ALIVE_S)
     return 0
-
-
-def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace, wanted: int) -> None:
-    begin = time.monotonic()
-    said = begin - 1.0
-
-    def others() -> NamesAndTypes:
-        """Return the topic with the types that subscriptions want of it, then the other topics."""
-        heard = {end.topic_type for end in seen.node.get_subscriptions_info_by_topic(full_name(args.topic_name))}
-        here = [(full_name(args.topic_name), sorted(heard))] if heard else []
-        return [*here, *(one for one in seen.names("topic") if one[0] != full_name(args.topic_name))]
-
-    def enough() -> bool:
-        nonlocal said
-        if publisher.get_subscription_count() >= wanted:
-            return True
-        now = time.monotonic()
-        # A subscription that exists is found at once; only a missing one is worth a remark.
-        if now - begin >= 0.2 and now - said >= 1.0:
-            print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
-            said = now
-        return False
-
-    wait(enough, args.topic_name, args.message_type, others)
 
 
 # -- hz and delay -----------------------------------------------------------------------------------------------------

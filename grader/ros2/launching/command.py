@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from . import modules
 from .actions import OTHER_FORMATS, AnyLaunchDescriptionSource, IncludeLaunchDescription, read
 from .entities import LaunchDescription, describe
 from .errors import LaunchError, explain
-from .output import RECORD_VARIABLE
 from .service import LaunchService
 from .substitutions import find_prefix
 
@@ -23,11 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
     parser.add_argument("-d", "--debug", action="store_true", help="Put the launch system in debug mode, more output")
     parser.add_argument("-s", "--show-args", "--show-arguments", action="store_true", help="Show the file's arguments")
-    parser.add_argument(
-        "--record",
-        metavar="FILE",
-        help=f"Write how each process started and ended to FILE, as JSON lines (environment: {RECORD_VARIABLE})",
-    )
+    text = "Write how each process started and ended to FILE, as JSON lines"
+    parser.add_argument("--record", metavar="FILE", type=Path, help=text)
     text = "Name of the package, or path of the launch file"
     arguments.add(parser, "package_name", arguments.offer(packages.names), help=text)
     arguments.add(parser, "launch_file_name", _complete_files, nargs="?", help="Name of the launch file")
@@ -48,8 +43,7 @@ def main(args: argparse.Namespace) -> int:
     except Exception as error:
         print(explain(error), file=sys.stderr)
         return 1
-    record = args.record or os.environ.pop(RECORD_VARIABLE, None)  # the nodes must not inherit it
-    service = LaunchService(debug=args.debug, record=Path(record) if record else None)
+    service = LaunchService(debug=args.debug, record=args.record)
     service.output.begin()
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
     include.place = None  # no line of a launch file

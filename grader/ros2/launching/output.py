@@ -13,8 +13,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-RECORD_VARIABLE = "ROS2_LAUNCH_RECORD"
-
 KINDS = ("screen", "log", "both", "own_log", "full")
 """The values of `output=`. Processes have no logs of their own: their lines are in the launch's."""
 

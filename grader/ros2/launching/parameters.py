@@ -129,9 +129,7 @@ def _item(kind: Any) -> tuple[Any, bool]:
 def _given(value: Any, kind: Any) -> Any:
     """Return a value for `_performed`: a scalar, a list of substitutions, or a list of scalars and of such lists.
 
-    Args:
-        value: a scalar, a substitution (texts and substitutions in a list are one), or a list of these.
-        kind: bool, int, float, str, a list type of one of them, or None for any.
+    `kind` is bool, int, float, str, a list type of one of them, or None for any.
 
     Raises:
         TypeError: the value is not of that type.
@@ -143,77 +141,46 @@ def _given(value: Any, kind: Any) -> Any:
         return value
     if is_substitution(value):
         return substitutions(value)
-    if not isinstance(value, Iterable):
-        raise TypeError(
-            "value should be either a scalar, a substitutions, or a mixed list of scalars and substitutions. "
-            f"Got `value={value}` of type `{type(value)}`."
-        )
-    entries = list(value)
-    if not all(isinstance(one, SCALARS) or is_substitution(one) for one in entries):
-        raise TypeError(
-            "value is a list, and one of the items is not a scalar, a Substitution or a list of substitutions. "
-            f"Got value='{value}'"
-        )
-    if kind is not None and not is_list:
-        raise TypeError(
-            "The provided value resolves to a list, though the required type is a scalar. "
-            f"Got value='{value}', data_type='{kind}'."
-        )
-    kinds = {type(one) for one in entries if isinstance(one, SCALARS)}
+    entries = [substitutions(one) if is_substitution(one) else one for one in value]
+    kinds = {type(one) for one in entries if not isinstance(one, list)}
     if kinds == {int, float}:
-        kinds = {float}
-    if len(kinds) > 1:
+        kinds, entries = {float}, [one if isinstance(one, list) else float(one) for one in entries]
+    if len(kinds) > 1 or not kinds <= set(SCALARS) or (kind is not None and not is_list):
         raise TypeError(f"Input value is not an acceptable 'SomeValueType'.Got value='{value}': mix no types in a list")
-    found = kinds.pop() if kinds else None
-    if found is not None and item not in (None, found):
-        raise TypeError(f"Got a list of '{found}', expected a list of '{item}'. value='{value}'")
-    return [substitutions(one) if is_substitution(one) else float(one) if found is float else one for one in entries]
+    if item is not None and not kinds <= {item}:
+        raise TypeError(f"Got a list of '{kinds.pop()}', expected a list of '{item}'. value='{value}'")
+    return entries
 
 
 def _performed(context: LaunchContext, value: Any, kind: Any) -> Any:
-    """Return the current value of what `_given` has returned.
-
-    Raises:
-        ValueError: a text does not stand for a value of the type.
-    """
+    """Return the current value of what `_given` has returned; raise ValueError for a text that stands for no such."""
     if not isinstance(value, list):
         return value
     if value and all(isinstance(one, Substitution) for one in value):
-        return read(perform(context, value), kind)
-    item, _ = _item(kind)
-    found = [read(perform(context, one), item) if isinstance(one, list) else one for one in value]
+        return _read(perform(context, value), kind)
+    found = [_read(perform(context, one), _item(kind)[0]) if isinstance(one, list) else one for one in value]
     if not _uniform(found):
         raise ValueError("The output list is not uniform")
     return found
 
 
-def read(text: str, kind: Any) -> Any:
+def _read(text: str, kind: Any) -> Any:
     """Return the value of a type that a text stands for; without a type, the value that it is as YAML."""
     item, is_list = _item(kind)
-    if is_list:
-        found = _yaml(text, f"Cannot convert value '{text}' to a list of '{item}'")
-        if not isinstance(found, list) or not all(isinstance(one, item) for one in found):
-            raise ValueError(f"Cannot convert value '{text}' to a list of '{item}'")
-        return found
-    if kind is None:
-        return _yaml(text, f"Failed to convert '{text}' using yaml rules")
-    if kind is bool:
-        found = _yaml({"1": "true", "0": "false"}.get(text, text), f"Failed to convert '{text}' to '{kind}'")
-        if not isinstance(found, bool):
-            raise ValueError(f"Cannot convert value '{text}' to '{kind}'")
-        return found
-    return kind(text)
-
-
-def _yaml(text: str, refusal: str) -> Any:
-    if not text:
+    if kind in (int, float, str):
+        return kind(text)
+    if kind is None and not text:
         return text
     try:
-        found = yaml.safe_load(text)
+        found = yaml.safe_load({"1": "true", "0": "false"}.get(text, text) if kind is bool else text)
     except yaml.YAMLError as error:
-        raise ValueError(f"{refusal}: yaml.safe_load() failed\n{error}") from error
+        raise ValueError(f"Failed to convert '{text}' using yaml rules: yaml.safe_load() failed\n{error}") from error
+    if is_list and not (isinstance(found, list) and all(isinstance(one, item) for one in found)):
+        raise ValueError(f"Cannot convert value '{text}' to a list of '{item}'")
+    if kind is bool and not isinstance(found, bool):
+        raise ValueError(f"Cannot convert value '{text}' to '{kind}'")
     if not isinstance(found, SCALARS) and not (isinstance(found, list) and _uniform(found)):
-        raise ValueError(f"{refusal}: output type is not allowed, got {type(found)}")
+        raise ValueError(f"Failed to convert '{text}' using yaml rules: output type is not allowed, got {type(found)}")
     return found
 
 

@@ -24,7 +24,7 @@ def entry(tmp_path: Path) -> Path:
     (folder / "install" / "lib" / "node").write_text("#!/bin/sh\n")
     (folder / "install" / "link").symlink_to("lib/node")
     (folder / "build.json").write_text(evidence.to_json(evidence.Build(True, False, 1.0, 0, False, "")))
-    cache.write_checksum(folder / "install", folder / "install")
+    cache.write_checksum(folder / "install")
     return folder
 
 

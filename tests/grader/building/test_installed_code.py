@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.building import installed_code, type_hashes
+from grader.building import install_tree, type_hashes
 from grader.building.type_hashes import Generated
 from grader.host import ros_env
 
@@ -38,16 +38,16 @@ def test_what_rosidl_generates_is_known_by_its_text(tree: Path):
     )
     init = "from p.srv._set_speed import SetSpeed\n"
     written(tree / "install" / SITE, **{"p/__init__.py": "", "p/srv/__init__.py": init, "p/srv/_set_speed.py": CODE})
-    assert installed_code.not_generated(tree / "install", {"p": made}) == []
+    assert install_tree.not_generated(tree / "install", {"p": made}) == []
     written(tree / "install" / SITE, **{"p/srv/__init__.py": init + "import os\n", "p/srv/_set_speed.py": OTHER})
-    found = installed_code.not_generated(tree / "install", {"p": made})
+    found = install_tree.not_generated(tree / "install", {"p": made})
     assert found == [f"{SITE}/p/srv/__init__.py", f"{SITE}/p/srv/_set_speed.py"]
 
 
 def test_nothing_else_may_be_in_a_folder_of_types(tree: Path):
     """Nobody lints, measures or mutates it there."""
     written(tree / "install" / SITE, **{"p/msg/helpers.py": CODE, "p/msg/fast.so": "ELF", "p/msg/_a_s.c": "int a;"})
-    found = installed_code.not_generated(tree / "install", {})
+    found = install_tree.not_generated(tree / "install", {})
     assert found == [f"{SITE}/p/msg/fast.so", f"{SITE}/p/msg/helpers.py"]
 
 
@@ -62,7 +62,7 @@ def test_no_byte_code_survives_a_build(tree: Path):
     module = tree / "install" / SITE / "mod.py"
     module.write_text(CODE)
     py_compile.compile(str(module))
-    assert installed_code.remove_byte_code(tree / "install") == []
+    assert install_tree.remove_byte_code(tree / "install") == []
     assert list((tree / "install").rglob("*.pyc")) == []
     assert module.read_text() == CODE
 
@@ -75,7 +75,7 @@ def test_byte_code_behind_a_link_is_removed_and_flagged(tree: Path, link: str):
     path = tree / "install" / SITE / link
     path.parent.mkdir(exist_ok=True)
     path.symlink_to(hidden)
-    (flag,) = installed_code.remove_byte_code(tree / "install")
+    (flag,) = install_tree.remove_byte_code(tree / "install")
     assert (flag.kind, flag.where) == ("byte code", f"{SITE}/{link}")
     assert not path.is_symlink()
 
@@ -85,6 +85,6 @@ def test_byte_code_in_place_of_a_module_is_flagged(tree: Path):
     module.write_text(OTHER)
     py_compile.compile(str(module), invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
     py_compile.compile(str(module), str(module.with_name("alone.pyc")))
-    (flag,) = installed_code.remove_byte_code(tree / "install")
+    (flag,) = install_tree.remove_byte_code(tree / "install")
     assert (flag.kind, flag.where) == ("byte code", f"{SITE}/alone.pyc")
     assert list((tree / "install").rglob("*.pyc")) == []

@@ -25,7 +25,7 @@ def folder(tmp_path: Path) -> Path:
                 path.touch()
                 os.utime(path, (time.time() - days * DAY_S,) * 2)
         (tmp_path / "builds" / f"{name}.lock").touch()
-    (tmp_path / "ccache").mkdir()
+    (tmp_path / "ccache" / "0").mkdir(parents=True)
     return tmp_path
 
 
@@ -33,28 +33,29 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name[0] + path.suffix for path in (folder / "builds").iterdir())
 
 
-def removed(done: pruning.Pruned) -> dict[str, int]:
-    return {store.title: len(store.entries) for store in done.removed if store.entries}
+def pruned(folder: Path, days: float) -> tuple[dict[str, int], int]:
+    """Return how many entries were removed, by store, and how many are in use."""
+    removed, in_use = pruning.prune(folder, days)
+    return {title: len(entries) for title, entries in removed.items() if entries}, in_use
 
 
 def test_what_has_long_not_been_used_is_removed_with_its_locks(folder: Path):
-    assert removed(pruning.prune(folder, 30)) == {"builds": 1, "build trees": 1}
+    assert pruned(folder, 30) == ({"builds": 1, "build trees": 1}, 0)
     assert names(folder) == ["b", "b.lock", "b.use"]
 
 
 def test_a_use_counts_from_its_last_time(folder: Path):
     del_later = cache.Use(folder / "builds" / ("a" * 40))
     del del_later
-    assert removed(pruning.prune(folder, 30)) == {"build trees": 1}
+    assert pruned(folder, 30) == ({"build trees": 1}, 0)
 
 
 def test_what_a_grading_uses_stays(folder: Path):
     use = cache.Use(folder / "builds" / ("a" * 40))
-    done = pruning.prune(folder, 0)
-    assert (removed(done), done.in_use) == ({"builds": 1, "build trees": 2}, 1)
+    assert pruned(folder, 0) == ({"builds": 1, "build trees": 2}, 1)
     assert (folder / "builds" / ("a" * 40) / "install").is_dir()
     del use
-    assert removed(pruning.prune(folder, 0)) == {"builds": 1, "compiler cache": 1}
+    assert pruned(folder, 0) == ({"builds": 1, "compiler cache": 1}, 0)
     assert names(folder) == []
 
 
@@ -64,7 +65,7 @@ def test_what_is_being_built_stays_and_what_a_killed_build_left_goes(folder: Pat
     with cache.locked(folder / "builds" / f"{'c' * 40}.lock"):
         pruning.remove_abandoned(folder)
         assert [path.name[0] for path in (folder / "builds").glob("*.work")] == ["c"]
-        assert pruning.prune(folder, 0).in_use == 1
+        assert pruned(folder, 0)[1] == 1
     pruning.prune(folder, 0)
     assert names(folder) == []
 

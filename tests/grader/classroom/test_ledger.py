@@ -201,7 +201,7 @@ def test_an_archive_of_clones_is_recognised(tmp_path):
 @pytest.mark.parametrize("form", ["tar", "zip"])
 def test_the_limits_of_a_submission_are_not_those_of_a_class(tmp_path, monkeypatch, form):
     """300 submissions as a tar were refused for their 250 MB together."""
-    small = containers.Reach(entries=3, tar_bytes=20_000)
+    small = containers.SizeLimits(entries=3, tar_bytes=20_000)
     monkeypatch.setattr(containers.open_container, "__defaults__", ((), small))
     names = [f"s{number}.zip" for number in range(8)]
     if form == "zip":

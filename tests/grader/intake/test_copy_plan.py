@@ -15,8 +15,7 @@ from helpers.archives import PACKAGE, below, member, refusal, tarred, write, zip
 from helpers.course import COURSE
 
 from grader.errors import SubmissionError
-from grader.intake.containers import Reach
-from grader.intake.copy_plan import SizeLimits
+from grader.intake.containers import SizeLimits
 from grader.intake.submission import open_submission
 
 
@@ -228,7 +227,7 @@ def test_an_archive_inside_counts_against_the_same_limits(tmp_path: Path, into: 
 
 
 def test_a_zip_with_too_many_entries_is_not_read(tmp_path: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
-    limits = SizeLimits(reach=Reach(entries=50))
+    limits = SizeLimits(entries=50)
     source = zipped(tmp_path / "a.zip", {f"f{i}": "" for i in range(51)})
     monkeypatch.setattr(zipfile.ZipFile, "infolist", lambda _: pytest.fail("the entries were read"))
     with pytest.raises(SubmissionError, match="more than 50 files"):

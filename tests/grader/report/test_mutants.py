@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grader.evidence import Mutant, Mutation
-from grader.report.mutants import Matrix, Row, matrix
+from grader.report.html import Matrix, Row, matrix
 
 PLACE = ("a.py", 7, "drive", "sign", "`-` became `+`")
 

@@ -17,8 +17,9 @@ from rosbags.rosbag2 import Reader
 
 from grader import evidence, report
 from grader.evidence import Command, Evidence
-from grader.report import bags, html, replay
-from grader.report.recording import recording
+from grader.report import html
+from grader.report import recording as trials
+from grader.report.recording import moment, recording, replay
 from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
 
@@ -36,7 +37,7 @@ def replays(page):
 
 
 @pytest.mark.parametrize(
-    ("seen", "moment"),
+    ("seen", "at"),
     [
         ("touched the wall at 4.25 s, moving at 0.40 m/s", 4.25),
         ("no zero came after the first scan below 0.5 m (at 4.50 s)", 4.5),
@@ -44,19 +45,19 @@ def replays(page):
         ("touched it", 4.57),
     ],
 )
-def test_the_moment_is_the_one_that_the_check_names_else_the_first_contact(seen, moment):
-    assert replay.moment(WALL, seen) == moment
+def test_the_moment_is_the_one_that_the_check_names_else_the_first_contact(seen, at):
+    assert moment(WALL, seen) == at
 
 
 def test_the_seconds_around_the_moment_are_shown_and_all_of_a_trial_without_one():
-    around = json.loads(replay.data(WALL, "touched it at 2.00 s"))
+    around = json.loads(replay(WALL, "touched it at 2.00 s"))
     assert (around["at"], around["t"][0], around["t"][-1]) == (2.0, 0.0, 5.0)
-    whole = json.loads(replay.data(replace(WALL, touches=[]), ""))
+    whole = json.loads(replay(replace(WALL, touches=[]), ""))
     assert (whole["at"], whole["t"][0], whole["t"][-1]) == (None, 0.0, 8.0)
 
 
 def test_each_frame_has_the_pose_the_speed_and_what_was_commanded_and_read_by_then():
-    data = json.loads(replay.data(WALL, "at 4.5 s"))
+    data = json.loads(replay(WALL, "at 4.5 s"))
     frame = data["t"].index(2.0)
     assert (data["x"][frame], data["y"][frame], data["yaw"][frame]) == (0.8, 0, 0)
     assert (data["v"][frame], data["command"][frame], data["ahead"][frame]) == (0.4, 0.4, 1.2)
@@ -64,7 +65,7 @@ def test_each_frame_has_the_pose_the_speed_and_what_was_commanded_and_read_by_th
 
 
 def test_obstacles_are_drawn_by_their_shapes_and_until_they_were_taken_away():
-    data = json.loads(replay.data(recordings.load("reference").trials["blocked_goal"], ""))
+    data = json.loads(replay(recordings.load("reference").trials["blocked_goal"], ""))
     assert [len(shape) for shape in data["shapes"]] == [3, 3]
     assert data["until"] == [None, 14.5]
 
@@ -88,7 +89,7 @@ def test_an_obstacle_is_there_from_when_the_robot_lost_room_by_it():
     ids=["absurd commands", "no world", "infinite speed", "long"],
 )
 def test_whatever_a_trial_holds_its_replay_is_strict_and_short(trial):
-    text = replay.data(trial, "")
+    text = replay(trial, "")
     json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
     assert len(text) < 40_000
 
@@ -147,7 +148,7 @@ def test_a_trial_that_cannot_be_written_leaves_the_grade(rubric, tmp_path, monke
     def full(trial, path):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(bags, "write", full)
+    monkeypatch.setattr(trials, "write_bag", full)
     made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
     evidence.save(made.evidence, tmp_path / "evidence")
     _, page = report.write(made, tmp_path)

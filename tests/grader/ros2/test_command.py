@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -53,7 +52,12 @@ def test_an_interface_is_shown_with_the_types_of_its_fields(ros2):
         (["doctor"], 2, "", "ros2 doctor: not available; type `make doctor`"),
         (["topic", "bw", "/scan"], 2, "", "ros2 topic bw: not available; use `ros2 topic hz`"),
         (["bag", "play", "-l", "."], 2, "", "unrecognized arguments: -l"),
-        (["pkg", "create", "Bad-Name"], 1, "", "Package name 'Bad-Name' is not allowed"),
+        (
+            ["pkg", "create", "--build-type", "ament_python", "Bad-Name"],
+            1,
+            "",
+            "Package name 'Bad-Name' is not allowed",
+        ),
     ],
 )
 def test_output_and_exit_code(ros2, words, code, out, err):
@@ -131,15 +135,14 @@ def test_a_new_package_passes_its_own_tests(ros2, tmp_path):
         cwd=package, env=environment(Path("/nowhere"), tmp_path), capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert "2 passed, 1 skipped" in tests.stdout, tests.stdout
-    again = ros2("pkg", "create", "my_pkg")
+    again = ros2("pkg", "create", "--build-type", "ament_python", "my_pkg")
     assert again.returncode == 1
     assert "The directory already exists" in again.stderr
 
 
 @pytest.mark.slow  # builds with colcon
-@pytest.mark.parametrize("build_type", ["ament_python", "ament_cmake"])
-def test_a_new_package_builds(ros2, tmp_path, build_type):
-    ros2("pkg", "create", "--build-type", build_type, "my_pkg")
+def test_a_new_package_builds(ros2, tmp_path):
+    ros2("pkg", "create", "--build-type", "ament_python", "my_pkg")
     built = subprocess.run(
         ["colcon", "build", "--event-handlers", "console_direct-"],
         cwd=tmp_path,
@@ -215,29 +218,3 @@ def test_sigint_ends_a_command_in_the_background_of_a_script(demo, tmp_path):
         finally:
             process.kill()
     assert process.returncode in (2, -signal.SIGINT)
-
-
-@pytest.mark.slow  # one more start
-def test_the_folder_works_by_itself_under_any_name(ros2, demo, tmp_path):
-    """The grader mounts only this folder into the sandbox, beside the wheels."""
-    shutil.copytree(COMMAND, tmp_path / "kit", ignore=shutil.ignore_patterns("__pycache__"))
-    run = subprocess.run(
-        [sys.executable, tmp_path / "kit", "launch", "demo", "one.launch.py"],
-        env=environment(demo, tmp_path), stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert run.returncode == 0
-    assert "[show-1] ARGV" in run.stdout
-
-
-def test_sourcing_the_setup_file_prepares_a_terminal():
-    """In place of /opt/ros/jazzy/setup.bash: packages, a plain `colcon build`, and Tab."""
-    script = (
-        f"source {COMMAND}/setup.bash && printf '%s\\n' $CMAKE_PREFIX_PATH $CMAKE_TOOLCHAIN_FILE && complete -p ros2"
-    )
-    shell = subprocess.run(
-        ["bash", "-c", script], env={"PATH": "/usr/bin:/bin"}, capture_output=True, text=True, check=True
-    )
-    prefix, toolchain, tab = shell.stdout.splitlines()
-    assert prefix == str(COMMAND.parents[1] / ".venv")
-    assert toolchain == str(COMMAND / "wheels.cmake")
-    assert "_python_argcomplete" in tab

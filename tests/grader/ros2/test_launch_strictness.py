@@ -15,9 +15,6 @@ from grader.ros2.launching.entities import LaunchContext
 
 NOT_NORMAL = "Failed to normalize given item of type '<class '{}'>', when only 'str' or 'launch.Substitution' were"
 NOT_BOOL = "value='{}' is not an instance of <class 'bool'>"
-NOT_SCALAR = (
-    "The provided value resolves to a list, though the required type is a scalar. Got value='{}', data_type='{}'."
-)
 
 
 @pytest.fixture

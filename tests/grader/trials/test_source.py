@@ -58,7 +58,7 @@ def subject(tmp_path: Path) -> Subject:
         path.write_text("1\n")
     for name in ("own", "contract"):
         (tmp_path / name / "install").mkdir(parents=True)
-        building.cache.write_checksum(tmp_path / name / "install", tmp_path / name / "install")
+        building.cache.write_checksum(tmp_path / name / "install")
     own, contract = (
         Built(replace(evidence.Build.not_tried(PACKAGE), ok=True), tmp_path / name / "install")
         for name in ("own", "contract")
@@ -103,7 +103,7 @@ def test_what_was_installed_decides_too(subject: Subject, ran: list[str]):
     collect(subject)
     ran.clear()
     (subject.install / "changed").touch()
-    building.cache.write_checksum(subject.install, subject.install)
+    building.cache.write_checksum(subject.install)
     collect(subject)
     assert ran
 
