@@ -208,8 +208,8 @@ FAULTS = (
     Fault(
         "a_cell_overwrites_work_without_a_copy",
         "grader/notebook/file_backups.py",
-        "if _sum(content) == self._written(path)[0]:",
-        "if _sum(content) != self._written(path)[0]:",
+        "or _sum(content) == self._written(path)[0]:",
+        "or _sum(content) != self._written(path)[0]:",
         "tests/grader/notebook/test_file_backups.py::test_a_cell_that_overwrites_an_edit_backs_it_up_and_says_where",
     ),
     Fault(
@@ -238,7 +238,7 @@ FAULTS = (
         "grader/notebook/domain.py",
         "if held := dds_domain.claim(number, _identity(root)):",
         "if held := dds_domain.claim(number, ''):",
-        "tests/grader/notebook/test_domain.py::test_thirty_workspaces_have_thirty_domains",
+        "tests/grader/notebook/test_domain.py::test_thirty_kernels_that_start_at_the_same_moment_have_thirty_domains",
     ),
     # -- ros2 ----------------------------------------------------------------------------------------------------------
     Fault(

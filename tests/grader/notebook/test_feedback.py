@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-<<<<<<< HEAD
 import pytest
 
 from grader.notebook.feedback import Answer, Checked, Note
-from grader.report.album import Picture
-=======
-from grader.notebook.feedback import Answer, Checked, Note, Table
 from grader.report.figures import Picture
->>>>>>> h-c
 
 SEEN = Note("", (("seen", "touched the wall at 7.3 s"), ("expected", "never touches it"), ("try", "look ahead")))
 STOPPED = Answer("F4", "Stops", "5", "5", passed=True)
