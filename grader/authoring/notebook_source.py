@@ -37,7 +37,6 @@ _INTO = re.compile(rf"%%{pieces.MAGIC} +(\S+) *\n")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
 _SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
 _MAX_ID = 64  # characters of a cell's id, by the notebook format
-_LINK = re.compile(r"!\[[^\]]*\]\(([^)\s]+)[^)]*\)|<img[^>]*\ssrc=\"([^\"]+)\"")
 
 
 @dataclass(frozen=True)
@@ -228,18 +227,6 @@ def headings(cell: NotebookNode) -> Iterator[Heading]:
             yield Heading(len(match[1]), match[2])
 
 
-def sections(notebook: NotebookNode) -> dict[str, list[NotebookNode]]:
-    """Return the cells below each `## ` heading."""
-    found: dict[str, list[NotebookNode]] = {}
-    here: list[NotebookNode] = []
-    for cell in notebook.cells:
-        for heading in headings(cell):
-            if heading.level == 2:
-                here = found.setdefault(heading.text, [])
-        here.append(cell)
-    return found
-
-
 def written_file(cell: NotebookNode) -> str | None:
     """Return the path in the package that an exercise, skeleton or given cell writes, None for other cells."""
     if not {EXERCISE, SKELETON, GIVEN} & set(tags(cell)):
@@ -272,8 +259,3 @@ def checked(cell: NotebookNode) -> list[str]:
 
 def _requirements(source: str) -> list[str]:
     return [name for call in _CALL.findall(source) for name in re.findall(r"[\"'](\w+)[\"']", call)]
-
-
-def pictures(cell: NotebookNode) -> list[str]:
-    """Return the targets of the pictures in a markdown cell."""
-    return [a or b for a, b in _LINK.findall(cell.source)] if cell.cell_type == "markdown" else []

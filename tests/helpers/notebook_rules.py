@@ -67,6 +67,24 @@ class Page:
 
 
 Rule = Callable[[Page], Iterator[str]]
+_LINK = re.compile(r"!\[[^\]]*\]\(([^)\s]+)[^)]*\)|<img[^>]*\ssrc=\"([^\"]+)\"")
+
+
+def sections(notebook: NotebookNode) -> dict[str, list[NotebookNode]]:
+    """Return the cells below each `## ` heading."""
+    found: dict[str, list[NotebookNode]] = {}
+    here: list[NotebookNode] = []
+    for cell in notebook.cells:
+        for heading in notebook_source.headings(cell):
+            if heading.level == 2:
+                here = found.setdefault(heading.text, [])
+        here.append(cell)
+    return found
+
+
+def pictures(cell: NotebookNode) -> list[str]:
+    """Return the targets of the pictures in a markdown cell."""
+    return [a or b for a, b in _LINK.findall(cell.source)] if cell.cell_type == "markdown" else []
 
 
 def has_one_title(page: Page) -> Iterator[str]:
@@ -79,7 +97,7 @@ def has_one_title(page: Page) -> Iterator[str]:
 
 
 def opens_with_a_picture(page: Page) -> Iterator[str]:
-    shown = [p for cell in page.notebook.cells[:3] for p in notebook_source.pictures(cell)]
+    shown = [p for cell in page.notebook.cells[:3] for p in pictures(cell)]
     if f"pictures/{page.number}.png" not in shown:
         yield f"does not show pictures/{page.number}.png among its first three cells"
 
@@ -107,11 +125,11 @@ def begins_the_session(page: Page) -> Iterator[str]:
 
 
 def asks_recall_questions(page: Page) -> Iterator[str]:
-    titles = [t for t in notebook_source.sections(page.notebook) if re.search("recall|remember", t, re.IGNORECASE)]
+    titles = [t for t in sections(page.notebook) if re.search("recall|remember", t, re.IGNORECASE)]
     if not titles:
         yield 'has no section whose title has "recall" or "remember" in it'
         return
-    text = "\n".join(cell.source for cell in notebook_source.sections(page.notebook)[titles[-1]])
+    text = "\n".join(cell.source for cell in sections(page.notebook)[titles[-1]])
     if (found := text.count("<details")) < RECALL:
         yield f"{titles[-1]}: {found} folded answers, expected {RECALL} or more"
 
@@ -261,7 +279,7 @@ def graphs_wait_for_their_nodes(page: Page) -> Iterator[str]:
 
 def pictures_are_ours(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
-        for target in notebook_source.pictures(cell):
+        for target in pictures(cell):
             if re.match(r"\w+:|//", target):
                 yield f"cell {cell['id']} shows a picture from the network: {target}"
             elif not (page.folder / target).is_file():
@@ -281,14 +299,14 @@ def links_lead_somewhere(page: Page) -> Iterator[str]:
 
 def sections_of_the_rubric_are_there(page: Page, rubric: Rubric) -> Iterator[str]:
     """Each requirement is taught where rubric.yaml says, and named there."""
-    sections = notebook_source.sections(page.notebook)
+    found = sections(page.notebook)
     for requirement in rubric.requirements:
         name, _, title = requirement.section.partition("#")
         if name != page.name:
             continue
-        if title not in sections:
+        if title not in found:
             yield f"{requirement.id}: there is no section `## {title}`"
-        elif not any(re.search(rf"\b{requirement.id}\b", cell.source) for cell in sections[title]):
+        elif not any(re.search(rf"\b{requirement.id}\b", cell.source) for cell in found[title]):
             yield f"{requirement.id} is not named in its section `## {title}`"
 
 
