@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from grader.course import Course
-from grader.intake.names import BUILD_NAMES
 from grader.intake.package_xml import PackageXml, read_package_xml
 
 _IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})
@@ -71,8 +70,7 @@ def survey(root: Path, course: Course) -> Tree:
     """Return the files below `root` and the candidates among its folders."""
     files = tuple(sorted(_files(root)))
     ignored = {_parent(path) for path in files if PurePosixPath(path).name in _IGNORE_MARKERS}
-    ignored |= _build_trees(files)
-    searched = tuple(path for path in files if not _nearest(path, ignored) and not _installed(path))
+    searched = tuple(path for path in files if not _nearest(path, ignored))
     tree = Tree(root, files, searched, course)
     return Tree(root, files, searched, course, tuple(sorted(_candidates(tree), key=lambda candidate: candidate.path)))
 
@@ -83,22 +81,6 @@ def _files(root: Path) -> list[str]:
 
 def _parent(path: str) -> str:
     return PurePosixPath(path).parent.as_posix()
-
-
-def _build_trees(files: tuple[str, ...]) -> set[str]:
-    """Return the build folders: those of a workspace are beside its src."""
-    folders = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
-    return {
-        f
-        for f in folders
-        if PurePosixPath(f).name in BUILD_NAMES and PurePosixPath(f).with_name("src").as_posix() in folders
-    }
-
-
-def _installed(path: str) -> bool:
-    """Return whether `path` is in an install tree: share/NAME/package.xml."""
-    folders = PurePosixPath(path).parts[:-1]
-    return len(folders) >= 2 and folders[-2] == "share"
 
 
 def _candidates(tree: Tree) -> list[Candidate]:

@@ -1,14 +1,16 @@
-"""Read a package.xml without trusting it."""
+"""Read a package.xml, or another file of XML, without trusting it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
+from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from catkin_pkg.condition import evaluate_condition
 
-from grader.intake.xml_reader import read_xml
+from grader.sanitize import printable
 
 MAX_BYTES = 256 * 1024  # that of rclcpp, a long one, has 4 KB
 _MAX_CONDITION = 200
@@ -54,3 +56,36 @@ def _counts(element: Element) -> bool:
         return not condition or len(condition) > _MAX_CONDITION or evaluate_condition(condition, _CONDITION_VALUES)
     except (ValueError, RecursionError):
         return True
+
+
+class _DoctypeFound(Exception):
+    """A document type was declared, which allows entity expansion."""
+
+
+class _Builder(ElementTree.TreeBuilder):
+    def doctype(self, *_: object) -> NoReturn:
+        raise _DoctypeFound
+
+
+def read_xml(path: Path, max_bytes: int) -> Element:
+    """Return the root element of a submission's file: with a size limit, and without a DOCTYPE, which can be a bomb.
+
+    Raises:
+        ValueError: it cannot be read; the message is a predicate such as "is not XML: no element found".
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(max_bytes + 1)
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror}") from error
+    if len(data) > max_bytes:
+        kilobytes = max_bytes // 1024
+        size = f"{kilobytes // 1024} MB" if kilobytes >= 1024 else f"{kilobytes} KB"
+        raise ValueError(f"is larger than {size}")
+    try:
+        return ElementTree.fromstring(data, ElementTree.XMLParser(target=_Builder()))
+    except _DoctypeFound:
+        raise ValueError("declares a DOCTYPE, which is not allowed") from None
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        # ValueError and LookupError: encodings that expat cannot read or that Python does not know.
+        raise ValueError(f"is not XML: {printable(str(error))}") from error

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from grader.evidence import TestReport
-from grader.intake.xml_reader import read_xml
+from grader.intake.package_xml import read_xml
 from grader.python_ast import is_test
 from grader.quality.parsed_module import Module
 from grader.sanitize import printable

@@ -113,7 +113,7 @@ FAULTS = (
     ),
     Fault(
         "a_package_xml_with_a_doctype_is_read",
-        "grader/intake/xml_reader.py",
+        "grader/intake/package_xml.py",
         "ElementTree.XMLParser(target=_Builder())",
         "ElementTree.XMLParser()",
         "tests/grader/intake/test_package_xml.py::test_entities_are_refused_rather_than_expanded",
