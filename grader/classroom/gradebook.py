@@ -322,23 +322,14 @@ def _requirements(
         why = f"flags accepted: {accepted.why}"
         accepting = {name: PointsOverride(name, Decimal(str(held[name])), why, accepted.by) for name in held}
         given = accepting | dict(given)
-    return tuple(
-        _requirement(
-            requirement.id, rounded(requirement.points), measured.get(requirement.id), given.get(requirement.id)
-        )
-        for requirement in whole.requirements
-    )
-
-
-def _requirement(
-    name: str, worth: Decimal, measured: dict[str, Any] | None, given: PointsOverride | None
-) -> RequirementPoints:
-    outcome = str(measured["outcome"]) if measured else "not_graded"
-    if given is not None:
-        return RequirementPoints(name, rounded(given.points), worth, outcome, given)
-    if measured is None or outcome in ("not_graded", "withheld"):
-        return RequirementPoints(name, None, worth, outcome)
-    return RequirementPoints(name, rounded(measured["points"]), worth, outcome)
+    found = []
+    for requirement in whole.requirements:
+        own, override = measured.get(requirement.id), given.get(requirement.id)
+        outcome = str(own["outcome"]) if own else "not_graded"
+        points = None if own is None or outcome in ("not_graded", "withheld") else rounded(own["points"])
+        points = points if override is None else rounded(override.points)
+        found.append(RequirementPoints(requirement.id, points, rounded(requirement.points), outcome, override))
+    return tuple(found)
 
 
 def _state(record: Record | None, graded: bool, found: Sequence[RequirementPoints]) -> State:

@@ -186,12 +186,8 @@ def claimed(
         if len(who.people) == 1:
             found.append(who.people[0])
         elif not roster and not who.rivals:
-            found.append(
-                Person(
-                    **{claim.kind: claim.value for claim in time.claims},
-                    lms=next((c.lms for c in time.claims if c.lms), ""),
-                )
-            )
+            lms = next((claim.lms for claim in time.claims if claim.lms), "")
+            found.append(Person(**{claim.kind: claim.value for claim in time.claims}, lms=lms))
         else:
             strangers += 1
     before = [known.get(person.key, person) for person in earlier if not roster or person.key in known]
