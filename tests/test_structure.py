@@ -107,8 +107,10 @@ def test_no_module_imports_itself_by_way_of_others(kit: Imports):
     assert not around, " -> ".join(around)
 
 
-def test_no_room_of_the_grader_imports_a_room_above(kit: Imports):
+def test_every_room_is_on_the_page_and_imports_none_above(kit: Imports):
     own = _within(kit, "grader", but="grader.ros2")
+    new = {_room(name) for name in own} - {*ROOMS}
+    assert not new, f"not in the table of rooms in docs/architecture.md: {', '.join(sorted(new))}"
     found = upwards({name: {other for other in others if other in own} for name, others in own.items()})
     assert not found, ", ".join(found)
 
