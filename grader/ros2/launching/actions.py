@@ -185,6 +185,7 @@ class LaunchDescriptionSource:
     def __init__(self, launch_description: Any = None, location: SomeSubstitutionsType = "") -> None:
         self._place = substitutions(location)
         self._description: LaunchDescription | None = launch_description
+        self.folder = ""  # of the file, once it has been read
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
         """Return the description if its place is known without a context and the file can be read."""
@@ -199,7 +200,8 @@ class LaunchDescriptionSource:
 
     def _load(self, place: str) -> LaunchDescription:
         # An absolute path, but with its links kept: a symlinked install names its folder as the user does.
-        self._description = read(Path(place).absolute())
+        path = Path(place).absolute()
+        self._description, self.folder = read(path), str(path.parent)
         return self._description
 
 
@@ -237,6 +239,8 @@ class IncludeLaunchDescription(Action):
     def execute(self, context: LaunchContext) -> Entities:
         """Read the file, and check that its required arguments are given before any of it runs."""
         description = self.launch_description_source.get_launch_description(context)
+        # As in the real one, this stays what it is after the file, too.
+        context.locals.current_launch_file_directory = self.launch_description_source.folder
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
         self._require(context, description)
         return [*given, description]

@@ -206,6 +206,14 @@ class LaunchConfigurationEquals(Condition):
         super().__init__(predicate=holds)
 
 
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    """Holds if a configuration has another value, or none."""
+
+    def evaluate(self, context: LaunchContext) -> bool:
+        """Return whether it holds now."""
+        return not super().evaluate(context)
+
+
 # -- entities -----------------------------------------------------------------------------------------------------
 class DeclaredArgument(Protocol):
     """A launch argument, as far as `--show-args` needs to know it."""

@@ -26,8 +26,8 @@ launch: Action Condition Event EventHandler InvalidLaunchFileError LaunchContext
 launch.actions: DeclareLaunchArgument EmitEvent ExecuteProcess GroupAction IncludeLaunchDescription LogInfo
   OpaqueFunction RegisterEventHandler SetEnvironmentVariable SetLaunchConfiguration Shutdown TimerAction
 launch.actions.shutdown_action: Shutdown
-launch.conditions: IfCondition InvalidConditionExpressionError LaunchConfigurationEquals UnlessCondition
-  evaluate_condition_expression
+launch.conditions: IfCondition InvalidConditionExpressionError LaunchConfigurationEquals
+  LaunchConfigurationNotEquals UnlessCondition evaluate_condition_expression
 launch.event_handler: EventHandler
 launch.event_handlers: OnProcessExit OnProcessStart OnShutdown
 launch.events: Shutdown TimerEvent
@@ -37,8 +37,9 @@ launch.launch_description_sources: AnyLaunchDescriptionSource InvalidLaunchFileE
 launch.logging:
 launch.some_entities_type: SomeEntitiesType
 launch.some_substitutions_type: SomeSubstitutionsType
-launch.substitutions: Command EnvironmentVariable FindExecutable LaunchConfiguration PathJoinSubstitution
-  PythonExpression SubstitutionFailure TextSubstitution
+launch.substitutions: AndSubstitution Command EnvironmentVariable EqualsSubstitution FindExecutable LaunchConfiguration
+  NotEqualsSubstitution NotSubstitution OrSubstitution PathJoinSubstitution PythonExpression SubstitutionFailure
+  TextSubstitution ThisLaunchFileDir
 launch.utilities: normalize_to_list_of_substitutions perform_substitutions
 launch_ros:
 launch_ros.actions: LifecycleNode Node PushROSNamespace PushRosNamespace SetParameter
@@ -61,13 +62,7 @@ INSTEAD = {
     "ExecuteLocal": "Use ExecuteProcess of launch.actions.",
     "UnregisterEventHandler": "Use handle_once=True of the event handler.",
     **dict.fromkeys(("ShutdownProcess", "SignalProcess"), "Use ExecuteProcess with `kill`, or Shutdown."),
-    **dict.fromkeys(
-        (
-            *("AllSubstitution", "AndSubstitution", "AnySubstitution", "EqualsSubstitution", "IfElseSubstitution"),
-            *("LaunchConfigurationNotEquals", "NotEqualsSubstitution", "NotSubstitution", "OrSubstitution"),
-        ),
-        "Use PythonExpression.",
-    ),
+    **dict.fromkeys(("AllSubstitution", "AnySubstitution", "IfElseSubstitution"), "Use PythonExpression."),
     "AppendEnvironmentVariable": "Use SetEnvironmentVariable, with EnvironmentVariable in its value.",
     "FileContent": "Use Command(['cat ', path]).",
     "LocalSubstitution": "Write a function as the reaction to the event, which it is given.",
@@ -77,7 +72,6 @@ INSTEAD = {
     "SetRemap": "Write `remappings` for each node.",
     "SetUseSimTime": "Use SetParameter('use_sim_time', True).",
     "ThisLaunchFile": "Use __file__.",
-    "ThisLaunchFileDir": "Use os.path.dirname(__file__).",
     "SetROSLogDir": "Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.",
     "Parameter": "Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.",
     "FrontendLaunchDescriptionSource": actions.PYTHON_FILE,

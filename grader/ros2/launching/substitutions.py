@@ -8,7 +8,7 @@ import os
 import shlex
 import shutil
 import subprocess
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,10 @@ from .entities import (
     Substitution,
     TextSubstitution,
     describe,
+    is_substitution,
     perform,
     substitutions,
+    truth,
 )
 from .errors import PackageNotFoundError, SubstitutionFailure
 
@@ -150,6 +152,73 @@ class PythonExpression(Substitution):
             raise SubstitutionFailure(
                 f"Python expression '{expression}' fails: {type(error).__name__}: {error}"
             ) from error
+
+
+class ThisLaunchFileDir(Substitution):
+    """The folder of the launch file that was read last."""
+
+    def perform(self, context: LaunchContext) -> str:
+        found = getattr(context.locals, "current_launch_file_directory", None)  # set by the include that reads the file
+        if found is None:
+            raise SubstitutionFailure("ThisLaunchFileDir used outside of a launch file (in a script)")
+        return str(found)
+
+
+class EqualsSubstitution(Substitution):
+    """Whether two texts are equal: as truth values, as numbers, or letter by letter."""
+
+    def __init__(self, left: Any, right: Any) -> None:
+        texts = (one if is_substitution(one) else "" if one is None else str(one) for one in (left, right))
+        self.sides = [substitutions(one) for one in texts]
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(self.equal(context)).lower()
+
+    def equal(self, context: LaunchContext) -> bool:
+        """Return whether the two are equal."""
+        left, right = (perform(context, side) for side in self.sides)
+        truths = {"true": True, "1": True, "false": False, "0": False}
+        if left.lower() in truths and right.lower() in truths:
+            return truths[left.lower()] == truths[right.lower()]
+        try:
+            return math.isclose(float(left), float(right))
+        except ValueError:
+            return left == right
+
+
+class NotEqualsSubstitution(EqualsSubstitution):
+    """Whether two texts differ."""
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(not self.equal(context)).lower()
+
+
+class OrSubstitution(Substitution):
+    """Whether one of two is true."""
+
+    combine: Callable[[Iterable[bool]], bool] = staticmethod(any)
+
+    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
+        self.args = [substitutions(left), substitutions(right)]
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(self.combine(truth(context, value) for value in self.args)).lower()
+
+
+class AndSubstitution(OrSubstitution):
+    """Whether both are true."""
+
+    combine = staticmethod(all)
+
+
+class NotSubstitution(Substitution):
+    """The opposite of a truth value."""
+
+    def __init__(self, value: SomeSubstitutionsType) -> None:
+        self.value = substitutions(value)
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(not truth(context, self.value)).lower()
 
 
 # -- of launch_ros: the places of packages and of their executables ----------------------------------------------------

@@ -83,8 +83,8 @@ def test_a_refusal_names_the_line_that_includes_and_nothing_of_the_event_loop(la
             "line 2: launch_config of launch.logging is not supported by the launch of this kit.",
         ),
         (
-            "from launch.substitutions import ThisLaunchFileDir\nThisLaunchFileDir()",
-            "line 2: ThisLaunchFileDir of launch.substitutions is not supported by the launch of this kit. Use os.path",
+            "from launch.substitutions import ThisLaunchFile\nThisLaunchFile()",
+            "line 2: ThisLaunchFile of launch.substitutions is not supported by the launch of this kit. Use __file__",
         ),
         (
             "from launch_ros.actions import Node\nNode(executable='a', prefix='gdb')",

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from helpers.ros2_runs import COMMAND, ROOT
 
+from grader import KIT
 from grader.ros2.launching import modules
 
 # Places of the real ones from which launch files were seen to import, besides the modules of the table.
@@ -50,6 +51,7 @@ except ImportError:
 else:
     assert not hasattr(launch, "LaunchDescription")
 sys.modules["launch"] = types.ModuleType("launch")
+from grader import KIT
 from grader.ros2.launching import modules
 assert modules.install()
 for module, name in {rows!r}:
@@ -71,7 +73,8 @@ def test_the_real_ones_are_left_alone(tmp_path):
         (tmp_path / path).write_text(text)
     code = (
         f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(COMMAND.parents[1])!r}]\n"
-        "from grader.ros2.launching import modules\n"
+        "from grader import KIT
+from grader.ros2.launching import modules\n"
         "assert not modules.install()\n"
         "import launch; assert launch.LaunchDescription.real"
     )
@@ -238,3 +241,31 @@ def test_the_keywords_of_a_node_are_those_of_the_real_one(visitor):
     )
     assert node.process_details["name"] == "label-1"
     assert node.process_details["env"]["A"] == "b"
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "equal"),
+    [("TRUE", "1", True), ("1.0", "1", True), ("a", "A", False), (0, 0.0, True), ("", None, True)],
+)
+def test_texts_are_compared_as_truths_numbers_and_letters(visitor, left: Any, right: Any, equal: bool):
+    assert visitor.text(visitor.EqualsSubstitution(left, right)) == str(equal).lower()
+    assert visitor.text(visitor.NotEqualsSubstitution(left, right)) == str(not equal).lower()
+
+
+def test_truth_values_are_combined(visitor):
+    assert visitor.text(visitor.AndSubstitution("true", "0")) == visitor.text(visitor.NotSubstitution("1")) == "false"
+    assert visitor.text(visitor.OrSubstitution("true", "0")) == "true"
+
+
+def test_the_folder_of_the_launch_file_is_found(visitor):
+    file = KIT / "tests/grader/ros2/launch_files/child_launch.py"
+    visitor.launch(file)
+    assert visitor.text(visitor.ThisLaunchFileDir()) == str(file.parent)
+
+
+def test_a_condition_on_another_value_holds_without_one(visitor):
+    def other() -> Any:
+        return show(visitor, "other", condition=visitor.LaunchConfigurationNotEquals("robot", "tb4"))
+
+    assert len(visitor.visit(other(), visitor.SetLaunchConfiguration("robot", "tb4"))) == 1
+    assert len(visitor.visit(other())) == 1, "no further one"
