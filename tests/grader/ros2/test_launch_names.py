@@ -73,8 +73,7 @@ def test_the_real_ones_are_left_alone(tmp_path):
         (tmp_path / path).write_text(text)
     code = (
         f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(COMMAND.parents[1])!r}]\n"
-        "from grader import KIT
-from grader.ros2.launching import modules\n"
+        "from grader.ros2.launching import modules\n"
         "assert not modules.install()\n"
         "import launch; assert launch.LaunchDescription.real"
     )
