@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import os
 import pty
+import shlex
 import signal
 import subprocess
 import time
@@ -25,12 +26,13 @@ from .entities import (
     substitutions,
     truth,
 )
-from .errors import LaunchError, UnsupportedError, refuse_keywords
+from .errors import LaunchError
 from .output import KINDS, LineReader
 
 # How long each signal has to work before the next one, as in the real launch; `sigterm_timeout:=` sets another limit.
 TIMEOUT_S = 5.0
-ABSENT = ("prefix", "sigterm_timeout", "sigkill_timeout", "output_format", "cached_output", "log_cmd")
+# Keywords without an effect here: they say how output looks, or how long an end may take.
+_WITHOUT_EFFECT = ("sigterm_timeout", "sigkill_timeout", "output_format", "cached_output", "log_cmd")
 
 
 class ExecuteProcess(Action):
@@ -41,6 +43,7 @@ class ExecuteProcess(Action):
         *,
         cmd: Iterable[SomeSubstitutionsType],
         name: SomeSubstitutionsType | None = None,
+        prefix: SomeSubstitutionsType | None = None,
         cwd: SomeSubstitutionsType | None = None,
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None,
@@ -53,17 +56,15 @@ class ExecuteProcess(Action):
         respawn_max_retries: int = -1,
         **rest: Any,
     ) -> None:
-        refuse_keywords(self, rest, *ABSENT)
-        super().__init__(**rest)
-        if isinstance(output, dict):
-            raise UnsupportedError("a dictionary as `output`", "Write 'screen', 'log' or 'both'.")
+        super().__init__(**{name: value for name, value in rest.items() if name not in _WITHOUT_EFFECT})
         if not isinstance(respawn, bool | Substitution):
             raise TypeError(f"value='{respawn}' is not an instance of <class 'bool'>")
         self.cmd = [substitutions(word) for word in cmd]
-        self.label, self.cwd = (None if x is None else substitutions(x) for x in (name, cwd))
+        self.label, self.cwd, self.prefix = (None if x is None else substitutions(x) for x in (name, cwd, prefix))
         self.env, self.additional_env = (None if x is None else _pairs(x) for x in (env, additional_env))
         self.shell, self.emulate_tty = shell, emulate_tty
-        self.output = substitutions(output)
+        # Of each stream, or of both together.
+        self.output = substitutions("screen" if isinstance(output, dict) else output)
         self.on_exit, self.respawn = on_exit, respawn
         self.respawn_delay_s, self.respawn_max_retries = respawn_delay, respawn_max_retries
         self.process_details: dict[str, Any] = {}
@@ -104,6 +105,7 @@ class ExecuteProcess(Action):
         self._context = context
         cmd = self.command(context)
         base = os.path.basename(cmd[0]) if self.label is None else perform(context, self.label)  # noqa: PTH119 - text
+        cmd = [*(shlex.split(perform(context, self.prefix)) if self.prefix else ()), *cmd]
         self.process_details = {
             "name": f"{base}-{context.runner.next_number()}",
             "cmd": cmd,

@@ -86,10 +86,6 @@ def test_a_refusal_names_the_line_that_includes_and_nothing_of_the_event_loop(la
             "from launch.substitutions import ThisLaunchFile\nThisLaunchFile()",
             "line 2: ThisLaunchFile of launch.substitutions is not supported by the launch of this kit. Use __file__",
         ),
-        (
-            "from launch_ros.actions import Node\nNode(executable='a', prefix='gdb')",
-            "line 2: prefix= of Node is not supported by the launch of this kit.",
-        ),
         ("import launch.actoins", "No module named 'launch.actoins'"),
         ("from nav2_common.launch import RewrittenYaml", "No module named 'nav2_common'"),
         (

@@ -226,6 +226,12 @@ def test_a_list_set_for_all_nodes_becomes_text(visitor):
     assert lines == ["show --ros-args -p a:=(1, 2) -p b:=x y"]
 
 
+def test_what_only_changes_how_output_looks_is_accepted_and_a_prefix_comes_first(visitor):
+    node = show(visitor, prefix="nice -n 5", sigterm_timeout="1", log_cmd=True, output={"both": "screen"})
+    (line,) = visitor.visit(node)
+    assert line.startswith("nice -n 5 show")
+
+
 def test_the_keywords_of_a_node_are_those_of_the_real_one(visitor):
     on_exit: Callable[..., None] = lambda *_: None  # noqa: E731 - as a launch file has it
     node = visitor.Node(
@@ -257,7 +263,7 @@ def test_truth_values_are_combined(visitor):
 
 
 def test_the_folder_of_the_launch_file_is_found(visitor):
-    file = KIT / "tests/grader/ros2/launch_files/child_launch.py"
+    file = KIT / "tests/grader/ros2/launch_files/plain_list.launch.py"
     visitor.launch(file)
     assert visitor.text(visitor.ThisLaunchFileDir()) == str(file.parent)
 
