@@ -5,17 +5,17 @@ from __future__ import annotations
 import errno
 import html
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from helpers.archives import NODE, XML, below, write, zipped
 from helpers.course import COURSE
-from helpers.german import german_course
 from helpers.notebook_fixtures import workspace
 
-from grader import cli, notebook
+from grader import cli, notebook, words
 from grader.course import find as find_course
+from grader.course.reader import VARIABLE
 from grader.courses.robot_controller.lessons import clinic, frames
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
@@ -25,7 +25,19 @@ from grader.notebook.workspace import Workspace
 from grader.processes import supervised
 from grader.words import say
 
-__all__ = ["german_course", "workspace"]
+__all__ = ["workspace"]
+
+
+@pytest.fixture
+def german_course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder of the kit's own course in German, which `grader.course.find` finds."""
+    folder = tmp_path / "kurs"
+    folder.mkdir()
+    (folder / "course.yaml").write_text("extends: kit\nlanguage: de\nrubric: rubric.yaml\n")
+    (folder / "rubric.yaml").write_text("extends: kit\n")
+    monkeypatch.setenv(VARIABLE, str(folder))
+    yield folder
+    words.speak(words.ENGLISH, COURSE.folder)
 
 
 def said(call: Callable[[], object], capsys: pytest.CaptureFixture[str]) -> str:

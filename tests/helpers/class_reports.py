@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ from grader.evidence import Evidence
 from grader.scoring import rubric
 from grader.scoring.grading import HandIn
 from grader.settings import Settings
-from helpers import recordings
 
 
 def report(lost: dict[str, float] | None = None, **more: Any) -> dict[str, Any]:
@@ -47,16 +45,6 @@ def report(lost: dict[str, float] | None = None, **more: Any) -> dict[str, Any]:
         for requirement in rubric.load(rubric.RUBRIC).requirements
     ]
     return {"submission": "team07.zip", "requirements": requirements, "integrity": [], "wall_seconds": 41.25} | more
-
-
-def whole_recording(name: str) -> Evidence:
-    """Return the evidence recorded of a known-bad submission; what was not recorded is the reference's."""
-    own, reference = recordings.load(name), recordings.load("reference")
-    parts = {part: getattr(own, part) or getattr(reference, part) for part in ("tests", "quality", "mutation")}
-    functions = own.functions or reference.functions
-    trials = reference.trials | own.trials if own.build.ok else own.trials
-    build = own.build if own.build.ok or own.build.exit_code else reference.build
-    return replace(own, build=build, functions=functions, trials=trials, **parts)
 
 
 def judge(found: Evidence, out: Path, hand_in: HandIn | None = None, *, pictures: bool = False) -> None:

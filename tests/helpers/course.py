@@ -9,9 +9,7 @@ PACKAGE, INTERFACES_PACKAGE = COURSE.package, COURSE.interfaces_package
 REFERENCE = COURSE.solution
 LAYOUT, CONTRACT, INTERFACES = COURSE.layout, COURSE.contract, COURSE.interfaces
 NODES = tuple(COURSE.nodes)
-NODE_MODULES = tuple(node.module for node in COURSE.nodes.values())
 NODE_TESTS, LAUNCH_FILES = COURSE.node_tests, COURSE.launch_files
-CONVERSIONS_MODULE = COURSE.functions.module if COURSE.functions else ""
 PARAMETERS = {name: node.defaults for name, node in COURSE.nodes.items()}
 
 
