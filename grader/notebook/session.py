@@ -92,7 +92,8 @@ class Run:
         self._workspace = workspace
         self._program, self._launch = program, launch
         self._parameters = dict(parameters or {})
-        self.simulator = Simulator(load_world(course().world(world)) if isinstance(world, str) else world)
+        # Not by the world's own seed: the published notebooks show runs with this one.
+        self.simulator = Simulator(load_world(course().world(world)) if isinstance(world, str) else world, seed=0)
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
         self._process: NodeProcess | None = None
