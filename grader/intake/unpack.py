@@ -56,8 +56,7 @@ def unpack(
     declared = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
     for index, stream in container.contents(plan.files.keys()):
         path = plan.files[index]
-        with damaged(container.name):
-            written = _write(into / path, stream, declared[index], path in plan.executable)
+        written = _write(into / path, stream, declared[index], path in plan.executable, container.name)
         if written != declared[index]:
             raise SubmissionError(
                 say(
@@ -80,16 +79,22 @@ def unpack(
     return Unpacked(plan, left)
 
 
-def _write(path: Path, stream: Readable, max_bytes: int, executable: bool) -> int:
-    """Write `stream` to the new file `path`; stop one byte after `max_bytes`. Return the number of bytes read."""
-    with _disk_errors(path):
+def _write(path: Path, stream: Readable, max_bytes: int, executable: bool, name: str) -> int:
+    """Write `stream`, of the container `name`, to the new file `path`; stop one byte after `max_bytes`.
+
+    Return the number of bytes read.
+    """
+    done = 0
+    with _disk_errors(path):  # also as the file is closed, which writes the rest of it
         path.parent.mkdir(parents=True, exist_ok=True)
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o755 if executable else 0o644)
-    done = 0
-    with os.fdopen(handle, "wb") as file:
-        while done <= max_bytes and (block := stream.read(min(BLOCK, max_bytes + 1 - done) or 1)):
-            done += len(block)
-            with _disk_errors(path):
+        with os.fdopen(handle, "wb") as file:
+            while done <= max_bytes:
+                with damaged(name):
+                    block = stream.read(min(BLOCK, max_bytes + 1 - done) or 1)
+                if not block:
+                    break
+                done += len(block)
                 file.write(block)
     return done
 

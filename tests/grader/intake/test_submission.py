@@ -133,17 +133,20 @@ def test_a_target_folder_in_use_is_an_error_of_the_grader_and_unchanged(handed_i
     assert (into / "precious").exists()
 
 
-def test_a_full_disk_is_an_error_of_the_grader(handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("when", ["a file is made", "its last bytes are written, as it is closed"])
+def test_a_full_disk_is_an_error_of_the_grader(handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch, when: str):
     really = os.open
 
     def full(path: str, flags: int, *rest: int, **more: int) -> int:
-        if flags & os.O_CREAT:
+        if not flags & os.O_CREAT:
+            return really(path, flags, *rest, **more)
+        if when == "a file is made":
             raise OSError(28, "No space left on device")
-        return really(path, flags, *rest, **more)
+        return really("/dev/full", os.O_WRONLY)
 
     write(handed_in, PACKAGE)
     monkeypatch.setattr(os, "open", full)
-    with pytest.raises(GraderError, match="No space left on device"):
+    with pytest.raises(GraderError, match=r"No space left on device. Free some space"):
         open_submission(handed_in, into, COURSE)
 
 
