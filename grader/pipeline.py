@@ -93,21 +93,26 @@ def explain(source: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
     Raises:
         SubmissionError, GraderError: as by `grade`.
     """
+    _require_host(settings)
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
-        packages.require(settings.course)
         submission = open_submission(source, folder / "submission", settings.course, package=settings.package_path)
         (folder / "work").mkdir()
         return explain_jobs(submission, folder / "work", settings)
 
 
-@contextmanager
-def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
-    """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
+def _require_host(settings: Settings) -> None:
+    """Check that this host can grade, and say as whom submissions run."""
     shortage.require_memory()
     sandbox.require(for_points=not settings.requirements)
     packages.require(settings.course)
     if said := submission_user.notice():
         settings.progress(said)
+
+
+@contextmanager
+def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
+    """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
+    _require_host(settings)
     if not source.exists():
         raise SubmissionError(
             say("There is no file or folder {path}.", path=printable(str(source))), say("Check the path.")

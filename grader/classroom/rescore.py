@@ -33,9 +33,10 @@ Change = tuple[str, str, str, str]
 
 
 def rescore(
-    folder: ClassFolder, new_rubric: Path | None = None,
-    progress: Callable[[int, int], None] = lambda _done, _total: None, jobs: int = 0,
-) -> tuple[int, list[Change]]:  # fmt: skip
+    folder: ClassFolder,
+    new_rubric: Path | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> tuple[int, list[Change]]:
     """Run the checks over the evidence of every graded submission, and write the reports anew.
 
     Return how many were judged again, and what changed. `progress` is called with how many are done, of how many.
@@ -58,7 +59,7 @@ def rescore(
         now = overrides.applied(facts, decided)
         known = {entry.id: hand_ins.hand_in(entry, facts, decided) for entry in now.entries}
         judged: list[dict[str, str]] = []
-        with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
+        with ProcessPoolExecutor() as pool:
             made = {record.id: folder.working(record.id) for record in graded}
             orders = ((folder.submission(r.id), made[r.id], text, r.seed, known[r.id], facts.course) for r in graded)
             for points in pool.map(_judge, orders, chunksize=_TOGETHER):

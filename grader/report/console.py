@@ -58,9 +58,8 @@ def jobs(listed: Sequence[tuple[Job[Any], str]]) -> str:
         for job, since in rows:
             state = say("kept since {when}", when=since) if since else say("to do")
             after = say("after {job}", job=say(job.after)) if job.after else ""
-            told = "; ".join(
-                filter(None, [state, after, " ".join(sorted(job.serves, key=lambda id_: (id_[0], len(id_), id_)))])
-            )
+            serves = " ".join(sorted(job.serves, key=lambda id_: (id_[0], len(id_), id_)))
+            told = "; ".join(filter(None, [state, after, serves]))
             lines.append(f"  {say(job.name):<38}  {told}")
     return "\n".join(lines)
 

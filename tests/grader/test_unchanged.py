@@ -37,11 +37,14 @@ def package(tmp_path: Path) -> Path:
     return Path(shutil.copytree(REFERENCE, tmp_path / "ros2_robot_controller"))
 
 
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    return Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
+
+
 @pytest.mark.slow  # three gradings
 @pytest.mark.sandbox
-def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path: Path):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
-
+def test_the_text_is_read_again_only_when_it_has_changed(package: Path, settings: Settings, tmp_path: Path):
     def grade(settings: Settings = settings) -> pipeline.Grading:
         return pipeline.grade(package, tmp_path / "out", settings)
 
@@ -64,9 +67,10 @@ def judge(package: Path, out: Path, settings: Settings, *, keep_verdict: bool = 
 
 @pytest.mark.slow  # gradings of one requirement
 @pytest.mark.sandbox
-def test_of_the_same_evidence_the_verdict_is_kept_if_that_is_wanted(package: Path, tmp_path: Path, monkeypatch: Any):
+def test_of_the_same_evidence_the_verdict_is_kept_if_that_is_wanted(
+    package: Path, settings: Settings, tmp_path: Path, monkeypatch: Any
+):
     """In a notebook. A grading takes no verdict of an earlier one."""
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
     ran: list[Path] = []
 
     def run(_course: object, folder: Path, ids: Sequence[str]) -> list[CheckResult]:
@@ -86,8 +90,7 @@ def test_of_the_same_evidence_the_verdict_is_kept_if_that_is_wanted(package: Pat
 
 
 @pytest.mark.sandbox
-def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypatch: Any):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), reuse=Reuse.KEPT)
+def test_a_check_that_broke_is_run_again(settings: Settings, tmp_path: Path, monkeypatch: Any):
     ran: list[str] = []
 
     def run(_course: object, _folder: Path, ids: Sequence[str]) -> list[CheckResult]:

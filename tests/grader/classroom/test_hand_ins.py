@@ -159,7 +159,7 @@ def test_the_only_member_reads_their_own_extension(graded: ClassFolder):
 def test_a_rescore_keeps_what_is_known_and_says_when_it_judged_again(graded: ClassFolder):
     graded.overrides.write_text(DECIDED)
     before = said(graded)
-    rescore(graded, jobs=1)
+    rescore(graded)
     after = said(graded)
     assert after["graded"] == before["graded"]
     assert after["rescored"] >= before["graded"]

@@ -206,7 +206,7 @@ def test_points_stay_withheld_for_what_was_not_decided(held: ClassFolder):
 @pytest.mark.slow  # checks are run again
 def test_a_rescore_without_it_gives_the_points_back(held: ClassFolder, tmp_path: Path):
     (tmp_path / "note.yaml").write_text(WITHHOLD.replace("flags: withhold", "flags: note"))
-    _, changes = rescore(held, new_rubric=tmp_path / "note.yaml", jobs=1)
+    _, changes = rescore(held, new_rubric=tmp_path / "note.yaml")
     assert ("team07", "Q5", "withheld", "3.00") in changes
     assert (team(held).state, team(held).total) == (State.GRADED, 100)
 

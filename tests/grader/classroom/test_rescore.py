@@ -43,11 +43,11 @@ def again(graded: Path, tmp_path: Path) -> ClassFolder:
 
 @pytest.mark.slow  # a class is judged twice
 def test_the_same_rubric_and_checks_give_the_same_points_and_other_evidence_others(again: ClassFolder):
-    assert rescore(again, jobs=1) == (1, [])
+    assert rescore(again) == (1, [])
     functions = again.submission("team07") / pipeline.EVIDENCE / "functions.json"
     answers = json.loads(functions.read_text())
     functions.write_text(json.dumps([each | {"answer": [9.0 for _ in each["answer"]]} for each in answers]))
-    assert rescore(again, jobs=1) == (1, [("team07", "F14", "1.00", "0.00")])
+    assert rescore(again) == (1, [("team07", "F14", "1.00", "0.00")])
 
 
 def test_a_new_rubric_counts_and_is_kept_with_the_class(again: ClassFolder, graded: Path, tmp_path: Path):
@@ -57,7 +57,7 @@ def test_a_new_rubric_counts_and_is_kept_with_the_class(again: ClassFolder, grad
     assert text.count(old) == text.count(other) == 1
     text = text.replace(old, old.replace("1.5", "2")).replace(other, other.replace("1.5", "1"))
     (tmp_path / "new.yaml").write_text(text)
-    rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1)
+    rescore(again, new_rubric=tmp_path / "new.yaml")
     assert (again.path / RUBRIC).read_text() == text
     record = again.record("team07")
     assert record is not None
@@ -69,7 +69,7 @@ def test_evidence_that_was_not_collected_is_named_with_the_command_that_collects
     for path in (again.submission("team07") / pipeline.EVIDENCE / "trials").glob("idle*.json"):
         path.unlink()
     with pytest.raises(GraderError, match=r"team07 lacks evidence of the trial idle.* `grader batch --out CLASS"):
-        rescore(again, jobs=1)
+        rescore(again)
 
 
 @pytest.mark.slow  # a class is judged
@@ -80,7 +80,7 @@ def test_ctrl_c_while_judging_leaves_the_class_as_it_was(again: ClassFolder, tmp
     (tmp_path / "new.yaml").write_text(rubric.RUBRIC.read_text().replace("points: 1.5,", "points: 1.50,"))
     before = {path: path.read_bytes() for path in sorted(again.submission("team07").rglob("*")) if path.is_file()}
     with pytest.raises(KeyboardInterrupt):
-        rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1, progress=interrupt)
+        rescore(again, new_rubric=tmp_path / "new.yaml", progress=interrupt)
     assert {path: path.read_bytes() for path in before} == before
     assert (again.path / RUBRIC).read_text() == rubric.RUBRIC.read_text()
 
@@ -95,7 +95,7 @@ def test_a_rescore_turned_cannot_be_graded_into_not_graded_yet(again: ClassFolde
     again.keep(again.working("boek"), Record("boek", status, "boek.zip is empty.", entry.content, facts.rubric))
     before = next(row for row in gradebook.read(again).rows if row.submission == "boek")
     (tmp_path / "new.yaml").write_text(rubric.RUBRIC.read_text() + "# another one\n")
-    rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1)
+    rescore(again, new_rubric=tmp_path / "new.yaml")
     after = next(row for row in gradebook.read(again).rows if row.submission == "boek")
     assert (after.state, after.total, after.why) == (before.state, before.total, before.why)
     assert after.why == "boek.zip is empty."

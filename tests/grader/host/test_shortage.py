@@ -113,7 +113,7 @@ def ungraded(monkeypatch: pytest.MonkeyPatch, settings: pipeline.Settings) -> Ca
     """Return `pipeline.grade` without a submission: its evidence is given, and nothing is judged."""
     intake = evidence.Intake("x", "", "x", ".")
     seen = evidence.Evidence(intake=intake, build=evidence.Build(True, False, 0.0, 0, False, ""))
-    monkeypatch.setattr(pipeline, "_collected", lambda *_: seen)
+    monkeypatch.setattr(pipeline, "_collected", lambda *_, **__: seen)
     monkeypatch.setattr(pipeline, "judge", lambda *_: Grading(None, seen, {}, "x", 0, 0.0))  # type: ignore[arg-type]
     return lambda out, write: pipeline.grade(ROOT / "solution_pkg", out, settings, write)
 

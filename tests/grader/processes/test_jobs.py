@@ -90,12 +90,18 @@ def test_the_chain_reserves_places_but_one_is_always_free(monkeypatch: pytest.Mo
     assert counts == [free, free]
 
 
-def test_who_waits_goes_on_when_a_place_is_free(work: Work, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 0)
-    places = jobs._Places
-    monkeypatch.setattr(jobs, "_Places", lambda count: places(max(count, 1)))
-    run([work.job(name, turn=Turn.PLACE) for name in "abc"])
-    assert sorted(work.done) == ["a", "b", "c"]
+def test_who_waits_goes_on_when_a_place_is_free():
+    places, went_on = jobs._Places(1), threading.Event()
+
+    def take() -> None:
+        with places.of(Turn.PLACE):
+            went_on.set()
+
+    thread = threading.Thread(target=take, daemon=True)
+    with places.of(Turn.PLACE):
+        thread.start()
+        assert not went_on.is_set()
+    assert went_on.wait(60.0)
 
 
 def test_what_is_kept_is_not_done_again_and_when_it_was_is_said(work: Work, kept: Kept):
@@ -121,19 +127,11 @@ def test_what_may_end_in_another_way_is_done_again_and_all_that_comes_after_it(w
     assert sorted(work.done) == ["a", "a", "b", "b", "c"]
 
 
-def test_an_error_ends_the_run_and_what_has_not_begun_is_left(work: Work, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(jobs, "_TRIALS_AT_ONCE", 1)
-
-    def fail(*_: object) -> str:
+@pytest.mark.parametrize("turn", Turn)
+def test_an_error_is_raised_and_what_comes_after_its_job_is_not_done(work: Work, turn: Turn):
+    def fail() -> str:
         raise OSError("disk full")
 
-    broken = work.job("a", fail, turn=Turn.PLACE)
-    begun = threading.Event()
-
-    def wait_for_the_error() -> str:
-        begun.wait(0.0)
-        return ""
-
     with pytest.raises(OSError, match="disk full"):
-        run([broken, work.job("b", after="a"), work.job("c", wait_for_the_error)])
-    assert "b" not in work.done
+        run([work.job("a", fail, turn=turn), work.job("b", after="a")])
+    assert work.done == []
