@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import random
@@ -19,7 +20,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import qos_profile_action_status_default
 
 from grader import evidence, tracebacks
-from grader.course import Course
+from grader.course import Course, GoalFields
 from grader.evidence import Kind, Reason
 from grader.host import procfs
 from grader.sandbox.cpu_clock import CpuClock
@@ -275,11 +276,13 @@ class Stage:
     def navigate(self, x: float, y: float, tolerance: float = 0.1) -> SentGoal:
         """Send a goal and wait until it is accepted or rejected: `goal = stage.navigate(1.0, 0.5)`.
 
-        Position in the odom frame and tolerance, in metres. `goal.running`, `goal.ended` and `goal.cancel()` go on.
+        The contract's `goal` names the action's fields. Position in the odom frame and tolerance, in metres.
+        `goal.running`, `goal.ended` and `goal.cancel()` go on.
         """
         found = self.node.found(self.node.action_name, self.node.action.server_is_ready)
         if self.course.goal is None:
-            raise ValueError("`goal` in the contract does not say which fields of the action hold the target")
+            fields = ", ".join(f"{each.name}: FIELD" for each in dataclasses.fields(GoalFields))
+            raise ValueError(f"the contract has no `goal`; write the action's fields into it: goal: {{{fields}}}")
         goal = SentGoal(self.node, self.course.goal, x, y, tolerance)
         self.recorder.goals.append(goal)
         if not found:
