@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Mapping
-from functools import cache
 from types import ModuleType
 from typing import Any
 
@@ -62,12 +61,6 @@ def edited(text: str, edits: Iterable[Mapping[str, str]], path: str) -> str:
 def given_texts(notebook: str) -> dict[str, str]:
     """Return the files that a notebook gives, as the cells of its source write them."""
     (name,) = notebook_source.select([notebook], course().notebooks)
-    return dict(_given_texts(name, (course().notebooks / "source" / f"{name}.py").stat().st_mtime_ns))
-
-
-@cache
-def _given_texts(name: str, _written: int) -> dict[str, str]:
-    """Return the files that a notebook gives; to read the sources of all takes more than a second."""
     cells = notebook_source.read(name, rubric.load(course().rubric), course().notebooks).cells
     given = [cell for cell in cells if notebook_source.GIVEN in notebook_source.tags(cell)]
     return {path: notebook_source.body(cell) for cell in given if (path := notebook_source.written_file(cell))}

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -69,7 +68,7 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
         GraderError: the source is not a valid notebook.
     """
     source = notebooks / "source" / f"{name}.py"
-    raw = deepcopy(_parsed(source.read_text(encoding="utf-8")))
+    raw = _parsed(source.read_text(encoding="utf-8"))
     notebook = nbformat.v4.new_notebook(
         cells=[_cell(cell) for cell in raw.cells if cell.source.strip()],
         metadata=metadata(),

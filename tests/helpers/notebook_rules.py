@@ -346,10 +346,8 @@ def checks_say_passed(page: Page) -> Iterator[str]:
 
 def tries_are_right(page: Page) -> Iterator[str]:
     """Cells that try a function on a table of cases print NOT YET beside a case that is wrong."""
-    for cell in page.code():
-        for line in "\n".join(notebook_run.plain_text(output) for output in cell.outputs).splitlines():
-            if "NOT YET" in line:
-                yield f"cell {cell['id']}: {line.strip()}"
+    for cell in notebook_run.cells_not_yet(page.notebook):
+        yield f"cell {cell} says NOT YET"
 
 
 def outputs_name_no_machine(page: Page) -> Iterator[str]:
