@@ -33,7 +33,6 @@ _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
 _INTO = re.compile(rf"%%{pieces.MAGIC} +(\S+) *\n")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
-_SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
 _MAX_ID = 64  # characters of a cell's id, by the notebook format
 
 
@@ -87,21 +86,12 @@ def _parsed(text: str) -> NotebookNode:
     """Return what jupytext makes of a source: a quarter of a second, and a release reads each of them several times."""
     import jupytext
 
-    return jupytext.reads(_shielded(text), fmt="py:percent")
+    return jupytext.reads(text, fmt={"extension": ".py", "format_name": "percent", "comment_magics": False})
 
 
-def _shielded(text: str) -> str:
-    """Return the source with comments in whole files hidden from jupytext, which takes `#!/usr/bin/env` for a magic."""
-    lines, whole_file, first = [], False, False
-    for line in text.splitlines():
-        if re.match(r"# %%(\s|$)", line):
-            whole_file, first = False, True
-        elif first:
-            whole_file, first = line.startswith("# %%writefile"), not line.strip()
-        elif whole_file and re.match(r"# ?[!%]", line):
-            line = _SHIELD + line
-        lines.append(line)
-    return "\n".join(lines) + "\n"
+def _uncommented(source: str) -> str:
+    """Return a code cell with its magics, which are comments in a source; a whole file keeps all but the first."""
+    return re.sub(r"(?m)^( *)# ?(?=[!%])", r"\1", source, count=source.startswith("# %%writefile"))
 
 
 def metadata() -> NotebookNode:
@@ -120,7 +110,7 @@ def _cell(raw: NotebookNode) -> NotebookNode:
     ):
         tags["jupyter"] = {"source_hidden": True}
     if raw.cell_type == "code":
-        return nbformat.v4.new_code_cell(raw.source.replace(_SHIELD, ""), metadata=tags)
+        return nbformat.v4.new_code_cell(_uncommented(raw.source), metadata=tags)
     return nbformat.v4.new_markdown_cell(raw.source, metadata=tags)
 
 

@@ -150,22 +150,15 @@ def pins(text: str) -> str:
 
     The lines "# via" below a package name the packages that need it.
     """
-    pinned: list[tuple[str, list[str]]] = []  # name and lines; a package may have one pin for each Python version
-    needed_by: dict[str, set[str]] = {}
-    for line in text.splitlines():
-        if line.startswith(" "):
-            name, lines = pinned[-1]
-            words = line.replace("#", "").split()
-            needed_by[name].update(words[words[:1] == ["via"] :][:1])
-            lines.append(line)
-        elif not line.startswith("#"):
-            name = canonicalize_name(Requirement(line).name)
-            needed_by.setdefault(name, set())
-            pinned.append((name, [line]))
+    # A package may have one pin for each Python version.
+    pinned = re.findall(r"(?m)^(([\w.-]+)==.*\n(?: +#.*\n)*)", text)
+    needed_by: dict[str, set[str]] = {name: set() for _, name in pinned}
+    for lines, name in pinned:
+        needed_by[name].update(re.findall(r"# +(?:via )?([\w.-]+)", lines))
     kept = _wanted() & needed_by.keys()
     while more := {name for name, parents in needed_by.items() if name not in kept and parents & kept}:
         kept |= more
-    return "".join(f"{line}\n" for name, lines in pinned if name in kept for line in lines)
+    return "".join(lines for lines, name in pinned if name in kept)
 
 
 def _wanted() -> set[str]:
