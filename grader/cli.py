@@ -28,7 +28,7 @@ from grader.host import atomic, namespaces, ros_env, shortage
 from grader.processes import supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S, Reuse
-from grader.words import counted, mark, say
+from grader.words import mark, say
 
 if TYPE_CHECKING:
     from grader.scoring.rubric import Rubric
@@ -463,8 +463,7 @@ def _release(options: argparse.Namespace) -> int:
 
     course = find(options.course)
     os.environ[VARIABLE] = str(course.folder)  # what the notebooks give and ask for goes by it
-    written = release(options.out, course, solutions=not options.without_solutions)
-    print(f"{counted(len(written.files), 'file')}, {written.bytes / 1e6:.1f} MB; {written.words}")
+    print(release(options.out, course, solutions=not options.without_solutions))
     print(f"Kit: {options.out}")
     return EXIT_GRADED
 

@@ -16,16 +16,3 @@ from hypothesis import settings
 
 settings.register_profile("kit", deadline=None)  # a limit by the clock fails on a busy machine
 settings.load_profile("kit")
-
-__all__ = [
-    "pytest_collection",
-    "pytest_collection_finish",
-    "pytest_collection_modifyitems",
-    "pytest_configure",
-    "pytest_report_header",
-    "pytest_runtest_logreport",
-    "pytest_runtest_setup",
-    "pytest_terminal_summary",
-    "pytest_xdist_auto_num_workers",
-    "pytest_xdist_make_scheduler",
-]

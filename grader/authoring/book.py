@@ -110,13 +110,8 @@ def _run_verb(verb: str, notebook: Notebook) -> bool:
 
 
 def _print_run(name: str, run: notebook_run.NotebookRun) -> bool:
-    """Print the duration, the slow cells and the answer of each check; return whether the notebook ran to its end."""
-    print(f"{name}: {run.seconds:.0f} s")
-    for cell_id, seconds in sorted(run.cell_seconds.items(), key=lambda item: -item[1])[:5]:
-        if seconds >= 1:
-            print(f"    {seconds:5.1f} s  {cell_id}")
-    for answer in run.answers:
-        print("   ", answer)
+    """Print the duration and the answer of each check; return whether the notebook ran to its end."""
+    print(f"{name}: {run.seconds:.0f} s", *run.answers, sep="\n    ")
     if run.error:
         print(run.error, file=sys.stderr)
     return run.error is None

@@ -57,13 +57,6 @@ def mistakes(folder: Path) -> list[str]:
     return shortened(course.folder, _Reading(course).mistakes())
 
 
-def _world(path: Path) -> Iterator[str]:
-    try:
-        load_world(path)
-    except WorldError as error:
-        yield str(error)
-
-
 def read_rubric(course: Course) -> Rubric:
     """Return the course's rubric, whose checks exist."""
     return rubric.load(course.rubric, checks_run.known(course))
@@ -139,11 +132,17 @@ class _Reading:
                 yield f"{_place(error, self.course.folder)}: {type(error).__name__}: {error}"
 
     @cached_property
+    def _sound(self) -> Rubric | None:
+        """Return the rubric if it names only checks that exist; else one that it lacks may be meant by another."""
+        with contextlib.suppress(GraderError, SyntaxError):
+            return read_rubric(self.course)
+        return None
+
+    @cached_property
     def whole(self) -> Rubric | None:
         """Return the rubric, as far as it goes if it names checks that do not exist; None if it cannot be read."""
-        for read in (read_rubric, lambda course: rubric.load(course.rubric)):
-            with contextlib.suppress(GraderError, SyntaxError):
-                return read(self.course)
+        with contextlib.suppress(GraderError):
+            return self._sound or rubric.load(self.course.rubric)
         return None
 
     @cached_property
@@ -173,7 +172,7 @@ class _Reading:
         headings: dict[str, set[str]] = {}
         for path in self.course.notebooks.glob("[0-9][0-9]_*.ipynb"):
             cells = nbformat.read(path, as_version=4).cells
-            headings[path.stem] = {heading.text for cell in cells for heading in notebook_source.headings(cell)}
+            headings[path.stem] = {text for cell in cells for _, text in notebook_source.headings(cell)}
         for requirement in (requirement for requirement in self.whole.requirements if requirement.section):
             notebook, _, title = requirement.section.partition("#")
             if title not in headings.get(notebook, ()):
@@ -201,9 +200,9 @@ class _Reading:
     def _check(self, path: Path, check: ast.FunctionDef, whole: Rubric) -> Iterator[str]:
         id_, needs = f"{path.stem}::{check.name}", checks_run.needs(self.course, path.stem)
         judged = [r.id for r in whole.requirements if id_ in {check.id for check in r.checks}]
-        if not judged and self._names_all_checks:
-            wrong = f'no requirement has the check {id_}; add {{id: "{id_}", points: 1}} to one in the rubric'
-            yield f"{path}, line {check.lineno}: {wrong}"
+        if not judged and self._sound:
+            add = f'add {{id: "{id_}", points: 1}} to one in the rubric'
+            yield f"{path}, line {check.lineno}: no requirement has the check {id_}; {add}"
         if not ast.get_docstring(check):
             yield f"{path}, line {check.lineno}: {id_} has no docstring, the sentence that students read"
         for call in ast.walk(check):
@@ -224,13 +223,6 @@ class _Reading:
         known = [service for node in self.course.nodes.values() for service in node.services]
         if name not in known:
             yield f"{path}, line {line}: {unknown(name, known, 'a service of the contract')}"
-
-    @cached_property
-    def _names_all_checks(self) -> bool:
-        """Return whether the rubric names only checks that exist; else one that it lacks may be meant by another."""
-        with contextlib.suppress(GraderError, SyntaxError):
-            return bool(read_rubric(self.course))
-        return False
 
     @cached_property
     def _plans(self) -> dict[str, TrialPlan] | None:
@@ -281,7 +273,10 @@ class _Reading:
 
     def _worlds(self) -> Iterator[str]:
         for path in self._files("worlds", "*.yaml"):
-            yield from _world(path)
+            try:
+                load_world(path)
+            except WorldError as error:
+                yield str(error)
 
     def _known_bad(self) -> Iterator[str]:
         for path in edits(self.course):
@@ -313,10 +308,9 @@ class _Reading:
                 reader.require_known(name, key, written, f"a notebook in {self.course.notebooks}")
                 kinds = reader.fields(value, key, (), "", tuple(field.name for field in fields(Checkpoint)))
                 for file in [file for kind in kinds.values() for file in reader.items(kind)]:
-                    if not (self.course.solution / reader.text(file)).is_file():
-                        wrong.append(
-                            f"{path}, line {yaml_reader.line_of(file)}: the solution has no {reader.text(file)}"
-                        )
+                    with yaml_reader.noted(wrong):
+                        if not (self.course.solution / reader.text(file)).is_file():
+                            reader.fail(file, f"the solution has no {reader.text(file)}")
         yield from wrong
 
     def _handout(self) -> Iterator[str]:

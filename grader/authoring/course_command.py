@@ -23,11 +23,8 @@ def add(verbs: Any) -> None:
         epilog="Example:  grader check-course mycourse\nExit status: 0 nothing is wrong, 1 something is.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    of_course: dict[str, Any] = {
-        "type": Path,
-        "metavar": "DIR",
-        "help": "the folder of the course (default: as for grade)",
-    }
+    of_course: dict[str, Any] = {"type": Path, "metavar": "DIR"}
+    of_course["help"] = "the folder of the course (default: as for grade)"
     parser.add_argument("folder", nargs="?", **of_course)
     parser.add_argument("--course", **of_course)
     parser.add_argument("--static", action="store_true", help="only read the files; takes a second")
@@ -59,7 +56,7 @@ def add(verbs: Any) -> None:
     parser.add_argument("what", choices=["requirement"])
     parser.add_argument("id", help="its id, which no other requirement has")
     parser.add_argument("--held-back", action="store_true", help="students see its title, text and points only")
-    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
+    parser.add_argument("--course", **of_course)
     parser.set_defaults(run=_new, for_authors=True)
 
 

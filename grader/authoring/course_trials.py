@@ -44,10 +44,7 @@ def run(course: Course, cache: Path, progress: Callable[[str], None], seeds: int
     own = {path.stem for path in course.files("checks", "check_*.py") if path.is_relative_to(course.folder)}
     earned = [r for r in settings.rubric.requirements if r.id not in trying.lost]
     never = [c.id for r in earned for c in r.checks if c.module in own and c.id not in trying.failed]
-    notes = trying.notes
-    if edits and trying.untried == len(edits):
-        notes = ["no known-bad edit was tried: the solution itself loses points of all that they are about"]
-    notes += [f"no known-bad edit fails {check}, so nothing shows that it can fail" for check in never]
+    notes = [*trying.notes, *(f"no known-bad edit fails {check}, so nothing shows that it can fail" for check in never)]
     if not edits:
         notes = ["there is no known-bad edit in known_bad/, so nothing shows that a check can fail"]
     return Tried(tuple(check_course.shortened(course.folder, problems)), tuple(notes))
@@ -57,7 +54,7 @@ class _Trying:
     """Grades packages of one course.
 
     `lost` are the requirements that the solution does not get in full, `failed` the checks that some edit has failed,
-    `notes` say what was not tried; `untried` counts the edits of which nothing was.
+    `notes` say what was not tried.
     """
 
     def __init__(self, settings: Settings, progress: Callable[[str], None], seeds: int) -> None:
@@ -65,7 +62,6 @@ class _Trying:
         self.failed: set[str] = set()
         self.lost: set[str] = set()
         self.notes: list[str] = []
-        self.untried = 0
         self._by_seed = self._served(_BY_SEED)
 
     def solution(self) -> Iterator[str]:
@@ -102,7 +98,6 @@ class _Trying:
             path = edit.path.relative_to(self.settings.course.folder)
             self.notes.append(f"{path} was not tried for {', '.join(left)}, of which the solution itself loses points")
         if not judged & edit.loses.keys():
-            self.untried += 1
             return
         with tempdir.folder("known-bad") as folder:
             package = edit.made(self.settings.course.solution, folder)

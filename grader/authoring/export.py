@@ -7,6 +7,7 @@ up as `make setup` does. What becomes of a grading there is in grader/classroom/
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +47,10 @@ def add(verbs: Any) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    make = gradescope if options.platform == "gradescope" else github
-    make(options.out, find(options.course), options.minutes)
+    if options.platform == "gradescope":
+        gradescope(options.out, find(options.course), options.minutes)
+    else:
+        github(options.out, find(options.course))
     print(f"{options.platform}: {options.out}")
     return EXIT_GRADED
 
@@ -61,7 +64,7 @@ def gradescope(out: Path, course: Course, minutes: int = _PLATFORM_MINUTES) -> N
     write_zip(out, entries)
 
 
-def github(out: Path, course: Course, _minutes: int = _PLATFORM_MINUTES) -> None:
+def github(out: Path, course: Course) -> None:
     """Write a zip with the content of a template repository.
 
     Raises:
@@ -69,18 +72,14 @@ def github(out: Path, course: Course, _minutes: int = _PLATFORM_MINUTES) -> None
     """
     if names(course):
         raise GraderError("The course holds something back, and a student's repository would show it. Grade elsewhere.")
-    kit = out.with_name(out.name + ".kit")
-    write_zip(kit, {f"{TOP}/{name}": entry for name, entry in _kit(course).items()})
+    with tempfile.TemporaryDirectory(prefix="export-") as scratch:
+        write_zip(kit := Path(scratch, "kit.zip"), {f"{TOP}/{name}": entry for name, entry in _kit(course).items()})
+        entries = {kit.name: Entry(kit.read_bytes(), False)}
     folder = _EXPORTS / "github"
-    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
-    texts = {path.relative_to(folder).as_posix(): path.read_text() for path in files}
-    texts = {name: text.replace("@TOP@", TOP).replace("@PACKAGE@", course.package) for name, text in texts.items()}
-    write_zip(
-        out,
-        {name: Entry(text.encode(), False) for name, text in texts.items()}
-        | {"kit.zip": Entry(kit.read_bytes(), False)},
-    )
-    kit.unlink()
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        text = path.read_text().replace("@TOP@", TOP).replace("@PACKAGE@", course.package)
+        entries[path.relative_to(folder).as_posix()] = Entry(text.encode(), False)
+    write_zip(out, entries)
 
 
 def _kit(course: Course) -> dict[str, Entry]:

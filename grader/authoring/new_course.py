@@ -39,7 +39,7 @@ def lay_out(folder: Path, package: str = "") -> Course:
     if package:
         package_edits.rename(old, package)(folder)
         for path in folder.rglob("*.py"):
-            path.write_text(_IMPORTS.sub(_sorted, path.read_text(encoding="utf-8")), encoding="utf-8")
+            path.write_text(_IMPORTS.sub(_by_module, path.read_text(encoding="utf-8")), encoding="utf-8")
     return load(folder)
 
 
@@ -59,12 +59,6 @@ def _require_empty(folder: Path) -> None:
         raise UsageError(f"{folder} is not an empty folder; nothing was written.", "Choose a new one.")
 
 
-def _sorted(imports: re.Match[str]) -> str:
-    """Return lines of imports in the order that ament_flake8 asks for: by the names of their modules, then of these."""
-    lines = []
-    for line in imports[0].splitlines(keepends=True):
-        begin, word, names = line.partition(" import ")
-        if word and "(" not in names and "#" not in names:
-            line = begin + word + ", ".join(sorted(names.strip().split(", "), key=str.lower)) + "\n"
-        lines.append(line)
-    return "".join(sorted(lines, key=lambda line: line.split()[1].lower()))
+def _by_module(imports: re.Match[str]) -> str:
+    """Return lines of imports in the order that ament_flake8 asks for."""
+    return "".join(sorted(imports[0].splitlines(keepends=True), key=lambda line: line.split()[1].lower()))

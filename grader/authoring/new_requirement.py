@@ -76,14 +76,12 @@ def add(course: Course, name: str, *, held_back: bool = False) -> list[Path]:
         raise UsageError(f"There is a requirement or a trial called {name}; nothing was written.", "Choose another id.")
     module, old = _line_to_change(course)
     service = next((service for node in course.nodes.values() for service in node.services), "")
-    sections = [requirement.section for requirement in whole.requirements if requirement.section]
-    first = [requirement.section for criterion in whole.criteria[:1] for requirement in criterion.requirements]
-    section = [*sections[:1], *filter(None, first)][-1:]
+    section = next((requirement.section for requirement in whole.requirements if requirement.section), "")
     words = {
         "id": name,
         "stem": stem,
         "held_back": "  held_back: true\n" if held_back else "",
-        "section": "".join(f"  section: {json.dumps(each, ensure_ascii=False)}\n" for each in section),
+        "section": f"  section: {json.dumps(section, ensure_ascii=False)}\n" if section else "",
         "call": f'\n    # stage.call("{service}", ...)' if service else "",
         "file": module,
         "old": json.dumps(old, ensure_ascii=False),

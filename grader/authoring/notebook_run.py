@@ -14,9 +14,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from nbformat import NotebookNode
 from PIL import Image
@@ -43,7 +42,6 @@ class NotebookRun:
     notebook: NotebookNode
     seconds: float = 0.0
     error: str | None = None
-    cell_seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def answers(self) -> list[str]:
@@ -76,7 +74,6 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
     from nbclient.exceptions import CellExecutionError
 
     run = NotebookRun(notebook)
-    began: dict[str, float] = {}
     with tempfile.TemporaryDirectory(prefix="notebook-") as folder:
         client = NotebookClient(
             notebook,
@@ -87,10 +84,6 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
             coalesce_streams=True,  # into how many pieces they come depends on timing
             store_widget_state=False,
             resources={"metadata": {"path": folder}},
-            on_cell_start=lambda cell, **_: began.__setitem__(cell["id"], time.monotonic()),
-            on_cell_executed=lambda cell, **_: run.cell_seconds.__setitem__(
-                cell["id"], time.monotonic() - began[cell["id"]]
-            ),
         )
         started = time.monotonic()
         try:
@@ -157,7 +150,7 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
         if notebook_source.FUNCTION in notebook_source.tags(cell):
             cell.source = pieces.filled(cell.source, notebook_source.functions(name))
         if notebook_source.CASE in notebook_source.tags(cell):
-            cell.source = checkpoint_texts.answer(cell.source)
+            cell.source = checkpoint_texts.clinics()[0].answer(cell.source)
     return notebook
 
 
@@ -172,16 +165,11 @@ def solve(name: str, notebook: NotebookNode, workspace: Path) -> NotebookRun:
     """Run a notebook with solved exercises in a new workspace, after those before it; each of its checks must pass."""
     lay_out(name, workspace)
     run = execute(notebook, workspace)
-    if run.error is None and (missing := not_passed(run.notebook)):
+    if run.error is None and (missing := answered_otherwise(run.notebook)):
         run.error = f"{name}: solved, but these checks do not pass: {', '.join(missing)}"
     if run.error is None and (wrong := cells_not_yet(run.notebook)):
         run.error = f"{name}: solved, but these tables of cases say NOT YET: {', '.join(wrong)}"
     return run
-
-
-def not_passed(notebook: NotebookNode) -> list[str]:
-    """Return the requirements that a check of the notebook did not answer with "passed"."""
-    return _answered_otherwise(notebook, "passed")
 
 
 def cells_not_yet(notebook: NotebookNode) -> list[str]:
@@ -190,12 +178,8 @@ def cells_not_yet(notebook: NotebookNode) -> list[str]:
     return [name for name, shown in outputs.items() if any(say("NOT YET") in plain_text(output) for output in shown)]
 
 
-def passed_too_early(notebook: NotebookNode) -> list[str]:
-    """Return the requirements that a check of an untouched notebook did not answer with "not yet"."""
-    return _answered_otherwise(notebook, "not yet")
-
-
-def _answered_otherwise(notebook: NotebookNode, expected: str) -> list[str]:
+def answered_otherwise(notebook: NotebookNode, expected: str = "passed") -> list[str]:
+    """Return the requirements that a check of the notebook did not answer with "passed", or "not yet"."""
     found = []
     right = re.compile(rf"\w+ +(?:{expected}\b|{_HELD_BACK})")
     for cell in notebook_source.check_cells(notebook):
@@ -235,14 +219,9 @@ def clean(notebook: NotebookNode, workspace: Path) -> None:
             data = output.get("data", {})
             if "image/png" in data:  # the static picture of a widget: the widget needs a kernel, the picture does not
                 data.pop("application/vnd.jupyter.widget-view+json", None)
-            for kind in list(data):
-                data[kind] = _clean_data(kind, data[kind], workspace)
-
-
-def _clean_data(kind: str, data: Any, workspace: Path) -> Any:
-    if kind == "image/png":
-        return small_png(data)
-    return without_paths(data, workspace) if isinstance(data, str) else data
+            for kind, value in data.items():
+                if isinstance(value, str):
+                    data[kind] = small_png(value) if kind == "image/png" else without_paths(value, workspace)
 
 
 def small_png(encoded: str) -> str:

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from copy import deepcopy
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -35,16 +33,7 @@ _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
 _INTO = re.compile(rf"%%{pieces.MAGIC} +(\S+) *\n")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
-_SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
 _MAX_ID = 64  # characters of a cell's id, by the notebook format
-
-
-@dataclass(frozen=True)
-class Heading:
-    """A heading in a markdown cell; `level` 1 is the title."""
-
-    level: int
-    text: str
 
 
 def functions(name: str, notebooks: Path = NOTEBOOKS) -> str:
@@ -63,26 +52,22 @@ def select(numbers: Iterable[str], notebooks: Path = NOTEBOOKS) -> list[str]:
     Raises:
         GraderError: there is no such notebook.
     """
-    known = names(notebooks)
+    known = {short: name for name in names(notebooks) for short in (name, name.partition("_")[0])}
     wanted = list(numbers)
     for number in wanted:
-        if not any(_matches(name, number) for name in known):
-            raise GraderError(f"There is no notebook {number}; there are {', '.join(known) or 'none yet'}.")
-    return [name for name in known if not wanted or any(_matches(name, number) for number in wanted)]
-
-
-def _matches(name: str, number: str) -> bool:
-    return number in (name, name.partition("_")[0])
+        if number not in known:
+            raise GraderError(f"There is no notebook {number}; there are {', '.join(names(notebooks)) or 'none yet'}.")
+    return sorted({known[number] for number in wanted or known})
 
 
 def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode:
     """Return the notebook `name` as its source defines it: cells with ids and nbgrader metadata, without outputs.
 
     Raises:
-        GraderError: jupytext is missing, or the source is not a valid notebook.
+        GraderError: the source is not a valid notebook.
     """
     source = notebooks / "source" / f"{name}.py"
-    raw = deepcopy(_parsed(source.read_text(encoding="utf-8")))
+    raw = _parsed(source.read_text(encoding="utf-8"))
     notebook = nbformat.v4.new_notebook(
         cells=[_cell(cell) for cell in raw.cells if cell.source.strip()],
         metadata=metadata(),
@@ -99,25 +84,14 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
 @lru_cache(32)
 def _parsed(text: str) -> NotebookNode:
     """Return what jupytext makes of a source: a quarter of a second, and a release reads each of them several times."""
-    try:
-        import jupytext
-    except ModuleNotFoundError as error:
-        raise GraderError("jupytext, which reads the notebooks' sources, is missing. Run `make setup`.") from error
-    return jupytext.reads(_shielded(text), fmt="py:percent")
+    import jupytext
+
+    return jupytext.reads(text, fmt={"extension": ".py", "format_name": "percent", "comment_magics": False})
 
 
-def _shielded(text: str) -> str:
-    """Return the source with comments in whole files hidden from jupytext, which takes `#!/usr/bin/env` for a magic."""
-    lines, whole_file, first = [], False, False
-    for line in text.splitlines():
-        if re.match(r"# %%(\s|$)", line):
-            whole_file, first = False, True
-        elif first:
-            whole_file, first = line.startswith("# %%writefile"), not line.strip()
-        elif whole_file and re.match(r"# ?[!%]", line):
-            line = _SHIELD + line
-        lines.append(line)
-    return "\n".join(lines) + "\n"
+def _uncommented(source: str) -> str:
+    """Return a code cell with its magics, which are comments in a source; a whole file keeps all but the first."""
+    return re.sub(r"(?m)^( *)# ?(?=[!%])", r"\1", source, count=source.startswith("# %%writefile"))
 
 
 def metadata() -> NotebookNode:
@@ -136,7 +110,7 @@ def _cell(raw: NotebookNode) -> NotebookNode:
     ):
         tags["jupyter"] = {"source_hidden": True}
     if raw.cell_type == "code":
-        return nbformat.v4.new_code_cell(raw.source.replace(_SHIELD, ""), metadata=tags)
+        return nbformat.v4.new_code_cell(_uncommented(raw.source), metadata=tags)
     return nbformat.v4.new_markdown_cell(raw.source, metadata=tags)
 
 
@@ -144,9 +118,9 @@ def _name_cells(notebook: NotebookNode) -> None:
     taken: set[str] = set()
     section, position = "start", 0
     for cell in notebook.cells:
-        for heading in headings(cell):
-            if heading.level == 2:
-                section, position = _slug(heading.text), 0
+        for level, heading in headings(cell):
+            if level == 2:
+                section, position = _slug(heading), 0
         position += 1
         if file := written_file(cell):
             wanted = f"file-{_slug(file)}"
@@ -215,8 +189,8 @@ def check_cells(notebook: NotebookNode) -> list[NotebookNode]:
     return [cell for cell in notebook.cells if CHECK in tags(cell)]
 
 
-def headings(cell: NotebookNode) -> Iterator[Heading]:
-    """Yield the headings of a markdown cell; a `#` in a fenced block is not one."""
+def headings(cell: NotebookNode) -> Iterator[tuple[int, str]]:
+    """Yield the headings of a markdown cell with their levels, 1 for the title; a `#` in a fenced block is not one."""
     if cell.cell_type != "markdown":
         return
     fenced = False
@@ -224,7 +198,7 @@ def headings(cell: NotebookNode) -> Iterator[Heading]:
         if line.lstrip().startswith(("```", "~~~")):
             fenced = not fenced
         elif not fenced and (match := re.match(r"(#{1,6}) +(.+?) *#*$", line)):
-            yield Heading(len(match[1]), match[2])
+            yield len(match[1]), match[2]
 
 
 def written_file(cell: NotebookNode) -> str | None:

@@ -57,26 +57,20 @@ def _class(file: str, name: str) -> ast.ClassDef:
 
 def _fields(name: str) -> str:
     """Return a list of the fields of a fact about a trial: their types, and what the docstrings below them say."""
-    body, lines = _class("evidence/trial.py", name).body, []
-    for part, below in zip(body, [*body[1:], ast.Pass()], strict=True):
-        match part, below:
-            case ast.AnnAssign(), ast.Expr(ast.Constant(str(words))):
-                lines.append(f"- `{ast.unparse(part.target)}: {ast.unparse(part.annotation)}` {words}\n")
-            case ast.AnnAssign(), _:
-                lines.append(f"- `{ast.unparse(part.target)}: {ast.unparse(part.annotation)}`\n")
-    return "".join(lines)
+    found = ""
+    for part in _class("evidence/trial.py", name).body:
+        match part:
+            case ast.AnnAssign():
+                found += f"\n- `{ast.unparse(part.target)}: {ast.unparse(part.annotation)}`"
+            case ast.Expr(ast.Constant(str(words))) if found:
+                found += f" {words}"
+    return found.removeprefix("\n") + "\n" * bool(found)
 
 
 def _method(method: ast.FunctionDef) -> str:
-    return f"\n### {_signature(method)}\n{words(method)}"
-
-
-def _signature(method: ast.FunctionDef) -> str:
-    """Return "run(seconds: float)"; of a property, its name."""
-    if method.decorator_list:
-        return f"`{method.name}`"
-    words = ast.unparse(method.args).removeprefix("self").removeprefix(", ")
-    return f"`{method.name}({words})`"
+    """Return what "`run(seconds: float)`" does; of a property there is the name alone."""
+    arguments = ast.unparse(method.args).removeprefix("self").removeprefix(", ")
+    return f"\n### `{method.name}{'' if method.decorator_list else f'({arguments})'}`\n{words(method)}"
 
 
 def words(part: ast.ClassDef | ast.FunctionDef) -> str:

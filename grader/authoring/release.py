@@ -10,7 +10,6 @@ import json
 import re
 import time
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 
 from packaging.requirements import Requirement
@@ -24,6 +23,7 @@ from grader.host import provenance
 from grader.notebook import checkpoints
 from grader.notebook.packing import Entry, write_zip
 from grader.scoring import rubric
+from grader.words import counted
 
 TOP = "ros2-course-kit"
 _COURSES = KIT / "grader" / "courses"
@@ -44,25 +44,8 @@ _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 
 
-@dataclass(frozen=True)
-class Released:
-    """A written kit: its files, by their paths below the top folder, and its size."""
-
-    files: tuple[str, ...]
-    bytes: int
-    solved: tuple[str, ...]
-
-    @property
-    def words(self) -> str:
-        """Return what of the solution is in this kit, and whether `start_at` works."""
-        if self.solved:
-            which = f"{self.solved[0]} to {self.solved[-1]}" if self.solved[1:] else self.solved[0]
-            return f"with the solved files of {which}, so `start_at` works; --without-solutions leaves them out"
-        return "without any solved file, so `start_at` lays out nothing"
-
-
-def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
-    """Write the students' kit to the zip `out`.
+def release(out: Path, course: Course, *, solutions: bool = True) -> str:
+    """Write the students' kit to the zip `out`, and return in words what is in it, and whether `start_at` works.
 
     Raises:
         GraderError: this is not a whole checkout, or `out` cannot be written.
@@ -73,8 +56,11 @@ def release(out: Path, course: Course, *, solutions: bool = True) -> Released:
     entries = {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())}
     # JupyterLab's file browser shows how old a file is.
     write_zip(out, entries, time.gmtime(provenance.commit_time() or time.time())[:6])
-    solved = tuple(checkpoint_texts.packed()) if solutions else ()
-    return Released(tuple(sorted(files)), out.stat().st_size, solved)
+    words = "without any solved file, so `start_at` lays out nothing"
+    if solutions and (solved := checkpoint_texts.packed()):
+        which = " to ".join(dict.fromkeys((solved[0], solved[-1])))
+        words = f"with the solved files of {which}, so `start_at` works; --without-solutions leaves them out"
+    return f"{counted(len(files), 'file')}, {out.stat().st_size / 1e6:.1f} MB; {words}"
 
 
 def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
@@ -164,22 +150,15 @@ def pins(text: str) -> str:
 
     The lines "# via" below a package name the packages that need it.
     """
-    pinned: list[tuple[str, list[str]]] = []  # name and lines; a package may have one pin for each Python version
-    needed_by: dict[str, set[str]] = {}
-    for line in text.splitlines():
-        if line.startswith(" "):
-            name, lines = pinned[-1]
-            words = line.replace("#", "").split()
-            needed_by[name].update(words[words[:1] == ["via"] :][:1])
-            lines.append(line)
-        elif not line.startswith("#"):
-            name = canonicalize_name(Requirement(line).name)
-            needed_by.setdefault(name, set())
-            pinned.append((name, [line]))
+    # A package may have one pin for each Python version.
+    pinned = re.findall(r"(?m)^(([\w.-]+)==.*\n(?: +#.*\n)*)", text)
+    needed_by: dict[str, set[str]] = {name: set() for _, name in pinned}
+    for lines, name in pinned:
+        needed_by[name].update(re.findall(r"# +(?:via )?([\w.-]+)", lines))
     kept = _wanted() & needed_by.keys()
     while more := {name for name, parents in needed_by.items() if name not in kept and parents & kept}:
         kept |= more
-    return "".join(f"{line}\n" for name, lines in pinned if name in kept for line in lines)
+    return "".join(lines for lines, name in pinned if name in kept)
 
 
 def _wanted() -> set[str]:

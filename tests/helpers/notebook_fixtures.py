@@ -7,7 +7,7 @@ import functools
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,10 +28,10 @@ def rubric() -> Rubric:
     return load(KIT / "rubric.yaml")
 
 
-@pytest.fixture(scope="session")
-def source_page(rubric: Rubric) -> Callable[[str], Page]:
+@functools.cache
+def source_page(name: str) -> Page:
     """Read a notebook of the course from its source."""
-    return functools.cache(lambda name: Page(name, notebook_source.read(name, rubric), notebook_source.NOTEBOOKS))
+    return Page(name, notebook_source.read(name, load(KIT / "rubric.yaml")), notebook_source.NOTEBOOKS)
 
 
 def stored(file: Path) -> Page:
@@ -39,16 +39,16 @@ def stored(file: Path) -> Page:
     return Page(file.stem, book.read_stored(file), file.parent)
 
 
-@pytest.fixture(scope="session")
-def student_page() -> Callable[[str], Page]:
+@functools.cache
+def student_page(name: str) -> Page:
     """Read the student edition of a notebook of the course."""
-    return functools.cache(lambda name: stored(book.student_file(name)))
+    return stored(book.student_file(name))
 
 
-@pytest.fixture(scope="session")
-def published_page() -> Callable[[str], Page]:
+@functools.cache
+def published_page(name: str) -> Page:
     """Read the published edition of a notebook of the course."""
-    return functools.cache(lambda name: stored(book.published_file(name)))
+    return stored(book.published_file(name))
 
 
 @pytest.fixture(scope="session")

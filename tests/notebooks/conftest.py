@@ -1,13 +1,3 @@
-"""The fixtures for tests of notebooks."""
+"""The example of a notebook that tests of notebooks share."""
 
-from helpers.notebook_fixtures import (
-    built_example,
-    example,
-    notebook,
-    published_page,
-    rubric,
-    source_page,
-    student_page,
-)
-
-__all__ = ["built_example", "example", "notebook", "published_page", "rubric", "source_page", "student_page"]
+from helpers.notebook_fixtures import built_example, example, notebook, rubric

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import ament_flake8
 import pytest
+from helpers.notebook_fixtures import published_page, source_page, student_page
 from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
 from grader.authoring import book, checkpoint_texts, notebook_source
@@ -17,6 +18,11 @@ from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
 
 NAMES = notebook_source.names()
+RULES = [
+    *((source_page, rule) for rule in OF_SOURCES),
+    *((student_page, rule) for rule in OF_STUDENTS),
+    *((published_page, rule) for rule in OF_PUBLISHED),
+]
 
 
 def expect_none(problems: Iterable[str]) -> None:
@@ -36,31 +42,19 @@ def test_both_editions_match_their_source(name: str, rubric: Rubric):
     expect_none(book.Notebook(name, rubric).differences())
 
 
-@pytest.mark.parametrize("rule", OF_SOURCES, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize(("page", "rule"), RULES, ids=[f"{page.__name__}-{rule.__name__}" for page, rule in RULES])
 @pytest.mark.parametrize("name", NAMES)
-def test_the_source_keeps_the_rule(rule: Rule, name: str, source_page: Callable[[str], Page]):
-    expect_none(rule(source_page(name)))
-
-
-@pytest.mark.parametrize("rule", OF_STUDENTS, ids=lambda rule: rule.__name__)
-@pytest.mark.parametrize("name", NAMES)
-def test_the_student_edition_keeps_the_rule(rule: Rule, name: str, student_page: Callable[[str], Page]):
-    expect_none(rule(student_page(name)))
-
-
-@pytest.mark.parametrize("rule", OF_PUBLISHED, ids=lambda rule: rule.__name__)
-@pytest.mark.parametrize("name", NAMES)
-def test_the_published_edition_keeps_the_rule(rule: Rule, name: str, published_page: Callable[[str], Page]):
-    expect_none(rule(published_page(name)))
+def test_each_notebook_keeps_the_rules(page: Callable[[str], Page], rule: Rule, name: str):
+    expect_none(rule(page(name)))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric, source_page: Callable[[str], Page]):
+def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric):
     expect_none(sections_of_the_rubric_are_there(source_page(name), rubric))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_file_of_a_checkpoint_has_one_cell(name: str, source_page: Callable[[str], Page]):
+def test_each_file_of_a_checkpoint_has_one_cell(name: str):
     checkpoint = checkpoints.checkpoint(name)
     asked = {notebook_source.EXERCISE, notebook_source.SKELETON}
     for tags, files in ((asked, checkpoint.exercises), ({notebook_source.GIVEN}, checkpoint.given)):
@@ -69,14 +63,14 @@ def test_each_file_of_a_checkpoint_has_one_cell(name: str, source_page: Callable
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], Page]):
+def test_no_exercise_ships_its_solution(name: str):
     for cell in source_page(name).code():
         path = notebook_source.written_file(cell)
         if path and notebook_source.EXERCISE in notebook_source.tags(cell):
             assert notebook_source.body(cell) != checkpoint_texts.solution(name, path), path
 
 
-def test_no_function_that_stays_in_a_notebook_ships_its_solution(source_page: Callable[[str], Page]):
+def test_no_function_that_stays_in_a_notebook_ships_its_solution():
     cells = [(name, cell) for name in NAMES for cell in source_page(name).code()]
     functions = [(name, cell) for name, cell in cells if notebook_source.FUNCTION in notebook_source.tags(cell)]
     assert {name for name, _ in functions} == {"00_first_drive", "12_frames"}
@@ -86,7 +80,7 @@ def test_no_function_that_stays_in_a_notebook_ships_its_solution(source_page: Ca
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Callable[[str], Page]):
+def test_a_skeleton_with_its_pieces_is_the_solution(name: str):
     """Who fills every piece has the file that the next notebook builds on, word for word.
 
     Of the solution's tests the notebook may ask for a part: those it has are the solution's.
@@ -110,9 +104,7 @@ def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Call
 
 @pytest.mark.slow  # the linter over each notebook
 @pytest.mark.parametrize("name", NAMES)
-def test_the_linter_finds_nothing_in_what_the_notebook_writes(
-    name: str, source_page: Callable[[str], Page], tmp_path: Path
-):
+def test_the_linter_finds_nothing_in_what_the_notebook_writes(name: str, tmp_path: Path):
     """Q1's rules hold for what we write; in unfinished code a name may wait for the line that uses it."""
     given: dict[str, str] = {}
     unfinished: dict[str, str] = {}
@@ -147,13 +139,13 @@ def functions_of(text: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", ["06_services", "07_going_there"])
-def test_a_node_on_the_bench_hears_its_sensors(name: str, source_page: Callable[[str], Page]):
+def test_a_node_on_the_bench_hears_its_sensors(name: str):
     """Attributes that were set by hand suited one design only, and went past the callbacks that a learner writes."""
     for cell in source_page(name).code():
         assert not re.search(r"\.node\._(near|pose|\w+_time)\b[^=\n]*=", cell.source), cell["id"]
 
 
-def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):
+def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric):
     asked = {name for page in map(source_page, NAMES) for cell in page.code() for name in notebook_source.checked(cell)}
     assert {requirement.id for requirement in rubric.requirements} - asked == set()
 

@@ -1,23 +1,3 @@
-"""The fixtures for tests of notebooks, and a workspace of its own for each test."""
+"""The example of a notebook that tests of notebooks share."""
 
-from helpers.notebook_fixtures import (
-    built_example,
-    example,
-    notebook,
-    published_page,
-    rubric,
-    source_page,
-    student_page,
-    workspace,
-)
-
-__all__ = [
-    "built_example",
-    "example",
-    "notebook",
-    "published_page",
-    "rubric",
-    "source_page",
-    "student_page",
-    "workspace",
-]
+from helpers.notebook_fixtures import built_example, example, notebook, rubric

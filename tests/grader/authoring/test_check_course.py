@@ -194,9 +194,8 @@ def test_what_is_not_lost_as_it_should_be_is_named(
 
 def test_that_no_edit_was_tried_is_noted(folder: Path, graded: dict[str, Fails]):
     graded[WALL] = lambda _text, _seed: True
-    assert tried(folder).notes[0] == (
-        "no known-bad edit was tried: the solution itself loses points of all that they are about"
-    )
+    why = "was not tried for B3, of which the solution itself loses points"
+    assert tried(folder).notes[0] == f"known_bad/hits_the_wall.yaml {why}"
 
 
 # -- graded ------------------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import pytest
 from helpers.course import REFERENCE
 
 from grader.authoring import checkpoint_texts
+from grader.courses.robot_controller.patients import patients
 from grader.errors import GraderError
 from grader.notebook import checkpoints
 
@@ -44,7 +45,7 @@ def test_the_first_package_has_no_interfaces_and_the_second_has():
 
 def test_an_edit_that_no_longer_fits_the_reference_says_so():
     with pytest.raises(GraderError, match=r"An edit of CMakeLists.txt fits the solution 0 times, not once: 'find_pa"):
-        checkpoint_texts.edited("find_package(rclpy)", (("find_package(nothing)", ""),), "CMakeLists.txt")
+        checkpoint_texts.edited("find_package(rclpy)", [{"old": "find_package(nothing)", "new": ""}], "CMakeLists.txt")
 
 
 @pytest.mark.parametrize("name", list(checkpoints.table()))
@@ -59,6 +60,6 @@ def test_given_modules_have_ninety_nine_columns_at_most_and_end_in_one_line_brea
 
 def test_the_packed_texts_are_those_of_the_checkout():
     packed = json.loads(zlib.decompress(checkpoint_texts.pack()))
-    made = {key: checkpoint_texts.texts(key) for key in [*checkpoints.table(), *checkpoint_texts.cases()]}
+    made = {key: checkpoint_texts.texts(key) for key in [*checkpoints.table(), *patients.cases()]}
     del made[max(checkpoints.table())]
     assert packed == json.loads(json.dumps({key[:2] if key in checkpoints.table() else key: made[key] for key in made}))

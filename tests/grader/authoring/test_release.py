@@ -193,7 +193,7 @@ def test_the_whole_course_works_in_the_released_kit(kit: Path, rubric: Rubric, t
         notebook = book.read_stored(kit / "notebooks" / f"{name}.ipynb")
         run = notebook_run.execute(notebook_run.solved(name, notebook, checkpoint_texts.solution), workspace, kit)
         assert run.error is None
-        assert notebook_run.not_passed(run.notebook) == [], run.answers
+        assert notebook_run.answered_otherwise(run.notebook) == [], run.answers
     graded = in_kit(kit, "grade", str(workspace / "src" / PACKAGE), "--out", str(tmp_path))
     assert graded.returncode == 0, graded.stderr
     assert json.loads((tmp_path / "report.json").read_text())["total"] == 100

@@ -1,5 +1,3 @@
 """A workspace of its own for each test."""
 
 from helpers.notebook_fixtures import workspace
-
-__all__ = ["workspace"]

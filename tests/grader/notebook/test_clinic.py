@@ -14,11 +14,12 @@ from helpers.notebook_fixtures import as_in_a_kernel
 from grader.authoring import checkpoint_texts
 from grader.authoring.package_edits import replace
 from grader.courses.robot_controller.lessons import clinic
+from grader.courses.robot_controller.patients import patients
 from grader.notebook import checkpoints, pieces
 from grader.notebook.cell_hooks import forget_changed_modules
 from grader.notebook.workspace import NOTEBOOK, Workspace, find
 
-CASES = list(checkpoint_texts.cases())
+CASES = list(patients.cases())
 
 
 @pytest.fixture
@@ -30,13 +31,13 @@ def ward(workspace: Workspace) -> Iterator[Workspace]:
 
 
 def diagnosis(case: str) -> str:
-    return checkpoint_texts.answer(f"diagnosis = ''  # {case}").split('"')[1]
+    return patients.answer(f"diagnosis = ''  # {case}").split('"')[1]
 
 
 def cure(case: str) -> None:
     """Do what the published cell does, with the hooks around it."""
     forget_changed_modules(find().package)
-    cell = checkpoint_texts.answer(f"# {case}")
+    cell = patients.answer(f"# {case}")
     if cell.startswith("!"):
         subprocess.run(cell[1:], shell=True, check=True, capture_output=True)
     else:
@@ -53,7 +54,7 @@ def test_no_cure_stands_in_what_is_released_in_plain_sight():
     """The patients' edits show the solution's text."""
     shipped = Path(clinic.__file__).parent.glob("*")
     text = "".join(path.read_text() for path in shipped if path.is_file())
-    for row in checkpoint_texts.cases().values():
+    for row in patients.cases().values():
         for edits in (*row.get("source", {}).values(), *row.get("installed", {}).values()):
             assert not any(edit["old"].strip() in text for edit in edits)
 

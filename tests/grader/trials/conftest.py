@@ -1,3 +1,3 @@
 """What the tests of trials share."""
 
-from helpers.short_nodes import run as run
+from helpers.short_nodes import run
