@@ -11,16 +11,15 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grader import KIT
 from grader.errors import (
     EXIT_GRADED,
     EXIT_INTERRUPTED,
-    EXIT_NOT_GRADED,
     EXIT_OUR_FAULT,
-    EXIT_USAGE,
     GraderError,
+    KitError,
     SubmissionError,
     UsageError,
 )
@@ -29,9 +28,6 @@ from grader.processes import supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S, Reuse
 from grader.words import mark, say
-
-if TYPE_CHECKING:
-    from grader.scoring.rubric import Rubric
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,12 +73,8 @@ def _carry_out(options: argparse.Namespace) -> int:
         if "course" in options and not (options.course or getattr(options, "folder", None)):
             _name_course_passed_over(options)
         return int(options.run(options))
-    except SubmissionError as error:
-        return _fail(error, EXIT_NOT_GRADED, options.debug)
-    except UsageError as error:
-        return _fail(error, EXIT_USAGE, options.debug)
-    except GraderError as error:
-        return _fail(error, EXIT_OUR_FAULT, options.debug)
+    except KitError as error:
+        return _fail(error, options.debug)
     except KeyboardInterrupt:
         print("grader: " + say("interrupted."), file=sys.stderr)
         return EXIT_INTERRUPTED
@@ -381,7 +373,7 @@ def _grade(options: argparse.Namespace) -> int:
         progress.done()
         for remark in error.remarks:
             print(say("note: {note}", note=remark), file=sys.stderr)
-        status = _fail(error, EXIT_NOT_GRADED, options.debug)
+        status = _fail(error, options.debug)
         if options.submission.exists():
             print(say("Report: {path}", path=options.out / report.PAGE))
         return status
@@ -404,16 +396,11 @@ def _check(options: argparse.Namespace) -> int:
     course = find(options.course)
     whole = rubric.load(course.rubric)
     known = {requirement.id for requirement in whole.requirements}
-    unknown = [name for name in options.requirements if name not in known]
-    if unknown:
-        print(
-            "grader: "
-            + say(
-                "no requirement is called {names}; the rubric has {ids}.", names=", ".join(unknown), ids=_listed(whole)
-            ),
-            file=sys.stderr,
-        )
-        return EXIT_USAGE
+    if unknown := [name for name in options.requirements if name not in known]:
+        ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria if c.requirements]
+        ids = ", ".join(f"{first}{say(' to ')}{last}" for first, last in ends)
+        words = mark("no requirement is called {names}; the rubric has {ids}.")
+        raise UsageError(say(words, names=", ".join(unknown), ids=ids))
     wanted = [r for r in whole.requirements if r.id in (options.requirements or known)]
     judged = [r.id for r in wanted if r.checks and (options.requirements or not r.held_back)]
     for requirement in wanted if options.requirements else ():
@@ -452,7 +439,8 @@ def _submit(options: argparse.Namespace) -> int:
     found = packing.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
     progress.done()
     print(found)
-    print(say("Hand in: {archive}", archive=_shown(found.archive)))
+    near = os.path.relpath(found.archive)
+    print(say("Hand in: {archive}", archive=near if near.count("..") <= 3 else found.archive))
     return EXIT_GRADED
 
 
@@ -466,12 +454,6 @@ def _release(options: argparse.Namespace) -> int:
     print(release(options.out, course, solutions=not options.without_solutions))
     print(f"Kit: {options.out}")
     return EXIT_GRADED
-
-
-def _shown(path: Path) -> str:
-    """Return a path in its shortest form as seen from the current folder."""
-    near = os.path.relpath(path)
-    return near if near.count("..") <= 3 else str(path)
 
 
 def _handout(options: argparse.Namespace) -> int:
@@ -540,17 +522,11 @@ def _print_stores(folder: Path) -> None:
         print(f"  {title:<16}{len(entries):>5}{size:>10.1f} MB  {used}".rstrip())
 
 
-def _listed(whole: Rubric) -> str:
-    """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
-    ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria if c.requirements]
-    return ", ".join(f"{first}{say(' to ')}{last}" for first, last in ends)
-
-
-def _fail(error: Exception, status: int, debug: bool) -> int:
+def _fail(error: KitError, debug: bool) -> int:
     if debug:
         raise error
     print(f"grader: {error}", file=sys.stderr)
-    return status
+    return error.status
 
 
 if __name__ == "__main__":

@@ -12,7 +12,9 @@ EXIT_INTERRUPTED = 130
 
 
 class KitError(Exception):
-    """An expected error. Its message says what happened, to what, and what to do next."""
+    """An expected error. Its message says what happened, to what, and what to do next; `status` is the exit code."""
+
+    status = EXIT_OUR_FAULT
 
     def __init__(self, what: str, advice: str = "") -> None:
         super().__init__(f"{what} {advice}".rstrip())
@@ -23,6 +25,7 @@ class KitError(Exception):
 class SubmissionError(KitError):
     """The submission cannot be graded as it is; the student can fix it. `remarks` are what else was noticed of it."""
 
+    status = EXIT_NOT_GRADED
     remarks: Sequence[str] = ()
 
 
@@ -32,3 +35,5 @@ class GraderError(KitError):
 
 class UsageError(GraderError):
     """The command asks for what cannot be done; nothing was graded and nothing was written."""
+
+    status = EXIT_USAGE

@@ -189,7 +189,7 @@ _INT = re.compile(r"([-+]?)(?:0[xX]([0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))")
 _DOUBLE = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf|infinity|nan))")
 _HEX_DOUBLE = re.compile(r"[-+]?0[xX][0-9a-fA-F]+(?:\.[0-9a-fA-F]*)?(?:[pP][-+]?\d+)?")
 _DOTTED = {sign + word for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")} | {".nan", ".NaN", ".NAN"}
-_RUN_TOGETHER = re.compile(r"\s*([\w.]+)(?::|\s*=\s*)([^\s:/=].*)")
+_RUN_TOGETHER = re.compile(r"\s*([\w.]+):([^\s:/=].*)")
 _DEEPEST = 100
 Scalar = bool | int | float | str
 
@@ -273,26 +273,22 @@ def _not_yaml(text: str, error: yaml.YAMLError) -> ParameterFileError:
         if "\t" in written[: len(written) - len(written.lstrip())]:
             return ParameterFileError(number, "it is not YAML: a tab", "indent with spaces only")
         if found := _RUN_TOGETHER.fullmatch(written):
-            return _run_together(number, *found.groups())
+            words = f"there is no blank after the colon behind `{found[1]}`"
+            return ParameterFileError(number, words, f"{found[1]}: {found[2]}")
     problem = getattr(error, "problem", "") or "it cannot be read"
     cure = "compare the indentation and the colons with the lines above"
     return ParameterFileError(line, f"it is not YAML: {problem}", cure)
-
-
-def _run_together(line: int, name: str, value: str) -> ParameterFileError:
-    return ParameterFileError(line, f"there is no colon with a blank after it behind `{name}`", f"{name}: {value}")
 
 
 def _blocks(tree: yaml.Node, above: tuple[yaml.Node, ...]) -> Iterator[ParameterBlock]:
     """Yield the blocks of a mapping below the keys `above`."""
     if not isinstance(tree, yaml.MappingNode) or len(above) > _DEEPEST:
         raise _no_block(tree, above)
-    keys = [*(key for key, _ in tree.value), None]
-    for (key, value), following in zip(tree.value, keys[1:], strict=True):
+    for key, value in tree.value:
         name = str(key.value)
         if name == PARAMETERS and above:
             if not isinstance(value, yaml.MappingNode):
-                raise _no_block(value, (*above, key), following)
+                raise _no_block(value, (*above, key))
             names = (part for node in above for part in str(node.value).split("/") if part)
             yield ParameterBlock(tuple(names), line_of(above[-1]), dict(_values(value, "")))
         elif name == PARAMETERS:
@@ -301,22 +297,15 @@ def _blocks(tree: yaml.Node, above: tuple[yaml.Node, ...]) -> Iterator[Parameter
         elif isinstance(value, yaml.MappingNode):
             yield from _blocks(value, (*above, key))
         else:
-            raise _no_block(value, (*above, key), following)
+            raise _no_block(value, (*above, key))
 
 
-def _no_block(value: yaml.Node, above: Sequence[yaml.Node], following: yaml.Node | None = None) -> ParameterFileError:
-    """Return why `value`, below the keys `above`, is not what rcl expects there; `following` is the next key."""
+def _no_block(value: yaml.Node, above: Sequence[yaml.Node]) -> ParameterFileError:
+    """Return why `value`, below the keys `above`, is not what rcl expects there."""
     key = above[-1] if above else value
-    empty = isinstance(value, yaml.ScalarNode) and not value.value
-    if empty and following is not None and PARAMETERS in (key.value, following.value):
-        words = f"`{following.value}:` is not further indented than `{key.value}:`, so it is not below it"
-        return ParameterFileError(
-            line_of(following), words, "indent it, and all that belongs to it, by two more spaces"
-        )
-    if isinstance(value, yaml.ScalarNode) and (found := _RUN_TOGETHER.fullmatch(value.value)):
-        return _run_together(line_of(value), *found.groups())
-    if key.value == PARAMETERS:
-        return ParameterFileError(line_of(key), f"nothing is below `{PARAMETERS}:`", "write `name: value` below it")
+    if key.value == PARAMETERS or value.value == "":
+        cure = "indent what belongs to it by two more spaces; `name: value` has a blank after the colon"
+        return ParameterFileError(line_of(key), f"nothing with a name and a value is below `{key.value}:`", cure)
     for node in above[:-1]:
         if difflib.SequenceMatcher(None, str(node.value).lower(), PARAMETERS).ratio() > 0.8:
             words = f"`{node.value}:` has to be `{PARAMETERS}:`, with two underscores"

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path, PurePosixPath
 
-from helpers.course import COURSE
+from helpers.course import COURSE, NODE_TESTS
 
 from grader import KIT
 from grader.scoring import rubric
@@ -33,7 +33,7 @@ OWN = ("grader/courses/", "grader/authoring/template_c", "grader/ros2/")
 @cache
 def words_of_the_course() -> set[str]:
     """Return what a module may not hold: names of the contract and of its files, and requirements' ids."""
-    paths = [PurePosixPath(path).name.split(".")[0] for path in (*COURSE.modules, *COURSE.shared, *COURSE.node_tests)]
+    paths = [PurePosixPath(path).name.split(".")[0] for path in (*COURSE.modules, *COURSE.shared, *NODE_TESTS)]
     types = [type_.partition("/")[2] for type_ in COURSE.interfaces]
     parameters = [name for node in COURSE.nodes.values() for name in node.parameters]
     files = [COURSE.contract / COURSE.interface_file(type_) for type_ in COURSE.interfaces]

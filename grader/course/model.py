@@ -209,11 +209,6 @@ class Course:
         return (*(node.module for node in self.nodes.values()), *([self.functions.module] if self.functions else []))
 
     @cached_property
-    def node_tests(self) -> tuple[str, ...]:
-        """Return the paths of the nodes' tests."""
-        return tuple(node.test for node in self.nodes.values() if node.test)
-
-    @cached_property
     def launch_files(self) -> tuple[str, ...]:
         """Return the paths of the launch files."""
         return tuple(self.launch)

@@ -20,10 +20,6 @@ T = TypeVar("T")
 _REQUIRED = ("intake", "build", "flags", "functions")
 
 
-def _float_to_json(value: float) -> float | str:
-    return value if math.isfinite(value) else str(value)
-
-
 # In an untyped dictionary the string "nan" may come from a student, so a float that JSON lacks is marked as one.
 _FLOAT = "$float"
 
@@ -59,7 +55,7 @@ def _is_frozenset(kind: Any) -> bool:
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True)
     # JSON has neither inf nor nan; float() reads back the words that str() writes.
-    converter.register_unstructure_hook(float, _float_to_json)
+    converter.register_unstructure_hook(float, lambda value: value if math.isfinite(value) else str(value))
     converter.register_unstructure_hook_func(_is_untyped, _plain)
     converter.register_unstructure_hook_func(_is_frozenset, sorted)
     converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))

@@ -98,16 +98,10 @@ def render(diagnoses: list[Diagnosis]) -> str:
         if diagnosis.fix:
             lines.append(f"{'':<5} {'':<{width}}  fix: {diagnosis.fix}")
     bad = [diagnosis.name for diagnosis in diagnoses if diagnosis.state is State.BAD]
-    lines.append(
-        f"This machine cannot grade yet: {', '.join(bad)}." if bad else f"This machine can grade{_how(diagnoses)}."
-    )
+    instead = (each.found.partition(":")[0] for each in diagnoses if each.name == "instead of namespaces")
+    how = f"This machine can grade (confinement: {next(instead, 'namespaces')})."
+    lines.append(f"This machine cannot grade yet: {', '.join(bad)}." if bad else how)
     return "\n".join(lines)
-
-
-def _how(diagnoses: list[Diagnosis]) -> str:
-    """Return which confinement a grading here has."""
-    named = [diagnosis.found.partition(":")[0] for diagnosis in diagnoses if diagnosis.name == "instead of namespaces"]
-    return f" (confinement: {named[0] if named else 'namespaces'})"
 
 
 # -- tools and packages -------------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ _PROBE_SECONDS = 60
 NODE_SANDBOX = ["bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/run"]
 NODE_SANDBOX += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--"]
 SANDBOX = [*NODE_SANDBOX[:-1], "--unshare-net", "--"]
-_ADMIN = 1 << 21  # CAP_SYS_ADMIN
+_ADMIN = 1 << 21  # CAP_SYS_ADMIN: by it a process may make namespaces without a user namespace
 
 
 class Confinement(Enum):
@@ -93,15 +93,10 @@ def private_network(command: Sequence[str]) -> list[str]:
     if confinement() is not Confinement.NAMESPACES:
         return list(command)
     outer = ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--unshare-ipc"]
-    if os.geteuid() == 0 and not _is_admin():
+    capabilities = Path("/proc/self/status").read_text().partition("CapEff:")[2].split()[0]
+    if os.geteuid() == 0 and not int(capabilities, 16) & _ADMIN:
         outer.append("--unshare-user")  # by which root, in a container, may make the others
     return [*outer, "--die-with-parent", "--", *command]
-
-
-def _is_admin() -> bool:
-    """Return whether this process may make namespaces without a user namespace."""
-    status = Path("/proc/self/status").read_text()
-    return bool(int(status.partition("CapEff:")[2].split()[0], 16) & _ADMIN)
 
 
 def sandbox_disabled() -> bool:

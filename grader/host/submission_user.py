@@ -74,8 +74,9 @@ def lacks() -> str:
     root = os.geteuid() == 0
     if root and not _is_mapped(new_id()):
         return say("this container has no other user's id")
-    if closed := [path for path in prefixes() if root and not _is_open(path)]:
-        return say("other users cannot enter {path}, so no submission could start Python from there", path=closed[0])
+    for path in prefixes() if root else ():
+        if not all(folder.stat().st_mode & 0o001 for folder in (path, *path.parents)):
+            return say("other users cannot enter {path}, so no submission could start Python from there", path=path)
     if root and not os.access(VIEWS.parent, os.W_OK):
         return say("{path} cannot be written", path=VIEWS.parent)
     tried = _run(
@@ -87,11 +88,6 @@ def lacks() -> str:
 def prefixes() -> list[Path]:
     """Return where Python and its packages are, if not in /usr."""
     return [prefix for prefix in ros_env.prefixes() if prefix != Path("/usr")]
-
-
-def _is_open(path: Path) -> bool:
-    """Return whether any user can enter a folder and the folders above it."""
-    return all(folder.stat().st_mode & 0o001 for folder in (path, *path.parents))
 
 
 def become(user: int) -> list[str]:

@@ -18,7 +18,9 @@ AT_START = Path("/ws/at_start")
 """Where a sandbox may have a folder of the grader's: each of its Pythons runs its sitecustomize.py at its start."""
 # Configuration that the loader, the resolver and Python read; nothing about the host's users or services.
 _ETC = ("alternatives", "ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "nsswitch.conf", "hosts")
-# What container engines make read-only below /proc, and what else a scan by root found writable.
+# What container engines make read-only below /proc, and what else a scan by root found writable. Started by root, a
+# process in a user namespace is still root for the files there that belong to no namespace: 763 settings could be
+# written, core_pattern among them, which runs a program as root on the host at the next crash.
 KERNEL_SETTINGS = tuple(
     f"/proc/{name}" for name in ("sys", "sysrq-trigger", "irq", "bus", "fs", "mtrr", "pressure", "acpi", "scsi")
 )
@@ -85,16 +87,8 @@ def _namespaces(network: bool, user: int | None) -> list[str]:
     own = ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
     own += ["--unshare-user", "--cap-drop", "ALL"] if user is None else submission_user.CAPABILITIES
     network_options = [] if network else ["--unshare-net"]
-    return [*own, *network_options, "--hostname", "robot", "--proc", "/proc", *_read_only_kernel_settings()]
-
-
-def _read_only_kernel_settings() -> list[str]:
-    """Return the options that make the kernel's global settings read-only.
-
-    Started by root, a process in a user namespace is still root for the files below /proc that belong to no namespace:
-    763 settings could be written, core_pattern among them, which runs a program as root on the host at the next crash.
-    """
-    return [word for path in KERNEL_SETTINGS for word in ("--ro-bind-try", path, path)]
+    read_only = [word for path in KERNEL_SETTINGS for word in ("--ro-bind-try", path, path)]
+    return [*own, *network_options, "--hostname", "robot", "--proc", "/proc", *read_only]
 
 
 def bwrap_command(box: Sandbox, info_fd: int, filter_fd: int, user: int | None) -> list[str]:
@@ -119,9 +113,8 @@ def bwrap_command(box: Sandbox, info_fd: int, filter_fd: int, user: int | None) 
             arguments += ["--symlink", str(path.readlink()), str(path)]
         elif path.is_dir():
             arguments += ["--ro-bind", str(path), str(path)]
-    for parent in _parents(
-        [*map(str, ros_env.prefixes()), "/etc/hosts", *box.read_only.values(), *box.writable.values()]
-    ):
+    inside = [*map(str, ros_env.prefixes()), "/etc/hosts", *box.read_only.values(), *box.writable.values()]
+    for parent in sorted({str(folder) for path in inside for folder in Path(path).parents} - {"/"}):
         # Those that bubblewrap makes by itself can be the owner's alone.
         arguments += ["--dir", parent]
     for name in _ETC:
@@ -131,20 +124,15 @@ def bwrap_command(box: Sandbox, info_fd: int, filter_fd: int, user: int | None) 
             arguments += ["--ro-bind", str(prefix), str(prefix)]
     for folder in _exposed_sources():
         arguments += ["--tmpfs", str(folder)]
-    for host, inside in box.read_only.items():
-        arguments += ["--ro-bind", str(host), inside]
-    for host, inside in box.writable.items():
-        arguments += ["--bind", str(host), inside]
+    for host, place in box.read_only.items():
+        arguments += ["--ro-bind", str(host), place]
+    for host, place in box.writable.items():
+        arguments += ["--bind", str(host), place]
     for name, value in box.environment.items():
         arguments += ["--setenv", name, value]
     # The mounts below stay as they are; a writable root would be one more disk in memory.
     become = [] if user is None else submission_user.become(user)
     return [*arguments, "--remount-ro", "/", "--chdir", box.cwd, "--", *become]
-
-
-def _parents(paths: Sequence[str]) -> list[str]:
-    """Return the folders above `paths` in a sandbox, the outermost first."""
-    return sorted({str(folder) for path in paths for folder in Path(path).parents} - {"/"})
 
 
 def _memory_disk(path: str, size: int) -> list[str]:

@@ -60,7 +60,8 @@ class DiskGuard:
 
     def _check(self) -> bool:
         """Record whether the limit is exceeded, or else the disk is full; return whether either is the case."""
-        if not self.exceeded and self._too_much():
+        pairs = zip(_used(self._folders), self._before, self._limits, strict=True)
+        if any(now - before > limit for now, before, limit in pairs):
             self.exceeded = "disk"
         if not self.exceeded and not self.host_full:
             self.host_full = shortage.explain_disk(self._folders[0])
@@ -69,10 +70,6 @@ class DiskGuard:
     def _free(self) -> tuple[int, int]:
         facts = os.statvfs(self._folders[0])
         return facts.f_bavail * facts.f_frsize, facts.f_favail
-
-    def _too_much(self) -> bool:
-        pairs = zip(_used(self._folders), self._before, self._limits, strict=True)
-        return any(now - before > limit for now, before, limit in pairs)
 
 
 def _used(folders: Sequence[Path]) -> tuple[int, int]:

@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -106,13 +106,9 @@ def command_line(
     asked = {
         "user": user, "killer": submission_user.new_id(), "command": run, "info": info_fd,
         "environment": _FOR_PROOT | dict(box.environment),
-        "landlock": _texts(read=read, write=[*write, *devices]) if locked else None,
+        "landlock": {"read": [*map(str, read)], "write": [*map(str, (*write, *devices))]} if locked else None,
     }  # fmt: skip
     return [sys.executable, "-s", "-S", "-E", str(_START), json.dumps(asked)]
-
-
-def _texts(**paths: Iterable[Path]) -> dict[str, list[str]]:
-    return {name: [str(path) for path in each] for name, each in paths.items()}
 
 
 def _place(user: int | None) -> Path:

@@ -137,11 +137,6 @@ class Rubric:
         """Return every check, in the rubric's order."""
         return tuple(check for requirement in self.requirements for check in requirement.checks)
 
-    @property
-    def check_modules(self) -> frozenset[str]:
-        """Return the names of the modules of its checks."""
-        return frozenset(check.module for check in self.checks)
-
     def requirement(self, name: str) -> Requirement:
         """Return the requirement `name`, such as "F4".
 

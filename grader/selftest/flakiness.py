@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.course import Course, find, load
-from grader.errors import EXIT_USAGE, GraderError
+from grader.errors import GraderError, UsageError
 from grader.scoring import rubric
 from grader.trials.request import LATE_VARIABLE
 
@@ -146,13 +146,11 @@ def add(verbs: Any) -> None:
 def main(options: argparse.Namespace) -> int:
     """Grade repeatedly, report each run on stderr, and print the table."""
     if options.runs < 1:
-        print("grader: --runs must be at least 1.", file=sys.stderr)
-        return EXIT_USAGE
+        raise UsageError("--runs must be at least 1.")
     course = find(options.course)
     known = [requirement.id for requirement in rubric.load(course.rubric).requirements]
     if unknown := [name for name in options.only if name not in known]:
-        print(f"grader: there is no requirement {unknown[0]!r}. There are {', '.join(known)}.", file=sys.stderr)
-        return EXIT_USAGE
+        raise UsageError(f"there is no requirement {unknown[0]!r}. There are {', '.join(known)}.")
     runs: list[GradingRun] = []
     try:
         for run in grade_repeatedly(

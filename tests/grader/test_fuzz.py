@@ -34,7 +34,7 @@ from sim.world import WorldError, load_world
 
 pytestmark = pytest.mark.slow  # the same with other seeds; intake/test_any_input.py is quick
 
-QUICK, MANY = 40, 1100  # nine readers: with the archives' 2000, more than 10,000 inputs
+MANY = 1100  # nine readers: with the archives' 2000, more than 10,000 inputs
 ROOT = KIT
 
 
@@ -212,24 +212,13 @@ READERS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], None]]] = {
 }
 
 
-def fuzz(name: str, count: int) -> None:
+@pytest.mark.parametrize("name", READERS)
+def test_a_thousand_inputs_are_read_or_refused(name: str):
     strategy, reader = READERS[name]
-    loosened = settings(max_examples=count, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
+    loosened = settings(max_examples=MANY, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
     loosened(given(strategy)(reader))()
 
 
-@pytest.mark.parametrize("name", READERS)
-def test_any_input_is_read_or_refused(name: str):
-    fuzz(name, QUICK)
-
-
-@pytest.mark.slow  # thousands of inputs
-@pytest.mark.parametrize("name", READERS)
-def test_a_thousand_inputs_are_read_or_refused(name: str):
-    fuzz(name, MANY)
-
-
-@pytest.mark.slow  # thousands of inputs
 def test_two_thousand_archives_and_folders_are_opened_or_refused():
     """Run test_any_input.py with more examples."""
     ended = subprocess.run(

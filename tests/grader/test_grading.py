@@ -141,15 +141,6 @@ def test_an_edit_that_costs_more_than_one_requirement_says_why():
     assert all(edit.why for edit in EDITS.values() if len(edit.costs) > 1)
 
 
-@pytest.mark.slow  # a build; test_agreement.py judges the recorded one
-def test_what_cannot_be_reached_says_because_of_what(graded: Grade, by_trial: tuple[str, ...]):
-    report = graded("does_not_compile", by_trial)
-    outcomes = {r["id"]: r["outcome"] for r in report["requirements"]}
-    assert outcomes["I1"] == "failed"
-    assert outcomes["F1"] == "not_reached"
-    assert "colcon build" in json.dumps([r for r in report["requirements"] if r["id"] == "F1"])
-
-
 @pytest.mark.slow  # five requirements' trials
 def test_a_dead_controller_leaves_the_processor_its_points(graded: Grade):
     """Each node is judged on its own."""
@@ -254,15 +245,6 @@ def test_the_list_of_verbs_and_a_grading_wait_for_no_other_room():
     code = "import sys; from grader import cli; [cli._parser([verb]) for verb in ('', 'grade', 'check')]; "
     code += "print([name for name in sys.modules if name.startswith(('grader.classroom', 'grader.auth', 'nbformat'))])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
-
-
-@pytest.mark.slow  # a grading; test_package_xml.py reads many such files
-def test_a_package_xml_that_is_not_xml_gets_no_points(tmp_path: Path, settings):
-    package = apply(None, tmp_path)
-    (package / "package.xml").write_text("this is <not xml")
-    grading = pipeline.grade(package, tmp_path / "out", replace(settings, requirements=("F1", "I1")))
-    assert grading.scorecard.points == 0
-    assert grading.scorecard.complete
 
 
 @pytest.mark.slow  # a second build; test_colcon.py shows what is recorded of one that hangs

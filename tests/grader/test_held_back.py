@@ -236,11 +236,8 @@ def test_a_file_in_the_wrong_folder_is_named_and_nothing_is_released(
     said = capsys.readouterr().err
     assert re.search(words, said), said
     assert not (tmp_path / "kit.zip").exists()
-
-
-@pytest.mark.parametrize(("changed", "words"), [(case[:3], case[3]) for case in MISPLACED], indirect=["changed"])
-def test_check_course_names_it_too(changed: Path, words: str):
-    assert any(re.search(words, mistake) for mistake in check_course.mistakes(changed))
+    if words in [case[3] for case in MISPLACED]:
+        assert any(re.search(words, mistake) for mistake in check_course.mistakes(changed))
 
 
 # -- what students read of a grading -----------------------------------------------------------------------------------

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grader.course import find
-from grader.errors import EXIT_USAGE, GraderError
+from grader.errors import GraderError, UsageError
 
 if TYPE_CHECKING:
-    from grader.selftest.attacks.attack import Attack
     from grader.selftest.attacks.attack_run import AttackResult
 
 _WIDTH = 78
@@ -31,7 +30,6 @@ def add(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--only", nargs="+", metavar="NAME", help="run only these attacks")
-    parser.add_argument("--from", dest="first", metavar="NAME", help="leave out those before this one: to continue")
     parser.add_argument("--list", action="store_true", help="list the attacks and run none")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
     parser.add_argument(
@@ -48,11 +46,9 @@ def main(options: argparse.Namespace) -> int:
     from grader.selftest.attacks import attack_run
     from grader.selftest.attacks.catalogue import ATTACKS
 
-    unknown = [name for name in [*(options.only or []), options.first] if name and name not in ATTACKS]
-    if unknown:
-        print(f"grader: unknown attack {', '.join(unknown)}; --list shows all names.", file=sys.stderr)
-        return EXIT_USAGE
-    chosen = _chosen(ATTACKS, options.only or list(ATTACKS), options.first)
+    if unknown := [name for name in options.only or () if name not in ATTACKS]:
+        raise UsageError(f"unknown attack {', '.join(unknown)}; --list shows all names.")
+    chosen = [ATTACKS[name] for name in options.only or ATTACKS]
     width = max(len(each.name) for each in chosen)
     if options.list:
         for each in chosen:
@@ -75,12 +71,6 @@ def main(options: argparse.Namespace) -> int:
     )
     print(f"\n{summary(results)}")
     return 0 if all(each.contained for each in results) else 1
-
-
-def _chosen(attacks: Mapping[str, Attack], names: Sequence[str], first: str | None) -> list[Attack]:
-    """Return the attacks of these names, in this order; with `first` only that one and those after it."""
-    start = names.index(first) if first in names else 0
-    return [attacks[name] for name in names[start:]]
 
 
 def _defences() -> list[str]:

@@ -87,12 +87,37 @@ def found(machine: Machine, name: str) -> Diagnosis:
     return next(diagnosis for diagnosis in examine(machine) if diagnosis.name == name)
 
 
-def test_a_missing_bubblewrap_is_bad_and_has_its_install_command():
-    machine = FakeMachine(HEALTHY_TOOLS - {"bwrap"})
-    bubblewrap = found(machine, "bubblewrap")
-    assert (bubblewrap.state, bubblewrap.found) == (State.BAD, "not found")
-    assert bubblewrap.fix == "sudo apt-get update && sudo apt-get install -y bubblewrap"
-    assert exit_status(examine(machine)) == 3
+MEMORY = {"/proc/meminfo": "MemTotal: 1 kB\nMemAvailable: 1048576 kB\n"}
+NO_STRING = {"c++": "In file <stdin>\nfatal error: string: No such file"}
+NO_MESSAGE = {"doctor_listener": "no answer"}
+NO_RCLPY = {"import rclpy, std_msgs": "ModuleNotFoundError: No module named 'rclpy'"}
+
+
+@pytest.mark.parametrize(
+    ("machine", "name", "state", "words", "fix"),
+    [
+        (FakeMachine(HEALTHY_TOOLS - {"bwrap"}), "bubblewrap", State.BAD, "not found",
+         "sudo apt-get update && sudo apt-get install -y bubblewrap"),
+        (FakeMachine(files={"/.dockerenv": ""}, fails={"bwrap": "bwrap: No permissions"}), "bubblewrap", State.BAD,
+         "this container forbids it", "--security-opt seccomp=unconfined"),
+        (FakeMachine(fails=NO_STRING), "C++ compiler", State.BAD, "fatal error: string", "build-essential"),
+        (FakeMachine(fails=NO_MESSAGE), "DDS in a network namespace", State.BAD, "no answer", "lo must be UP"),
+        (FakeMachine(fails=NO_MESSAGE), "bubblewrap", State.OK, "isolates", ""),
+        (FakeMachine(fails=NO_RCLPY), "import rclpy", State.BAD, "ModuleNotFoundError", doctor.REINSTALL),
+        (FakeMachine(free=9 * doctor.GB), "disk", State.OK, "9.0 GB free", ""),
+        (FakeMachine(free=doctor.GB), "disk", State.WARN, "1.0 GB free", "make clean"),
+        (FakeMachine(free=0), "disk", State.BAD, "0.0 GB free", "make clean"),
+        (FakeMachine(files=MEMORY), "memory", State.WARN, "1.0 GB", "ps "),
+        (FakeMachine(HEALTHY_TOOLS - {"ccache"}), "ccache", State.WARN, "twice as long", "install -y ccache"),
+    ],
+)  # fmt: skip
+def test_what_is_missing_or_broken_is_named_with_its_fix(
+    machine: Machine, name: str, state: State, words: str, fix: str
+):
+    diagnosis = found(machine, name)
+    assert diagnosis.state is state
+    assert words in diagnosis.found
+    assert fix in diagnosis.fix
 
 
 @pytest.mark.parametrize(
@@ -110,18 +135,9 @@ def test_a_missing_compiler_is_installed_by_the_distributions_own_command(manage
     assert (compiler.state, compiler.fix) == (State.BAD, line)
 
 
-def test_on_an_unknown_distribution_the_package_is_named():
+def test_what_is_installed_is_named_as_the_distribution_does():
     assert install_line(FakeMachine(set()), ["bubblewrap"]) == "install bubblewrap with this system's package manager"
-
-
-def test_the_package_of_the_headers_has_the_version_of_python():
     assert install_line(FakeMachine(root=True), ["headers"], "python3.12").endswith("install -y python3.12-dev")
-
-
-def test_a_compiler_that_does_not_compile_is_bad():
-    compiler = found(FakeMachine(fails={"c++": "In file <stdin>\nfatal error: string: No such file"}), "C++ compiler")
-    assert compiler.state is State.BAD
-    assert "fatal error: string" in compiler.found
 
 
 @pytest.mark.parametrize(
@@ -138,11 +154,6 @@ def test_a_kernel_setting_that_forbids_sandboxes_is_named_with_its_command(setti
     assert bubblewrap.state is State.BAD
     assert "Permission denied" in bubblewrap.found
     assert bubblewrap.fix == f"sudo sysctl -w {fix}"
-
-
-def test_a_container_that_forbids_sandboxes_gets_the_options_of_docker():
-    machine = FakeMachine(files={"/.dockerenv": ""}, fails={"bwrap": "bwrap: No permissions to create new namespace"})
-    assert "--security-opt seccomp=unconfined" in found(machine, "bubblewrap").fix
 
 
 @pytest.mark.parametrize(
@@ -230,17 +241,6 @@ def test_the_doctor_cuts_no_word():
     assert "forbidde " not in found(FakeMachine(fails={"bwrap": message}), "bubblewrap").found + " "
 
 
-def test_dds_that_loses_its_messages_is_bad():
-    machine = FakeMachine(fails={"doctor_listener": "no answer within 5 s"})
-    assert found(machine, "bubblewrap").state is State.OK
-    assert found(machine, "DDS in a network namespace").state is State.BAD
-
-
-def test_rclpy_that_does_not_import_is_bad():
-    machine = FakeMachine(fails={"import rclpy, std_msgs": "ModuleNotFoundError: No module named 'rclpy'"})
-    assert found(machine, "import rclpy").fix == "rm -rf .venv && make setup"
-
-
 @pytest.mark.parametrize(
     ("files", "hierarchy", "state", "words"),
     [
@@ -304,21 +304,6 @@ def test_this_hosts_cgroups_are_what_a_grading_finds():
     assert (here.state is State.OK) == (hierarchy is not None)
     if hierarchy is not None:
         assert here.found.startswith(f"version {hierarchy.version}, below ")
-
-
-@pytest.mark.parametrize(("free", "state"), [(9, State.OK), (1, State.WARN), (0, State.BAD)])
-def test_little_disk_is_a_warning_and_none_is_bad(free: int, state: State):
-    assert found(FakeMachine(free=free * doctor.GB), "disk").state is state
-
-
-def test_little_memory_is_a_warning():
-    machine = FakeMachine(files={"/proc/meminfo": "MemTotal: 1 kB\nMemAvailable: 1048576 kB\n"})
-    assert found(machine, "memory").found.startswith("1.0 GB")
-    assert found(machine, "memory").state is State.WARN
-
-
-def test_ccache_is_optional():
-    assert found(FakeMachine(HEALTHY_TOOLS - {"ccache"}), "ccache").state is State.WARN
 
 
 PINS = "# a comment\nros-jazzy-std-msgs==5.3.6\n    # via x\nros-std-msgs==5.3.6 ; sys_platform == 'linux'\n"

@@ -30,6 +30,7 @@ def test_a_fact_is_found_again_with_its_time(kept: Kept):
 @pytest.mark.parametrize("decided_by", [("trial", "b"), ("trial",), ("triala",), ("tri", "al", "a")])
 def test_nothing_else_is_found(kept: Kept, decided_by: tuple[str, ...]):
     assert kept.find(Flag, *decided_by) is None
+    assert kept.find(list[Flag], "trial", "a") is None
 
 
 def test_another_kit_or_seed_finds_nothing(kept: Kept):
@@ -51,10 +52,6 @@ def test_a_damaged_file_is_no_evidence(kept: Kept, damage: bytes):
     (path,) = kept.folder.iterdir()
     path.write_bytes(damage)
     assert kept.find(Flag, "trial", "a") is None
-
-
-def test_evidence_of_another_shape_is_not_found(kept: Kept):
-    assert kept.find(list[Flag], "trial", "a") is None
 
 
 def test_a_folder_that_cannot_be_written_keeps_nothing(tmp_path: Path):

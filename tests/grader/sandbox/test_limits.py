@@ -74,11 +74,20 @@ def test_disks_in_memory_have_a_size(folder: str):
 
 
 @pytest.mark.sandbox
-def test_a_command_that_fills_the_disk_is_stopped(tmp_path: Path):
+@pytest.mark.parametrize(
+    ("code", "limits", "stopped"),
+    [
+        ("import time\nfor n in range(30):\n    open(f'/ws/out/{n}', 'wb').write(b'x' * (1 << 20))\ntime.sleep(100)",
+         {"disk_bytes": 10 * MIB}, "disk"),
+        ("for n in range(500):\n    open(f'/ws/out/{n}', 'w')", {"files": 200}, "disk"),
+        ("open('/ws/out/x', 'w').write('x')", {}, ""),
+    ],
+    ids=["fills the disk", "a million small files", "below the limits"],
+)  # fmt: skip
+def test_a_command_that_writes_too_much_is_stopped(tmp_path: Path, code: str, limits: dict[str, int], stopped: str):
     box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    code = "import time\nfor n in range(30):\n    open(f'/ws/out/{n}', 'wb').write(b'x' * (1 << 20))\ntime.sleep(100)"
-    result = python(code, box, disk_bytes=10 * MIB)
-    assert result.stopped == "disk"
+    result = python(code, box, **limits)
+    assert result.stopped == stopped
     assert result.wall_seconds < 60
 
 
@@ -102,19 +111,6 @@ def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path, name: 
     finally:
         tempdir.remove(tmp_path / name)
     assert not (tmp_path / name).exists()
-
-
-@pytest.mark.sandbox
-def test_a_million_small_files_count_too(tmp_path: Path):
-    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    code = "for n in range(500):\n    open(f'/ws/out/{n}', 'w')"
-    assert python(code, box, files=200).stopped == "disk"
-
-
-@pytest.mark.sandbox
-def test_a_command_below_the_limits_is_not_stopped(tmp_path: Path):
-    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    assert python("open('/ws/out/x', 'w').write('x')", box).stopped == ""
 
 
 @pytest.mark.sandbox
