@@ -5,7 +5,6 @@ import math
 from bisect import bisect_left
 
 from geometry_msgs.msg import TwistStamped
-
 from grader.notebook.frames import ExtrapolationException, place, seconds
 
 
