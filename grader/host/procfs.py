@@ -81,12 +81,28 @@ def hear_at_once(name: str) -> None:
                 os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(1))
 
 
+def exit_code(pid: int) -> int | None:
+    """Return how a process has ended that its parent has not asked yet, negative for a signal; None if it is gone.
+
+    See proc(5), /proc/PID/stat, exit_code.
+    """
+    try:
+        return os.waitstatus_to_exitcode(int(_status(pid)[49]))
+    except OSError:
+        return None
+
+
+def send(pid: int, number: signal.Signals) -> None:
+    """Send a signal to a process, if it is still there."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, number)
+
+
 def kill(pids: Iterable[int]) -> None:
     """Kill the processes and wait until none of them runs any more, at most a few seconds."""
     left = set(pids)
     for pid in left:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
+        send(pid, signal.SIGKILL)
     deadline = time.monotonic() + _GONE_S
     while (left := {pid for pid in left if runs(pid)}) and time.monotonic() < deadline:
         time.sleep(_PERIOD_S)

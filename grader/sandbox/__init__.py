@@ -4,9 +4,9 @@ The sandbox is made by bubblewrap: a read-only system, a private /tmp and home, 
 either no network or that of the caller's namespace, and limits on time, memory, processes, files and output.
 """
 
-from grader.sandbox.bwrap import AT_START, HOME, MIB, Limits, Sandbox
+from grader.sandbox.bwrap import AT_START, HOME, MIB, Limits, Sandbox, beside_script
 from grader.sandbox.process import Process, RunResult, require, run
 
 __all__ = [
-    "AT_START", "HOME", "MIB", "Limits", "Process", "RunResult", "Sandbox", "require", "run",
+    "AT_START", "HOME", "MIB", "Limits", "Process", "RunResult", "Sandbox", "beside_script", "require", "run",
 ]  # fmt: skip

@@ -269,7 +269,8 @@ def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id
     box = sandbox.Sandbox(
         read_only={
             install: str(building.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
-            **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py")},
+            **{_HERE / name: f"/ws/worker/{name}" for name in ("worker.py", "pytest_run.py")},
+            **sandbox.beside_script("/ws/worker"),
         },
         writable={folder / "package": str(PACKAGE), folder / "out": "/ws/out"}
         | ({folder / "modules": str(MODULES)} if modules.is_dir() else {}),
@@ -278,7 +279,7 @@ def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id
         fed=(folder / "requests",),
         as_init=True,
     )  # fmt: skip
-    command = ["python3", "-s", "-P", "/ws/worker.py"]
+    command = ["python3", "-s", "/ws/worker/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
         yield WarmWorker(process, tree, folder / "requests", folder / "out", [0], domain_id)
 

@@ -1,4 +1,4 @@
-"""Serve requests in the sandbox: run each test module in a fork of one process. Imports nothing of the grader.
+"""Serve requests in the sandbox: run each test module in a fork of one process.
 
 The worker imports once what every run needs (pytest, coverage, rclpy, the usual messages), and nothing of the
 submission. For each request it forks twice. The first fork writes the tree under test, which the host hands in, to the
@@ -14,14 +14,11 @@ from __future__ import annotations
 import base64
 import contextlib
 import ctypes
-import gc
-import importlib
 import inspect
 import json
 import os
 import runpy
 import select
-import shutil
 import signal
 import sys
 import time
@@ -32,21 +29,24 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from grader.sandbox.first_process import (
+    empty,
+    empty_own_folders,
+    forget_the_kit,
+    freeze,
+    import_ros,
+    kill_others,
+    remove,
+    shield,
+    unshield,
+)
+
 PACKAGE = Path("/ws/package")
 REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
-# What tests of nodes import. No module that draws numbers at random when it is imported, as numpy.random does: all
-# forks would draw the same.
-MODULES = (
-    "numpy", "yaml",
-    "rclpy", "rclpy.action", "rclpy.callback_groups", "rclpy.duration", "rclpy.executors", "rclpy.logging",
-    "rclpy.node", "rclpy.parameter", "rclpy.qos", "rclpy.time",
-    "action_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "rcl_interfaces.msg", "rcl_interfaces.srv",
-    "rosgraph_msgs.msg", "sensor_msgs.msg", "std_msgs.msg", "std_srvs.srv", "unittest.mock",
-)  # fmt: skip
 POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
-_SET_DUMPABLE, _SET_CHILD_SUBREAPER = 4, 36  # <linux/prctl.h>
+_SET_CHILD_SUBREAPER = 36  # <linux/prctl.h>
 
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
@@ -56,6 +56,7 @@ Compile = Callable[[Path, bytes], "tuple[Path, bytes] | None"]
 
 def main() -> None:
     """Serve requests until the sandbox is killed."""
+    forget_the_kit()
     settings = json.loads((REQUESTS / "settings.json").read_text())
     modules = Path(settings["modules"])
     # Not imported, so that no test finds the module in sys.modules.
@@ -66,26 +67,13 @@ def main() -> None:
         import_ros()
     # For a log line, a traceback or coverage's start it looks at every module that it does not know yet.
     inspect.getmodule(inspect.currentframe(), os.devnull)
-    gc.collect()
-    gc.freeze()  # a fork that never touches these pages never copies them
-    set_dumpable(os.getpid() != 1)  # proot, below which a sandbox without namespaces is, has to read its memory
+    freeze()
+    shield()
     ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     number = 0
     while True:
         serve(number, await_request(number, modules, *compilers), modules, run_module)
         number += 1
-
-
-def import_ros() -> None:
-    """Import the modules and load the C code of the usual messages, as far as they are there."""
-    for name in MODULES:
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
-
-
-def set_dumpable(wanted: bool) -> None:
-    """Set whether processes of the same user may read this process's memory and descriptors. See prctl(2)."""
-    ctypes.CDLL(None).prctl(_SET_DUMPABLE, int(wanted), 0, 0, 0)
 
 
 def await_request(number: int, modules: Path, compile_module: Compile, compile_tests: Compile) -> Request:
@@ -120,8 +108,8 @@ def lay_out(number: int, request: Request, modules: Path, compile_module: Compil
     Python and pytest compare byte code with the text before they use it.
     """
     tree = json.loads((REQUESTS / f"{number}.tree").read_text())
-    for folder in (Path("/tmp"), Path(os.environ["HOME"]), Path("/dev/shm"), OUT):
-        empty(folder)
+    empty_own_folders()
+    empty(OUT)
     known = {*tree["files"], *tree["others"], *(str(up) for name in tree["files"] for up in Path(name).parents)}
     for root in (PACKAGE, modules):
         for here, folders, names in os.walk(root):
@@ -150,7 +138,7 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
     """Run one request in a fork and write how it ended."""
 
     def run() -> None:
-        set_dumpable(True)
+        unshield()
         run_module(number, request, modules)
 
     pid = fork(run)
@@ -160,19 +148,6 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
     done = OUT / f"{number}.done"
     done.with_suffix(".part").write_text(json.dumps(facts))
     done.with_suffix(".part").rename(done)
-
-
-def kill_others() -> None:
-    """Kill all that the tests have started, and wait: this process is the parent of all that have lost theirs."""
-    if os.getpid() == 1:
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.kill(-1, signal.SIGKILL)  # everything but this process
-    with contextlib.suppress(ChildProcessError):
-        while True:
-            if os.getpid() != 1:  # a sandbox without a pid namespace
-                for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
-                    os.kill(int(child), signal.SIGKILL)
-            os.waitpid(-1, 0)
 
 
 def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
@@ -186,24 +161,6 @@ def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
         path.write_bytes(data)
     path.chmod(mode)
     os.utime(path, ns=(times[0], times[1]))
-
-
-def empty(folder: Path) -> None:
-    """Delete everything below `folder`, except a Python installation."""
-    with contextlib.suppress(OSError):
-        for path in folder.iterdir():
-            if any(Path(prefix).is_relative_to(path) for prefix in (sys.prefix, sys.base_prefix)):
-                # It is mounted read-only; but trying to delete its 800 MB takes seconds, at every run.
-                continue
-            remove(path)
-
-
-def remove(path: Path) -> None:
-    """Delete a file, a link, or a folder with all that is in it."""
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 
 from grader import building, sandbox
 from grader.evidence import Flag, Ran, Trial
@@ -32,13 +33,14 @@ _ENTRY_SCRIPT = re.compile(r"# EASY-INSTALL-ENTRY-SCRIPT: ('[\w.=+!-]+'),'consol
 # The SHA-256 of what setuptools 79 writes for an entry point, without the first line and the two names.
 _ENTRY_SCRIPT_DIGEST = "18eb4eac508fcd1d7564cb8d5f05df5c3ccf64c0bfd1ae70a3a989821894c308"
 # Where a sandbox has files that are neither the system's nor the grader's. libffi maps its own closures from memory.
-_BROUGHT = re.compile(r"/(ws/(?!ros2/|at_start/|launch/)|tmp/|home/|run/|dev/shm/|memfd:(?!libffi))")
+_BROUGHT = re.compile(r"/(ws/(?!ros2/|at_start/|first/|launch/)|tmp/|home/|run/|dev/shm/|memfd:(?!libffi))")
 _OF_TYPES = re.compile(
     rf"lib/lib\w+__rosidl_(generator|typesupport)(_fastrtps|_introspection)?_(c|cpp|py)\.so|{ros_env.SITE_IN_PREFIX}/"
     r"(\w+)/\4_s__rosidl_typesupport_(fastrtps_|introspection_)?c(\.[\w-]+)?\.so"
 )
 _PYTHON = re.compile(r"(^|/)(lib)?python3?[\d.]*(\.so[\d.]*)?$")
 _OPTIONS = re.compile(r"((-[WX] ?\S+|-[bBcdEiIOPqsSuvx]+) )*")
+_OF_SHELLS = {"PWD", "OLDPWD", "SHLVL", "_"}
 _CONCERNS = ("what ran", "student tests", "mutation")
 _WORDS = {
     "code made at run time": "code ran that was made at run time, or lies where nobody has handed it in",
@@ -51,14 +53,13 @@ _WORDS = {
 
 
 class Notes:
-    """The pipe into which the processes of one trial write what runs. Call `close` at the end.
+    """The pipe into which the processes of a trial write what runs, of one trial after another. Close it at the end.
 
     Args:
         parent: a folder, for a new one in it. Its path can be read in the sandbox, so it does not name the trial.
-        functions: whether each function that runs is noted.
     """
 
-    def __init__(self, parent: Path, *, functions: bool) -> None:
+    def __init__(self, parent: Path) -> None:
         folder = Path(tempfile.mkdtemp(prefix="ran-", dir=parent))
         folder.chmod(0o755)
         self.pipe = folder / "pipe"
@@ -66,14 +67,22 @@ class Notes:
         os.mkfifo(self.pipe)
         self._read_end = os.open(self.pipe, os.O_RDONLY | os.O_NONBLOCK)
         self.pipe.chmod(0o222)
-        if functions:
-            (folder / "functions").touch()
         with contextlib.suppress(OSError):  # of a user with many large pipes: it holds 64 KB, and no note beyond
             fcntl.fcntl(self._read_end, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
-        self.functions = functions
+        self.functions = False
+        self.forked: tuple[Sequence[str], Mapping[str, str]] = (), {}
+        """The command and the environment of the process that nodes are forks of."""
         self._outside: list[str] = []
+        self._if_functions = folder / "functions"
         self.mounts = {folder: "/ws/ran", _AT_START: str(sandbox.AT_START)}
         """What the sandbox has to show, and where."""
+
+    def begin(self, *, functions: bool) -> None:
+        """Begin with a trial; `functions` is whether each function that runs is noted."""
+        self.functions, self._outside = functions, []
+        self._if_functions.touch() if functions else self._if_functions.unlink(missing_ok=True)
+        while self._chunk():
+            pass
 
     def close(self) -> None:
         """Close the pipe."""
@@ -82,7 +91,8 @@ class Notes:
     def look_at(self, processes: Iterable[int]) -> None:
         """Note what /proc shows of the node's processes: what their own Python cannot see, or keeps to itself."""
         if not namespaces.refusal():  # a sandbox without them has other paths
-            self._outside += [words for pid in processes for words in unseen_of_process(Path("/proc", str(pid)))]
+            folders = [Path("/proc", str(pid)) for pid in processes]
+            self._outside += [words for each in folders for words in unseen_of_process(each, *self.forked)]
 
     def read(self, node_is_up: bool) -> Ran | None:
         """Return what has been noted, by installed paths; None if that is nothing that the trial was to note."""
@@ -110,11 +120,14 @@ class Notes:
             return b""
 
 
-def unseen_of_process(process: Path) -> list[str]:
+def unseen_of_process(
+    process: Path, forked: Sequence[str] = (), environment: Mapping[str, str] = MappingProxyType({})
+) -> list[str]:
     """Return what a process's folder in /proc shows of code that its Python notes nothing of, as "kind: what".
 
     That is a library or a program that the package brought along, however it was loaded, and a Python that was started
-    so that it notes nothing. What rosidl makes for a package's types is no code of the package.
+    so that it notes nothing. What rosidl makes for a package's types is no code of the package. A fork of the command
+    `forked` with exactly the variables of `environment` notes by itself what it becomes.
     """
     try:
         mapped = {" ".join(words[5:]) for line in (process / "maps").read_text("utf-8", "replace").splitlines()
@@ -130,6 +143,9 @@ def unseen_of_process(process: Path) -> list[str]:
     found = [f"library: {printable(file)}" for file in files if not _OF_TYPES.fullmatch(file)]
     if any(_PYTHON.search(file) for file in mapped):
         words = [os.fsdecode(word) for word in command]
+        given = dict(os.fsdecode(each).partition("=")[::2] for each in variables)
+        if words == [*forked] and {name: given[name] for name in given.keys() - _OF_SHELLS} == environment:
+            return found
         start = next((n for n, word in enumerate(words) if _PYTHON.search(word)), 0)
         options = _OPTIONS.match(" ".join([*words[start + 1 :], ""]))
         path = next((each for each in variables if each.startswith(b"PYTHONPATH=")), b"")
