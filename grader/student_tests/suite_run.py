@@ -71,7 +71,7 @@ def run_suite(
             if passed := found.passed:
                 # Functions that raise may leave a test waiting forever; three times its time is enough.
                 request = ModuleRequest(
-                    module.path, files=probe, select=[test.id for test in passed], coverage=True, total=seconds,
+                    module.path, files=probe, select=[test.id for test in passed], total=seconds,
                     limits={test.id: 2.0 + 3 * test.seconds for test in passed}, limit=20.0,
                 )  # fmt: skip
                 found = replace(found, probe=_run_to_the_end(workers, request))
@@ -91,13 +91,14 @@ def run_suite(
 
 
 def _run_steadily(workers: WorkerPool, module: TestModule, seconds: float) -> list[ModuleRun]:
-    """Return two runs of the module, which show what is steady; one if it hangs."""
+    """Return two runs of the module, which show what is steady; one if it hangs. Only the first one is measured."""
     request = ModuleRequest(module.path, coverage=True, reach=True, limit=seconds, total=seconds)
     first = _run_to_the_end(workers, request)
     if first.timed_out:
         return [first]
     # Nodes that do not discover each other in time are not the test author's mistake: then both runs count in T2.
-    return [first, _run_to_the_end(workers, replace(request, reach=bool(failures(first))))]
+    measured = bool(failures(first))
+    return [first, _run_to_the_end(workers, replace(request, coverage=measured, reach=measured))]
 
 
 def _run_to_the_end(workers: WorkerPool, request: ModuleRequest) -> ModuleRun:

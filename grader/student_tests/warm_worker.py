@@ -29,7 +29,7 @@ from grader.words import mark, say
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 _DATA_CAP = 100_000_000  # bytes
-_POLL_S = 0.005
+_POLL_S, _POLL_SHARE = 0.005, 0.02  # of a run, between two looks whether it has ended
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.
 _BUSY_FACTOR = 10.0
@@ -141,7 +141,7 @@ class WarmWorker:
         # The worker itself enforces the time limits.
         deadline = began + _BUSY_FACTOR * request.total + _START_SECONDS
         while not done.exists() and self.alive:
-            time.sleep(_POLL_S)
+            time.sleep(_POLL_S + _POLL_SHARE * (time.monotonic() - began))
             if time.monotonic() > deadline:
                 self.process.kill()
         ran = read_run(self.out, number, time.monotonic() - began)
