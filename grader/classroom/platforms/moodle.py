@@ -1,6 +1,6 @@
 """Moodle: the offline grading worksheet of an assignment, filled in.
 
-Formats: moodle, mod/assign/feedback/offline/importgradeslib.php and mod/assign/feedback/file/importziplib.php.
+Format: moodle, mod/assign/feedback/offline/importgradeslib.php.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def _write(delivery: Delivery) -> list[str]:
     sheet.write(delivery.out)
     over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
     notes += [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
-    return [*notes, *(_feedback(delivery, delivery.feedback, people) if delivery.feedback else [])]
+    return notes
 
 
 def _claims(said: Mapping[str, str]) -> list[Claim]:
@@ -124,27 +124,6 @@ def _said(name: str, number: str) -> tuple[Claim, ...]:
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(_readings(entry) for entry in entries)
-
-
-def _feedback(delivery: Delivery, path: Path, people: Sequence[list[Claim] | None]) -> list[str]:
-    """Write the zip for "Upload multiple feedback files in a zip"; `people` are those of the worksheet.
-
-    Files are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an underscore
-    in it would hide the number.
-    """
-    listed = zip(platform.rows_of(delivery.book, people), people, strict=True)
-    numbers = {row.person: who[0].value for row, who in listed if row and who and who[0].kind == "lms_id"}
-    files, without = {}, []
-    for row in delivery.book.rows:
-        page = delivery.pages.get(row.submission)
-        if page is None or not row.final:
-            continue
-        if number := numbers.get(row.person):
-            files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
-        else:
-            without.append(row.person.label)
-    platform.write_zip(path, files)
-    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform(
