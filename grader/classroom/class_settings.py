@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import hashlib
 from argparse import Namespace
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields, replace
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.classroom import lateness
-from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
+from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
 from grader.errors import UsageError
@@ -19,25 +18,6 @@ from grader.words import counted
 
 _VOID = ("seed", "rubric")
 """The settings of which another value makes all grades void; any other only says whose a grade is, or how late."""
-
-
-@dataclass(frozen=True)
-class ClassSettings:
-    """What all runs of a class have in common, as class.yaml calls it; `rubric` is a rubric's text."""
-
-    source: str = ""
-    roster: tuple[Person, ...] = ()
-    rubric: str = ""
-    seed: int = 0
-    deadline: dt.datetime | None = None
-    late_rule: str = ""
-    added: tuple[str, ...] = ()
-    pattern: str = ""
-
-    @property
-    def rubric_hash(self) -> str:
-        """Return the SHA-256 of the rubric."""
-        return hashlib.sha256(self.rubric.encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -83,18 +63,22 @@ class Options:
 
 
 def settle(
-    folder: ClassFolder, source: Path | None, people: Sequence[Person] | None, rubric: str | None, options: Options
-) -> tuple[ClassSettings, list[str]]:
-    """Return the settings of a run, the class's own but for what the command says, and a remark on each that changes.
+    folder: ClassFolder, before: ClassFacts | None, source: Path | None, people: Sequence[Person] | None,
+    rubric: str | None, options: Options,
+) -> tuple[ClassFacts, list[str]]:  # fmt: skip
+    """Return the class as it was `before` but for what the command says, and a remark on each setting that changes.
 
-    Source, people and the text of a rubric are None where the command does not name them.
+    Source, people and the hash of a rubric are None where the command does not name them.
 
     Raises:
         UsageError: another seed or rubric is given than the class has, and not to grade everything anew.
-        GraderError: the late rule is none, or the class cannot be read.
+        GraderError: the late rule is none.
     """
     if options.late_rule:
         lateness.parse(options.late_rule)
+    had = before or ClassFacts()
+    if before and source and Path(had.source).resolve() == source.resolve():
+        source = None
     given = {
         "source": str(source) if source else None,
         "roster": None if people is None else tuple(people),
@@ -102,22 +86,15 @@ def settle(
         **{name: getattr(options, name) for name in ("seed", "pattern", "deadline", "late_rule")},
     }
     new: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    had, changed = ClassSettings(), []
-    if source is None or (folder.path / CLASS).exists():
-        facts = folder.facts()
-        known = {field.name: getattr(facts, field.name) for field in fields(had) if field.name != "rubric"}
-        had = ClassSettings(**known, rubric=(folder.path / RUBRIC).read_text(encoding="utf-8"))
-        if source and Path(had.source).resolve() == source.resolve():
-            del new["source"]
-        changed = [name for name, value in new.items() if getattr(had, name) != value]
-        if void := [] if options.fresh else [name for name in changed if name in _VOID]:
-            raise UsageError(
-                f"{folder.path} has another {void[0]}. With this one all grades are void: every submission is graded "
-                "again, though `grader rescore CLASS --rubric FILE` judges the saved evidence by a rubric in seconds.",
-                f"Add --fresh if that is meant; otherwise leave out --{void[0]}: the class knows it.",
-            )
-    settings = replace(had, **new)
-    sources = {Path(settings.source).resolve(): settings.source}
+    changed = [name for name, value in new.items() if before and getattr(had, name) != value]
+    if void := [] if options.fresh else [name for name in changed if name in _VOID]:
+        raise UsageError(
+            f"{folder.path} has another {void[0]}. With this one all grades are void: every submission is graded "
+            "again, though `grader rescore CLASS --rubric FILE` judges the saved evidence by a rubric in seconds.",
+            f"Add --fresh if that is meant; otherwise leave out --{void[0]}: the class knows it.",
+        )
+    now = replace(had, **new)
+    sources = {Path(now.source).resolve(): now.source}
     for each in (*(() if "source" in changed else had.added), *map(str, options.added)):
         sources.setdefault(Path(each).resolve(), each)
     remarks = [
@@ -125,7 +102,7 @@ def settle(
         for name in changed
         if name not in _VOID
     ]
-    return replace(settings, added=tuple(sources.values())[1:]), remarks
+    return replace(now, added=tuple(sources.values())[1:]), remarks
 
 
 def _words(value: Any) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterable, Mapping
@@ -54,7 +53,6 @@ def rescore(
         graded = [record for record in records if record.status is Status.GRADED]
         wanted = tuple(requirement.id for requirement in whole.requirements if requirement.checks)
         _require_evidence(folder, graded, Settings(whole, folder.path, course=course, requirements=wanted))
-        rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
         known = {entry.id: hand_ins.hand_in(entry, facts, decided) for entry in now.entries}
@@ -73,8 +71,8 @@ def rescore(
                 pairs = [(each, before.get(each, "none"), after.get(each, "none")) for each in before | after]
                 changes += [(record.id, *pair) for pair in pairs if pair[1] != pair[2]]
                 judge = provenance.kit_hash(course.layers)
-                folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=judge))
-            folder.write_facts(replace(facts, rubric=rubric_hash))
+                folder.keep(made[record.id], replace(record, rubric=whole.sha256, judge=judge))
+            folder.write_facts(replace(facts, rubric=whole.sha256))
             write_atomically(folder.path / RUBRIC, text)
     return len(graded), changes
 
