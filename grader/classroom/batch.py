@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
@@ -36,6 +37,7 @@ from grader.scoring.grading import HandIn
 CORES_EACH = 2
 MEMORY_EACH = 2 * 1024**3
 _ATTEMPTS = 2
+_PAGE_S = 30.0  # between two writings of the class page, which takes a second for a class of 300
 _TICK_S = 1.0  # between two looks at what is running, for the progress line
 
 
@@ -258,7 +260,8 @@ def _grade(
     folder: ClassFolder, workforce: Workforce, console: Console, total: int, jobs: list[Job]
 ) -> bool:  # fmt: skip
     """Grade all jobs, and once more, alone, what failed for reasons of ours; return whether Ctrl-C interrupted that."""
-    page, done = overview.LivePage(folder), total - len(jobs)
+    done, written = total - len(jobs), time.monotonic()
+    overview.attempt(folder)
     try:
         for attempt, slots in enumerate((workforce.slots, *[1] * (_ATTEMPTS - 1)), 1):
             waiting, again, running = jobs[::-1], list[Job](), dict[Future[Ending], Job]()
@@ -280,14 +283,16 @@ def _grade(
                     folder.keep(Path(job.order.out), record)
                     done += 1
                     console.finished(record, done, total)
-                    page.write(if_due=True)
+                if ended and time.monotonic() > written + _PAGE_S:
+                    overview.attempt(folder)
+                    written = time.monotonic()
                 console.going_on(done, total, workforce.doing())
             jobs = again
     except KeyboardInterrupt:
         workforce.stop()
         return True
     finally:
-        page.write()
+        overview.attempt(folder)
     return False
 
 

@@ -202,15 +202,16 @@ def unfolded(paths: Sequence[Path]) -> list[Path]:
     return found
 
 
-def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
-    """Return the one path to grade, the last archive or else the last folder, and a remark on the others.
+def one_of(label: str, entries: Sequence[Path]) -> tuple[Path, list[str]]:
+    """Return which of somebody's entries is graded, the last archive or else the last folder; a remark on the others.
 
-    `paths` are in the order in which they were handed in, where a platform says that, or else as `entries_of` has them.
+    They are in the order in which they were handed in, where a platform says that, or else as `entries_of` has them.
     """
+    paths = unfolded(entries)
     ranked = sorted(paths, key=lambda path: (is_archive(path), path.is_dir()))
     chosen = ranked[-1]
     others = [path.name for path in paths if path != chosen]
-    return chosen, [f"{chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
+    return chosen, [f"{label}: {chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
 
 
 def fill(

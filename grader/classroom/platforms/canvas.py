@@ -94,10 +94,10 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
         people.setdefault(who, []).append((found[0], entry))
     for ((name, number), *more), parts in people.items():
         parts.sort(key=lambda part: int(part[0]["file_id"] or 0))
-        path, remarks = platform.one_of([entry for _, entry in parts])
-        late = any(found["late"] for found, entry in parts if entry == path)
         label = name or number
-        notes += [f"{label}: {remark}" for remark in remarks]
+        path, remarks = platform.one_of(label, [entry for _, entry in parts])
+        notes += remarks
+        late = any(found["late"] for found, entry in parts if path.is_relative_to(entry))
         hand_ins.append(
             HandIn(path, label, (_said(name, number),), late=late, others=tuple(_said(*who) for who in more))
         )

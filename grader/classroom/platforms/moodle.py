@@ -93,9 +93,9 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
         people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
     for ((name, number), *more), parts in people.items():
         files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
-        path, remarks = platform.one_of(platform.unfolded(files))
         label = f"{name} {number}" if _is_hidden(name) else name
-        notes += [f"{label}: {remark}" for remark in remarks]
+        path, remarks = platform.one_of(label, files)
+        notes += remarks
         hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
     return Export("moodle", tuple(hand_ins), tuple(notes))
 
