@@ -18,7 +18,7 @@ from grader import cli
 from grader.classroom import cells, gradebook
 from grader.classroom.platform import Delivery, losses, short
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
-from grader.errors import GraderError, UsageError
+from grader.errors import GraderError
 
 EXCUSED = "people: {s4: {excused: {why: ill, by: Ada}}}"
 
@@ -151,11 +151,6 @@ def test_a_row_that_is_not_final_keeps_its_cells(book, tmp_path, platform, state
     assert text == sheet
     assert any("not final yet" in note and f"({state.value})" in note for note in notes)
     assert {canvas._score(row) for row in waiting.rows} == {""}
-
-
-def test_the_assignment_has_to_be_named_where_several_could_be_meant(book, tmp_path):
-    with pytest.raises(UsageError, match=r"Quiz \(70\), Robots \(77\)\. Add --assignment"):
-        filled(canvas, book, tmp_path, CANVAS_EXPORT)
 
 
 def test_other_points_possible_are_refused(book, tmp_path):
