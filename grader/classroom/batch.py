@@ -17,11 +17,10 @@ from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.class_settings import Options, settle
 from grader.classroom.lateness import clock
 from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner, Workforce
-from grader.classroom.plan import Action, Plan
+from grader.classroom.plan import Action, Options, Plan, settle
 from grader.classroom.roster import Person
 from grader.course import find, load, name_of, named
 from grader.errors import GraderError, UsageError

@@ -18,13 +18,11 @@ from grader import report as report_room
 from grader.classroom import (
     batch,
     class_folder,
-    class_settings,
     file_names,
     gradebook,
     hand_ins,
     overview,
     plan,
-    rescore,
     roster,
     similarity,
     times,
@@ -155,7 +153,7 @@ def _batch(options: argparse.Namespace) -> int:
         raise UsageError("The folder for the results is missing.", "Add --out CLASS.")
     people = roster.load(options.roster) if options.roster else None
     lists = [*options.times, *([options.roster] if options.roster else [])]
-    wanted = class_settings.Options.of(options, tuple(time for path in lists for time in times.load(path)))
+    wanted = plan.Options.of(options, tuple(time for path in lists for time in times.load(path)))
     if options.plan:
         with tempfile.TemporaryDirectory(prefix="plan-") as empty:
             planned = batch.look(options.source, options.out or Path(empty), people, wanted)
@@ -180,7 +178,7 @@ def _batch(options: argparse.Namespace) -> int:
 
 
 def _run_batch(
-    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: Console
+    options: argparse.Namespace, people: Sequence[Person] | None, wanted: plan.Options, console: Console
 ) -> int:
     summary = batch.run(options.source, options.out, people, wanted, console)
     console.clear()
@@ -269,7 +267,7 @@ def _course_of(folder: Path) -> Course:
 
 def _rescore(options: argparse.Namespace) -> int:
     folder, progress = ClassFolder(options.folder), Progress()
-    judged, changes = rescore.rescore(
+    judged, changes = hand_ins.rescore(
         folder, options.rubric, lambda done, total: progress.show(f"{done}/{total} judged")
     )  # fmt: skip
     progress.done()

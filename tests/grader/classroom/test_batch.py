@@ -12,9 +12,9 @@ from helpers.class_reports import GRADED, Silent
 
 from grader.classroom import batch, class_folder
 from grader.classroom.class_folder import ClassFolder, Status
-from grader.classroom.class_settings import Options
 from grader.classroom.cluster import pack, unzip
 from grader.classroom.one_grading import Ending, Order, Runner
+from grader.classroom.plan import Options
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
 

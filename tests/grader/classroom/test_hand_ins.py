@@ -11,7 +11,7 @@ from helpers.report_examples import REFUSED
 from grader import pipeline, report
 from grader.classroom import command, gradebook, hand_ins
 from grader.classroom.class_folder import ClassFolder
-from grader.classroom.rescore import rescore
+from grader.classroom.hand_ins import rescore
 from grader.errors import GraderError
 
 DECIDED = (

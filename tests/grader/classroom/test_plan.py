@@ -13,9 +13,8 @@ from helpers.class_reports import graded
 from grader import cli
 from grader.classroom import batch, plan
 from grader.classroom.class_folder import Entry, Record, Status
-from grader.classroom.class_settings import Options
 from grader.classroom.one_grading import Ending, Order
-from grader.classroom.plan import Action
+from grader.classroom.plan import Action, Options
 
 ROSTER = """id,name,email,login,team
 s1,Jane Doe,jane@uni.edu,jdoe,

@@ -11,7 +11,7 @@ import pytest
 from grader import pipeline
 from grader.classroom import gradebook
 from grader.classroom.class_folder import RUBRIC, ClassFolder, Entry, Record, Status
-from grader.classroom.rescore import rescore
+from grader.classroom.hand_ins import rescore
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring import rubric
