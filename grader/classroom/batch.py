@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
@@ -16,11 +17,10 @@ from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.class_settings import ClassSettings, Options, settle
 from grader.classroom.lateness import clock
 from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner, Workforce
-from grader.classroom.plan import Action, Plan
+from grader.classroom.plan import Action, Options, Plan, settle
 from grader.classroom.roster import Person
 from grader.course import find, load, name_of, named
 from grader.errors import GraderError, UsageError
@@ -36,6 +36,7 @@ from grader.scoring.grading import HandIn
 CORES_EACH = 2
 MEMORY_EACH = 2 * 1024**3
 _ATTEMPTS = 2
+_PAGE_S = 30.0  # between two writings of the class page, which takes a second for a class of 300
 _TICK_S = 1.0  # between two looks at what is running, for the progress line
 
 
@@ -178,7 +179,7 @@ def _prepared(
     source: Path | None, folder: ClassFolder, people: Sequence[Person] | None, options: Options
 ) -> Iterator[tuple[Plan, ClassFacts, str, list[Job]]]:
     """Yield the plan, the class, its rubric's text and what is to be graded; the sources are open meanwhile."""
-    before = folder.facts() if (folder.path / CLASS).exists() else None
+    before = folder.facts() if source is None or (folder.path / CLASS).exists() else None
     course = named(before.course) if before else find(options.course)
     if options.course and load(options.course).folder != course.folder:
         raise UsageError(
@@ -186,50 +187,45 @@ def _prepared(
         )
     path = options.rubric or (folder.path / RUBRIC if before else course.rubric)
     whole = rubric.load(path, checks_run.known(course))
-    text = rubric.text(path) if options.rubric or before is None else None
-    settings, remarks = settle(folder, source, people, text, options)
-    earlier = before.entries if before else ()
-    zero_missing = options.zero_missing
+    given = whole.sha256 if options.rubric or before is None else None
+    settled, remarks = settle(folder, before, source, people, given, options)
     # A source that an earlier run has read may be gone by now, if another is there.
-    read, sources = {entry.source for entry in earlier}, (settings.source, *settings.added)
+    read, sources = {entry.source for entry in settled.entries}, (settled.source, *settled.added)
     present = [each for each in sources if folder.located(each).exists() or each not in read] or sources
     with ExitStack() as stack:
         roots = {each: stack.enter_context(discovery.opened(folder.located(each))) for each in present}
         first, *added = roots.values()
-        found = discovery.find(
-            first, settings.roster, earlier, added, options.times,
-            timed=settings.deadline is not None or bool(settings.late_rule), pattern=settings.pattern,
-            claimed=before.claimed if before else (),
-        )  # fmt: skip
-        facts = ClassFacts(
-            **{name: value for name, value in vars(found).items() if value}
-            | vars(settings)
-            | {"notes": (*remarks, *found.notes)}
-            | {"rubric": settings.rubric_hash, "entries": tuple(_recorded(entry, roots) for entry in found.entries)},
+        found = discovery.find(first, settled.roster, settled, added, options.times)
+        facts = replace(
+            found,
+            entries=tuple(_recorded(entry, roots) for entry in found.entries),
+            notes=(*remarks, *found.notes),
+            rubric=whole.sha256,
             title=whole.title,
             kit=provenance.kit_hash(course.layers),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
             made=dt.datetime.now().astimezone(),
             course=name_of(course),
-            zero_missing=zero_missing if zero_missing is not None else before is not None and before.zero_missing,
+            zero_missing=found.zero_missing if options.zero_missing is None else options.zero_missing,
         )
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
         if unknown := sorted(set(options.only) - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
-        jobs = [
-            _job(entry, hand_ins.hand_in(known, now, decided), decided.on(entry.id).package, settings, facts, options)
-            for entry, known in zip(found.entries, now.entries, strict=True)
-        ]
+        text = rubric.text(path)
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
-        actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, options) for job in jobs}
-        todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
+        actions, todo = {}, []
+        for entry, known in zip(found.entries, now.entries, strict=True):
+            hand_in = hand_ins.hand_in(known, now, decided)
+            job = _job(entry, hand_in, decided.on(entry.id).package, text, facts, options)
+            actions[entry.id] = plan.decide(entry, records[entry.id], job.record, options)
+            todo += [job] * (actions[entry.id].action is Action.GRADE)
         several = 1 if options.scheduler else options.jobs or jobs_here()
         new = [each for each in now.doubts if before is None or each not in before.doubts]
         planned = plan.make(now, decided, actions, filter(None, records.values()), new, several, options.minutes)
-        yield planned, facts, settings.rubric, todo
+        yield planned, facts, text, todo
 
 
 def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
@@ -244,7 +240,6 @@ def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
 class Job:
     """One submission to grade, and the record of it as far as it is known beforehand."""
 
-    entry: Entry
     order: Order
     record: Record
 
@@ -264,14 +259,15 @@ def _grade(
     folder: ClassFolder, workforce: Workforce, console: Console, total: int, jobs: list[Job]
 ) -> bool:  # fmt: skip
     """Grade all jobs, and once more, alone, what failed for reasons of ours; return whether Ctrl-C interrupted that."""
-    page, done = overview.LivePage(folder), total - len(jobs)
+    done, written = total - len(jobs), time.monotonic()
+    overview.attempt(folder)
     try:
         for attempt, slots in enumerate((workforce.slots, *[1] * (_ATTEMPTS - 1)), 1):
             waiting, again, running = jobs[::-1], list[Job](), dict[Future[Ending], Job]()
             while waiting or running:
                 while waiting and len(running) < slots:
                     job = waiting.pop()
-                    out = str(folder.working(job.entry.id).resolve())
+                    out = str(folder.working(job.order.id).resolve())
                     begun = dt.datetime.now().astimezone().isoformat(timespec="seconds")
                     job = replace(job, order=replace(job.order, out=out), record=replace(job.record, started=begun))
                     running[workforce.submit(job.order)] = job
@@ -286,26 +282,26 @@ def _grade(
                     folder.keep(Path(job.order.out), record)
                     done += 1
                     console.finished(record, done, total)
-                    page.write(if_due=True)
+                if ended and time.monotonic() > written + _PAGE_S:
+                    overview.attempt(folder)
+                    written = time.monotonic()
                 console.going_on(done, total, workforce.doing())
             jobs = again
     except KeyboardInterrupt:
         workforce.stop()
         return True
     finally:
-        page.write()
+        overview.attempt(folder)
     return False
 
 
-def _job(
-    entry: Entry, known: HandIn, package: str, settings: ClassSettings, facts: ClassFacts, options: Options
-) -> Job:
+def _job(entry: Entry, known: HandIn, package: str, text: str, facts: ClassFacts, options: Options) -> Job:
     order = Order(
         id=entry.id,
         source=str(entry.path.resolve()),
         out="",
-        rubric=settings.rubric,
-        seed=settings.seed,
+        rubric=text,
+        seed=facts.seed,
         hand_in=asdict(known),
         fresh=options.fresh,
         course=facts.course,
@@ -316,9 +312,9 @@ def _job(
         id=entry.id,
         status=Status.ERROR,
         content=entry.content,
-        rubric=settings.rubric_hash,
+        rubric=facts.rubric,
         kit=facts.kit,
-        seed=settings.seed,
+        seed=facts.seed,
         package=package,
     )
-    return Job(entry, order, record)
+    return Job(order, record)

@@ -8,7 +8,7 @@ import zipfile
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,17 +28,16 @@ def _grade(executor: Executor, order: Order) -> Ending:
     source = Path(order.source)
     try:
         archive = pack(source) if source.is_dir() else source.read_bytes()
-        sent = asdict(order) | {"source": source.name, "out": ""}
-        future = executor.submit(grade_while_wanted, sent, archive, source.is_dir())
-        status, why, seconds, results = future.result()
+        sent = replace(order, source=source.name)
+        ending, results = executor.submit(grade_while_wanted, sent, archive, source.is_dir()).result()
         unzip(results, Path(order.out))
-        return Ending(Status(status), why, seconds)
+        return ending
     except Exception as error:  # of many kinds: Dask's own, the network's
         return Ending(Status.ERROR, f"The cluster did not grade it: {type(error).__name__}: {error}")
 
 
-def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -> tuple[str, str, float, bytes]:
-    """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
+def grade_while_wanted(order: Order, archive: bytes, folder: bool) -> tuple[Ending, bytes]:
+    """Grade a submission that travels as bytes, and return how that ended and a zip of the results.
 
     This is a task of a Dask worker, which shares no disk with the caller; `folder` says that the archive is a packed
     folder. It ends when the task is cancelled or the worker closes: Dask itself lets a function that runs go on to its
@@ -62,16 +61,15 @@ def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -
     watcher.start()
     try:
         with tempdir.folder("batch") as scratch:
-            source, out = scratch / "in" / Path(str(order["source"])).name, scratch / "out"
+            source, out = scratch / "in" / order.source, scratch / "out"
             out.mkdir()
             source.parent.mkdir(parents=True)
             if folder:
                 unzip(archive, source)
             else:
                 source.write_bytes(archive)
-            local = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
-            ending = runner.grade(local, scratch)
-            return ending.status.value, ending.why, ending.seconds, pack(out)
+            ending = runner.grade(replace(order, source=str(source), out=str(out)), scratch)
+            return ending, pack(out)
     finally:
         over.set()
         watcher.join()

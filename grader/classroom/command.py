@@ -18,13 +18,11 @@ from grader import report as report_room
 from grader.classroom import (
     batch,
     class_folder,
-    class_settings,
     file_names,
     gradebook,
     hand_ins,
     overview,
     plan,
-    rescore,
     roster,
     similarity,
     times,
@@ -64,7 +62,6 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
     option("--sheet", type=Path, help="the export of Canvas or Moodle that is filled in")
     option("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas")
     option("--zero-missing", action=argparse.BooleanOptionalAction, help=_ZERO)
-    option("--feedback", action="store_true", help="also the reports, as the zip that Moodle or Canvas imports")
     option = _verb(
         verbs, "rescore", _rescore, "judge a class again from its evidence",
         "Run the checks over the saved evidence of a class, after a change of the rubric or of a check. No code of a "
@@ -156,7 +153,7 @@ def _batch(options: argparse.Namespace) -> int:
         raise UsageError("The folder for the results is missing.", "Add --out CLASS.")
     people = roster.load(options.roster) if options.roster else None
     lists = [*options.times, *([options.roster] if options.roster else [])]
-    wanted = class_settings.Options.of(options, tuple(time for path in lists for time in times.load(path)))
+    wanted = plan.Options.of(options, tuple(time for path in lists for time in times.load(path)))
     if options.plan:
         with tempfile.TemporaryDirectory(prefix="plan-") as empty:
             planned = batch.look(options.source, options.out or Path(empty), people, wanted)
@@ -181,7 +178,7 @@ def _batch(options: argparse.Namespace) -> int:
 
 
 def _run_batch(
-    options: argparse.Namespace, people: Sequence[Person] | None, wanted: class_settings.Options, console: Console
+    options: argparse.Namespace, people: Sequence[Person] | None, wanted: plan.Options, console: Console
 ) -> int:
     summary = batch.run(options.source, options.out, people, wanted, console)
     console.clear()
@@ -227,8 +224,6 @@ def _gradebook(options: argparse.Namespace) -> int:
         raise UsageError(
             f"For {options.platform} a file that it exported is filled in: {platform.fills}.", "Add --sheet."
         )
-    if options.feedback and not (platform.fills and is_class):
-        raise UsageError("--feedback is for the classes of --for moodle and --for canvas.")
     if not is_class and (options.folder / DATA).exists():
         report = json.loads(report_room.for_student(options.folder, DATA).read_text(encoding="utf-8"))
         book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
@@ -244,13 +239,7 @@ def _gradebook(options: argparse.Namespace) -> int:
             row.submission: folder.report(row.submission, for_student=True) for row in book.rows if row.submission
         }
     out: Path = options.out or options.folder / platform.out
-    feedback = out.with_name(f"{out.stem}_feedback.zip") if options.feedback else None
-    entries = folder.facts().entries if feedback else ()
-    found = {e.id: report_room.for_student(folder.submission(e.id), report_room.PAGE) for e in entries}
-    pages = {name: page for name, page in found.items() if page.is_file()}
-    sources = {entry.id: entry.path.name for entry in entries}
-    delivery = Delivery(book, reports, out, options.sheet or Path(), options.assignment, feedback, pages, sources)
-    for note in platform.write(delivery):
+    for note in platform.write(Delivery(book, reports, out, options.sheet or Path(), options.assignment)):
         print(f"note: {printable(note)}")
     states = Counter(row.state.value for row in book.rows)
     print(
@@ -266,8 +255,6 @@ def _gradebook(options: argparse.Namespace) -> int:
         if is_class:
             print("overrides.yaml decides for one: flags_accepted: {why: ..., by: ...}, or points for each requirement")
     print(f"Grades: {out}")
-    if feedback:
-        print(f"Feedback: {feedback}")
     return EXIT_GRADED
 
 
@@ -280,7 +267,7 @@ def _course_of(folder: Path) -> Course:
 
 def _rescore(options: argparse.Namespace) -> int:
     folder, progress = ClassFolder(options.folder), Progress()
-    judged, changes = rescore.rescore(
+    judged, changes = hand_ins.rescore(
         folder, options.rubric, lambda done, total: progress.show(f"{done}/{total} judged")
     )  # fmt: skip
     progress.done()

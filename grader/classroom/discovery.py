@@ -37,7 +37,7 @@ _MAKE_READABLE = "Make it readable for whoever runs this, and run it again; the 
 _SHORT = 60  # bytes of an id
 _LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
-
+_NEW = ClassFacts()
 Found = ClassFacts
 """A class as far as its sources, roster and lists tell."""
 
@@ -63,26 +63,24 @@ def opened(source: Path) -> Iterator[Source]:
 def find(
     root: Path | Source,
     roster: Sequence[Person] = (),
-    earlier: Sequence[Entry] = (),
+    before: ClassFacts = _NEW,
     added: Sequence[Source] = (),
     known_times: Sequence[HandInTime] = (),
-    timed: bool = False,
-    pattern: str = "",
-    claimed: Sequence[Person] = (),
 ) -> Found:
-    """Return the submissions in the folder `root` and in those `added` to it, each with its people.
+    """Return the class with the submissions in the folder `root` and in those `added` to it, each with its people.
 
-    Those of an `earlier` run keep their ids, and stay if they are in none of the folders any more. Of several
-    submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
-    `known_times` are from beside the export, and `claimed` are the people whom they named in earlier runs; in a class
-    that is `timed`, a submission without a time is a doubt. `pattern` says how the files are named.
+    Those that the class has had `before` keep their ids, and stay if they are in none of the folders any more. Of
+    several submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
+    `known_times` are from beside the export; where there is a deadline or a late rule, a submission without a time is a
+    doubt.
 
     Raises:
         GraderError: there is no submission.
         UsageError: the pattern is none.
     """
     source = root if isinstance(root, Source) else Source(root)
-    exports = [platforms.read(each, pattern) for each in (source, *added)]
+    earlier = before.entries
+    exports = [platforms.read(each, before.pattern) for each in (source, *added)]
     matches = matching.match([hand_in for export in exports for hand_in in export.hand_ins], roster)
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = _retained(earlier, drafts, roster)
@@ -103,15 +101,15 @@ def find(
             for e in named
             if (why := e.content.removeprefix(_UNREADABLE)) != e.content
         ),
-        *(times.doubts(entries, known_times, exports[0].layout) if timed else ()),
+        *(times.doubts(entries, known_times, exports[0].layout) if before.deadline or before.late_rule else ()),
     ]
-    listed = ledger.claimed(known_times, roster, entries, claimed)
-    doubts += ledger.without(listed, entries, doubts)
+    claimed, strangers = ledger.claimed(known_times, roster, entries, before.claimed)
+    doubts += ledger.without(claimed, entries, doubts)
     notes = tuple(note for export in exports for note in export.notes)
-    lines = ledger.lines(exports, listed, roster, entries, doubts)
-    return Found(
-        layout=exports[0].layout, entries=entries, missing=missing, notes=notes, doubts=tuple(doubts), ledger=lines,
-        claimed=listed.claimed,
+    lines = ledger.lines(exports, claimed, strangers, roster, entries, doubts)
+    return replace(
+        before, layout=exports[0].layout, entries=entries, missing=missing, notes=notes, doubts=tuple(doubts),
+        ledger=lines, claimed=claimed,
     )  # fmt: skip
 
 

@@ -24,7 +24,6 @@ from grader.classroom.platform import (
     one_of,
     others,
     stem,
-    unfolded,
 )
 from grader.classroom.times import local_time
 from grader.errors import UsageError
@@ -149,8 +148,8 @@ def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
         label = next((claim.value for claim in claims if claim.kind == "name"), claims[0].value)
         *earlier, last = attempts.values()
         for attempt in attempts.values() if last[0].when else [last]:
-            path, remarks = one_of(unfolded([part.entry for part in attempt]))
-            notes += [f"{label}: {remark}" for remark in remarks]
+            path, remarks = one_of(label, [part.entry for part in attempt])
+            notes += remarks
             hand_ins.append(HandIn(path, label, (claims,), attempt[0].when))
         if earlier and not last[0].when:
             left = ", ".join(part.entry.name for attempt in earlier for part in attempt)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,6 +26,8 @@ from grader.words import counted, some
 _SYSTEM = re.compile(r"\._|\.(DS_Store|directory|localized|git\w*|venv|vscode|idea)$")
 _SHOWN = 3
 _MOST_DOUBTS = 20
+_Gone = dict[str, list[tuple[LeftOut, tuple[str, ...]]]]
+"""What was left out, each with its path in the folder with the submissions, by the first part of that."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +40,6 @@ class Source:
     folder: Path
     left_out: tuple[LeftOut, ...] = ()
     shortened: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class _Gone:
-    """An entry that was left out, and its path in the folder with the submissions."""
-
-    entry: LeftOut
-    path: tuple[str, ...]
 
 
 def account(export: Export, platform: Platform, root: Path, source: Source) -> Export:
@@ -85,18 +79,18 @@ def _is_beside(export: Export, platform: Platform, root: Path, entry: Path) -> b
     return any(_same(each, found[0]) for each in export.hand_ins) if found else False
 
 
-def _groups(source: Source, inside: Sequence[str]) -> dict[str, list[_Gone]]:
+def _groups(source: Source, inside: Sequence[str]) -> _Gone:
     """Return what unpacking left out, by its topmost name below the folders `inside` which the submissions are."""
-    groups: dict[str, list[_Gone]] = {}
+    groups: _Gone = {}
     for each in source.left_out:
         raw = [part for part in each.name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
         parts = tuple(shortened(safe_name(part)) for part in raw if not part.endswith(":")) or ("?",)
         below = parts[len(inside) :] if parts[: len(inside)] == tuple(inside) else parts
-        groups.setdefault((below or parts)[0], []).append(_Gone(each, below or parts))
+        groups.setdefault((below or parts)[0], []).append((each, below or parts))
     return groups
 
 
-def _unpacked(export: Export, platform: Platform, root: Path, groups: Mapping[str, Sequence[_Gone]]) -> Iterator[Lost]:
+def _unpacked(export: Export, platform: Platform, root: Path, groups: _Gone) -> Iterator[Lost]:
     """Yield what unpacking an archive has left out, together for each whose it may be.
 
     A link inside a hand-in is left out of every submission; it is lost if there is nothing else, or an archive.
@@ -105,11 +99,11 @@ def _unpacked(export: Export, platform: Platform, root: Path, groups: Mapping[st
     for top, several in groups.items():
         shadow = shadows.get(top)
         known = [each for each in export.hand_ins if each.path.is_relative_to(root / top) or _same(each, shadow)]
-        if known and all(each.entry.link and without_suffix(each.path[-1]) == each.path[-1] for each in several):
+        if known and all(gone.link and without_suffix(path[-1]) == path[-1] for gone, path in several):
             continue
         hand_in = known[0] if known else shadow
         label = hand_in.label if hand_in else without_suffix(top)
-        what = "; ".join(f"{printable(each.entry.name, 120)}: {each.entry.why}" for each in several[:_SHOWN])
+        what = "; ".join(f"{printable(gone.name, 120)}: {gone.why}" for gone, _ in several[:_SHOWN])
         more = f"; and {len(several) - _SHOWN} more" if len(several) > _SHOWN else ""
         yield Lost(
             label,
@@ -122,15 +116,15 @@ def _same(hand_in: HandIn, shadow: HandIn | None) -> bool:
     return shadow is not None and hand_in.claims == shadow.claims
 
 
-def _shadows(platform: Platform, groups: Mapping[str, Sequence[_Gone]]) -> dict[str, HandIn]:
+def _shadows(platform: Platform, groups: _Gone) -> dict[str, HandIn]:
     """Return what the platform would read of hand-ins with these names, if they were there."""
     with tempfile.TemporaryDirectory(prefix="names-") as folder:
         root = Path(folder)
         for top, several in groups.items():
             path = root / top
-            if any(len(each.path) > 1 for each in several):
+            if any(len(below) > 1 for _, below in several):
                 path.mkdir()
-                path = path / several[0].path[-1]
+                path = path / several[0][1][-1]
             path.touch()
         entries = entries_of(root)
         if not entries or not platform.recognises(root, entries):
@@ -160,23 +154,13 @@ def lost(exports: Sequence[Export], roster: Sequence[Person], missing: Collectio
             )
 
 
-@dataclass(frozen=True)
-class HandedIn:
-    """Who should have a hand-in, by lists.
-
-    Attributes:
-        claimed: everyone of whom a list says that they handed in.
-        strangers: how many lines of lists fit nobody.
-    """
-
-    claimed: tuple[Person, ...]
-    strangers: int
-
-
 def claimed(
     times: Sequence[HandInTime], roster: Sequence[Person], entries: Sequence[Entry], earlier: Sequence[Person]
-) -> HandedIn:
-    """Return everyone of whom a list says that they handed in, those of `earlier` runs' lists among them."""
+) -> tuple[tuple[Person, ...], int]:
+    """Return everyone of whom a list says that they handed in, and how many lines of lists fit nobody.
+
+    Those of `earlier` runs' lists are among them.
+    """
     everyone = roster or tuple(dict.fromkeys(person for entry in entries for person in entry.people))
     known = {person.key: person for person in everyone}
     found: list[Person] = []
@@ -191,17 +175,17 @@ def claimed(
         else:
             strangers += 1
     before = [known.get(person.key, person) for person in earlier if not roster or person.key in known]
-    return HandedIn(tuple(dict.fromkeys((*found, *before))), strangers)
+    return tuple(dict.fromkeys((*found, *before))), strangers
 
 
-def without(handed_in: HandedIn, entries: Sequence[Entry], doubts: Sequence[Doubt]) -> Iterator[Doubt]:
+def without(claimed: Sequence[Person], entries: Sequence[Entry], doubts: Sequence[Doubt]) -> Iterator[Doubt]:
     """Yield a doubt on everyone who handed in by a list, and has no submission.
 
     It stops the class, unless the submission may be one of those that another doubt is about.
     """
     have = {person.key for entry in entries for person in entry.people}
     doubtful = {person.key for doubt in doubts for person in doubt.people}
-    lacking = [who for who in handed_in.claimed if who.key not in have and who.key not in doubtful]
+    lacking = [who for who in claimed if who.key not in have and who.key not in doubtful]
     stops = len(lacking) > sum(doubt.anyone for doubt in doubts)
     todo = "Export once more, or see whether it is there under another name. Until then there is no grade."
     if len(lacking) > _MOST_DOUBTS:
@@ -215,8 +199,8 @@ def without(handed_in: HandedIn, entries: Sequence[Entry], doubts: Sequence[Doub
 
 
 def lines(
-    exports: Sequence[Export], handed_in: HandedIn, roster: Sequence[Person], entries: Sequence[Entry],
-    doubts: Sequence[Doubt],
+    exports: Sequence[Export], claimed: Sequence[Person], strangers: int, roster: Sequence[Person],
+    entries: Sequence[Entry], doubts: Sequence[Doubt],
 ) -> tuple[str, ...]:  # fmt: skip
     """Return how entries and people add up."""
     said = [f"{export.layout}: {export.ledger}" for export in exports]
@@ -228,10 +212,10 @@ def lines(
         rest = len(roster) - here - open_
         every = counted(len(roster), "person", "people")
         said.append(f"roster: {every} = {here} with a hand-in + {open_} in doubt + {rest} without")
-    if handed_in.claimed or handed_in.strangers:
-        here = sum(person.key in have for person in handed_in.claimed)
-        total = counted(len(handed_in.claimed) + handed_in.strangers, "person", "people")
-        rest = len(handed_in.claimed) - here
-        more = f" + {handed_in.strangers} of nobody in the roster" if handed_in.strangers else ""
+    if claimed or strangers:
+        here = sum(person.key in have for person in claimed)
+        total = counted(len(claimed) + strangers, "person", "people")
+        rest = len(claimed) - here
+        more = f" + {strangers} of nobody in the roster" if strangers else ""
         said.append(f"list: {total} handed in = {here} with a hand-in + {rest} without{more}")
     return tuple(said)

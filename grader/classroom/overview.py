@@ -6,7 +6,6 @@ import base64
 import hashlib
 import math
 import re
-import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -27,7 +26,6 @@ from grader.words import counted
 
 HERE = Path(__file__).parent
 _BARS = 10
-_PAGE_SHARE = 50  # times as long as the page took is waited before it is written again
 _WORDS = 240  # characters of a message
 # Not the digits of a name: `ros2_robot_controller`, F4 and `test_2` stay what they are.
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:[.:]\d+)*(?:e[-+]?\d+)?(?!\w)")
@@ -65,23 +63,10 @@ class Loss:
         return sum(self.lost.values())
 
 
-class LivePage:
-    """The page of a class that is being graded: written as that goes on, but not so often that it takes long."""
-
-    def __init__(self, folder: ClassFolder) -> None:
-        """Write the page of a class that is about to be graded."""
-        self._folder = folder
-        self._next = 0.0
-        self.write()
-
-    def write(self, *, if_due: bool = False) -> None:
-        """Write the page. What is wrong meanwhile, as in overrides.yaml, is said at the end and stops no grading."""
-        begun = time.monotonic()
-        if not if_due or begun >= self._next:
-            with suppress(Exception):
-                write(self._folder, gradebook.read(self._folder))
-            now = time.monotonic()
-            self._next = now + _PAGE_SHARE * (now - begun)
+def attempt(folder: ClassFolder) -> None:
+    """Write the page of a class that is being graded. A mistake, as in overrides.yaml, is said at the end."""
+    with suppress(Exception):
+        write(folder, gradebook.read(folder))
 
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:

@@ -7,9 +7,8 @@ described in docs/classes.md.
 from __future__ import annotations
 
 import datetime as dt
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -98,9 +97,6 @@ class Delivery:
         out: the file or folder to write.
         sheet: the file to be filled in, where the platform wants one of its own.
         title: the assignment's title on the platform, "" if it was not said.
-        feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
-        pages: each submission's report.html by its id.
-        sources: the names of what was handed in, by the same.
     """
 
     book: Gradebook
@@ -108,9 +104,6 @@ class Delivery:
     out: Path
     sheet: Path = Path()
     title: str = ""
-    feedback: Path | None = None
-    pages: Mapping[str, Path] = field(default_factory=dict)
-    sources: Mapping[str, str] = field(default_factory=dict)
 
 
 def same_number(one: str, other: str) -> bool:
@@ -144,14 +137,6 @@ class Platform:
     write: Callable[[Delivery], list[str]]
     own: tuple[str, ...] = ()
     fills: str = ""
-
-
-def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
-    """Write a zip with these files."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in members.items():
-            archive.writestr(name, content)
 
 
 def is_archive(path: Path) -> bool:
@@ -217,15 +202,16 @@ def unfolded(paths: Sequence[Path]) -> list[Path]:
     return found
 
 
-def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
-    """Return the one path to grade, the last archive or else the last folder, and a remark on the others.
+def one_of(label: str, entries: Sequence[Path]) -> tuple[Path, list[str]]:
+    """Return which of somebody's entries is graded, the last archive or else the last folder; a remark on the others.
 
-    `paths` are in the order in which they were handed in, where a platform says that, or else as `entries_of` has them.
+    They are in the order in which they were handed in, where a platform says that, or else as `entries_of` has them.
     """
+    paths = unfolded(entries)
     ranked = sorted(paths, key=lambda path: (is_archive(path), path.is_dir()))
     chosen = ranked[-1]
     others = [path.name for path in paths if path != chosen]
-    return chosen, [f"{chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
+    return chosen, [f"{label}: {chosen.name} is graded, the last one, not {', '.join(others)}."] if others else []
 
 
 def fill(

@@ -20,7 +20,7 @@ from containers import situations
 from containers.situations import DOCKER, PYTHON, UNCONFINED, command_line
 from grader.classroom import batch, gradebook, overview
 from grader.classroom.class_folder import ClassFolder
-from grader.classroom.class_settings import Options
+from grader.classroom.plan import Options
 from grader.scoring import rubric
 
 pytestmark = [

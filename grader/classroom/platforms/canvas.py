@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import re
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -44,7 +42,7 @@ def _write(delivery: Delivery) -> list[str]:
     people = [_claims(dict(zip(header, row, strict=False))) for row in sheet.rows]
     _, notes = platform.fill(book, sheet, people, 0, column, _score)
     sheet.write(delivery.out)
-    return [*notes, *(_feedback(delivery, delivery.feedback) if delivery.feedback else [])]
+    return notes
 
 
 def _column(sheet: Path, header: Sequence[str], title: str) -> int:
@@ -96,10 +94,10 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
         people.setdefault(who, []).append((found[0], entry))
     for ((name, number), *more), parts in people.items():
         parts.sort(key=lambda part: int(part[0]["file_id"] or 0))
-        path, remarks = platform.one_of([entry for _, entry in parts])
-        late = any(found["late"] for found, entry in parts if entry == path)
         label = name or number
-        notes += [f"{label}: {remark}" for remark in remarks]
+        path, remarks = platform.one_of(label, [entry for _, entry in parts])
+        notes += remarks
+        late = any(found["late"] for found, entry in parts if path.is_relative_to(entry))
         hand_ins.append(
             HandIn(path, label, (_said(name, number),), late=late, others=tuple(_said(*who) for who in more))
         )
@@ -129,34 +127,6 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     """Return whether most of what may be a submission is named as Canvas names it."""
     odd = [entry for entry in entries if not _readings(entry.name)]
     return len(entries) - len(odd) > sum(entry.is_dir() or platform.is_archive(entry) for entry in odd)
-
-
-def _feedback(delivery: Delivery, path: Path) -> list[str]:
-    """Write the zip for "Upload submissions".
-
-    Canvas attaches each file as a comment, under the attachment's own name. It looks for the numbers of the person and
-    of the attachment in a file's name, and shows it to the whole group.
-    """
-    files, without = {}, []
-    numbers: dict[str, set[str]] = {}
-    for row in delivery.book.rows:
-        # What Moodle calls a participant is another one's number in Canvas.
-        numbers.setdefault(row.submission, set()).update({row.person.lms_id} if row.person.lms == "canvas" else ())
-    for submission, page in delivery.pages.items():
-        readings = _readings(delivery.sources.get(submission, ""))
-        found = readings[0] if readings else None
-        if len(readings) > 1:  # people choose their names: only the number of one whose submission it is counts
-            found = next((each for each in readings if each["id"] in numbers.get(submission, ())), None)
-        if found is None or not found["file_id"] or not found["file"].lower().endswith(".zip"):
-            without.append(submission)
-            continue
-        inner = io.BytesIO()
-        with zipfile.ZipFile(inner, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.write(page, "report.html")
-        who = f"student_{found['id']}" if found["id"].isdecimal() else found["id"]
-        files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
-    platform.write_zip(path, files)
-    return [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform(

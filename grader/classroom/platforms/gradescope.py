@@ -90,8 +90,8 @@ def _read(root: Path, entries: Sequence[Path]) -> Export:
     hand_ins, notes = platform.others(entry for entry in entries if entry.name not in (*described, _METADATA))
     for entry in entries:
         if entry.name in described:
-            path, remarks = platform.one_of(platform.unfolded([entry]))
-            notes += [f"{entry.name}: {remark}" for remark in remarks]
+            path, remarks = platform.one_of(entry.name, [entry])
+            notes += remarks
             known = described[entry.name]
             hand_ins.append(replace(known, path=path, label=known.label or entry.name))
     present = {entry.name for entry in entries}

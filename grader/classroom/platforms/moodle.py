@@ -1,6 +1,6 @@
 """Moodle: the offline grading worksheet of an assignment, filled in.
 
-Formats: moodle, mod/assign/feedback/offline/importgradeslib.php and mod/assign/feedback/file/importziplib.php.
+Format: moodle, mod/assign/feedback/offline/importgradeslib.php.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def _write(delivery: Delivery) -> list[str]:
     sheet.write(delivery.out)
     over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
     notes += [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
-    return [*notes, *(_feedback(delivery, delivery.feedback, people) if delivery.feedback else [])]
+    return notes
 
 
 def _claims(said: Mapping[str, str]) -> list[Claim]:
@@ -93,9 +93,9 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
         people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
     for ((name, number), *more), parts in people.items():
         files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
-        path, remarks = platform.one_of(platform.unfolded(files))
         label = f"{name} {number}" if _is_hidden(name) else name
-        notes += [f"{label}: {remark}" for remark in remarks]
+        path, remarks = platform.one_of(label, files)
+        notes += remarks
         hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
     return Export("moodle", tuple(hand_ins), tuple(notes))
 
@@ -124,27 +124,6 @@ def _said(name: str, number: str) -> tuple[Claim, ...]:
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(_readings(entry) for entry in entries)
-
-
-def _feedback(delivery: Delivery, path: Path, people: Sequence[list[Claim] | None]) -> list[str]:
-    """Write the zip for "Upload multiple feedback files in a zip"; `people` are those of the worksheet.
-
-    Files are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an underscore
-    in it would hide the number.
-    """
-    listed = zip(platform.rows_of(delivery.book, people), people, strict=True)
-    numbers = {row.person: who[0].value for row, who in listed if row and who and who[0].kind == "lms_id"}
-    files, without = {}, []
-    for row in delivery.book.rows:
-        page = delivery.pages.get(row.submission)
-        if page is None or not row.final:
-            continue
-        if number := numbers.get(row.person):
-            files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
-        else:
-            without.append(row.person.label)
-    platform.write_zip(path, files)
-    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform(

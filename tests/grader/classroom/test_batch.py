@@ -12,9 +12,9 @@ from helpers.class_reports import GRADED, Silent
 
 from grader.classroom import batch, class_folder
 from grader.classroom.class_folder import ClassFolder, Status
-from grader.classroom.class_settings import Options
 from grader.classroom.cluster import pack, unzip
 from grader.classroom.one_grading import Ending, Order, Runner
+from grader.classroom.plan import Options
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
 
@@ -46,17 +46,6 @@ def test_the_class_page_is_there_from_the_beginning_and_complete_in_the_end(tmp_
     workers(refuse)
     batch.run(source, tmp_path / "class", [], Options(), Silent())
     assert (pages[0].count("is empty"), page.read_text().count("is empty")) == (0, 2)
-
-
-def test_what_is_graded_is_not_graded_again_before_it_is_handed_in_again(tmp_path, source, workers):
-    workers(lambda _order: GRADED)
-    batch.run(source, tmp_path / "class", [], Options(), Silent())
-    again = workers(lambda _order: GRADED)
-    summary = batch.run(source, tmp_path / "class", [], Options(), Silent())
-    assert (again.orders, summary.kept, summary.graded) == ([], 3, 3)
-    (source / "team02" / "readme").write_text("new")
-    batch.run(source, tmp_path / "class", [], Options(), Silent())
-    assert again.orders == ["team02"]
 
 
 def test_a_package_that_a_person_chose_is_graded_by_the_next_run_and_then_kept(tmp_path, source, workers):
@@ -123,16 +112,6 @@ def test_a_folder_that_cannot_be_written_is_a_sentence(tmp_path, source):
     (tmp_path / "file").touch()
     with pytest.raises(GraderError, match=r"cannot be written .* Choose another --out"):
         batch.run(source, tmp_path / "file" / "class", [], Options(), Silent())
-
-
-def test_class_yaml_is_read_back_as_it_was_written(tmp_path, source, workers):
-    workers(lambda _order: GRADED)
-    batch.run(source, tmp_path / "class", [Person("s1", "Jane", team="team01")], Options(despite_doubts=True), Silent())
-    folder = ClassFolder(tmp_path / "class")
-    facts = folder.facts()
-    folder.write_facts(facts)
-    assert folder.facts() == facts
-    assert facts.entries[0].people == (Person("s1", "Jane", team="team01"),)
 
 
 @pytest.mark.sandbox

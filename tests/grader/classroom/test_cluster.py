@@ -14,8 +14,8 @@ from helpers.dask_cluster import dask_cluster, wait_until
 from grader import KIT
 from grader.classroom import batch, cluster
 from grader.classroom.class_folder import ClassFolder, Status
-from grader.classroom.class_settings import Options
 from grader.classroom.one_grading import Order, Workforce
+from grader.classroom.plan import Options
 from grader.course import kits_own
 from grader.errors import GraderError
 from grader.host import procfs, provenance

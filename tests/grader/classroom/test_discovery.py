@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grader.classroom import discovery
-from grader.classroom.class_folder import Entry
+from grader.classroom.class_folder import ClassFacts, Entry
 from grader.classroom.doubt import DoubtKind
 from grader.classroom.roster import Person
 
@@ -84,7 +84,9 @@ def test_no_two_submissions_share_an_id_and_none_loses_its_own(labels, later):
         with tempfile.TemporaryDirectory() as folder:
             for label in wanted:
                 (Path(folder) / f"{label}.zip").write_text(label)
-            return {entry.label: entry for entry in discovery.find(Path(folder), earlier=earlier).entries}
+            return {
+                entry.label: entry for entry in discovery.find(Path(folder), (), ClassFacts(entries=earlier)).entries
+            }
 
     before = entries(labels, ())
     after = entries(sorted({*labels, *later}), tuple(before.values()))
@@ -186,6 +188,6 @@ def test_an_export_in_which_most_match_nobody_stops_the_class(tmp_path):
 
 def test_a_deadline_without_any_time_is_said_aloud(tmp_path):
     (tmp_path / "ekbo_12347_9_pkg.zip").touch()
-    (doubt,) = discovery.find(tmp_path, [BO], timed=True).doubts
+    (doubt,) = discovery.find(tmp_path, [BO], ClassFacts(late_rule="1 point per day")).doubts
     assert doubt.kind is DoubtKind.NO_TIME
     assert "1 of 1 submissions have no time, so nothing is deducted for lateness: ekbo." in doubt.what

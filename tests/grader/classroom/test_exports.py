@@ -7,7 +7,6 @@ import csv
 import io
 import json
 import re
-import zipfile
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -19,7 +18,7 @@ from grader import cli
 from grader.classroom import cells, gradebook
 from grader.classroom.platform import Delivery, losses, short
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
-from grader.errors import GraderError, UsageError
+from grader.errors import GraderError
 
 EXCUSED = "people: {s4: {excused: {why: ill, by: Ada}}}"
 
@@ -154,11 +153,6 @@ def test_a_row_that_is_not_final_keeps_its_cells(book, tmp_path, platform, state
     assert {canvas._score(row) for row in waiting.rows} == {""}
 
 
-def test_the_assignment_has_to_be_named_where_several_could_be_meant(book, tmp_path):
-    with pytest.raises(UsageError, match=r"Quiz \(70\), Robots \(77\)\. Add --assignment"):
-        filled(canvas, book, tmp_path, CANVAS_EXPORT)
-
-
 def test_other_points_possible_are_refused(book, tmp_path):
     with pytest.raises(GraderError, match=r"has 50 points in Canvas, the rubric 100"):
         filled(canvas, book, tmp_path, CANVAS_EXPORT.replace(",10,100,", ",10,50,"), "Robots (77)")
@@ -269,55 +263,6 @@ def test_one_members_excuse_is_not_what_the_team_gets(class_of_four, tmp_path, p
     assert '"score": 98.0' in texts or "98.00 of 100.00" in texts
     assert "flu" not in texts
     assert any("=Li Wu has excused, the team 98.00 points" in note for note in notes)
-
-
-def members(path: Path) -> dict[str, bytes]:
-    with zipfile.ZipFile(path) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
-
-
-def reports_of(tmp_path: Path) -> dict[str, Path]:
-    (tmp_path / "team07.html").write_text("<p>team07</p>")
-    return {"team07": tmp_path / "team07.html"}
-
-
-def test_moodles_import_finds_whose_each_feedback_file_is(book, tmp_path):
-    """The rules of is_valid_filename_for_import in mod/assign/feedback/file/importziplib.php."""
-    (tmp_path / "s.csv").write_text(
-        MOODLE_SHEET.replace("12348,", "12346,").replace("Eva Ost", "=Li Wu").replace("eva@", "li@")
-    )
-    delivery = Delivery(
-        book, {}, tmp_path / "m.csv", tmp_path / "s.csv", feedback=tmp_path / "f.zip", pages=reports_of(tmp_path)
-    )
-    moodle.PLATFORM.write(delivery)
-    found = {}
-    for name, content in members(tmp_path / "f.zip").items():
-        person, number, subtype, plugin, file = name.split("_", 4)
-        assert (subtype, plugin, file) == ("assignfeedback", "file", "report.html")
-        assert person == "Participant", "a name may have an underscore in it"
-        found[int(number)] = content
-    assert found == {12345: b"<p>team07</p>", 12346: b"<p>team07</p>"}
-
-
-def test_canvas_finds_whose_each_feedback_file_is(class_of_four, tmp_path):
-    """The rules of infer_comment_context_from_filename in app/models/abstract_assignment.rb."""
-    folder = class_of_four()
-    facts = folder.facts()
-    path = Path("doejane_LATE_12345_6789_team-1.zip")
-    entries = tuple(replace(entry, path=path if entry.id == "team07" else entry.path) for entry in facts.entries)
-    folder.write_facts(replace(facts, entries=entries))
-    sources = {entry.id: entry.path.name for entry in entries}
-    (tmp_path / "sheet.csv").write_text(CANVAS_EXPORT)
-    delivery = Delivery(
-        gradebook.read(folder), {}, tmp_path / "c.csv", tmp_path / "sheet.csv", "Robots", tmp_path / "f.zip",
-        reports_of(tmp_path), sources,
-    )  # fmt: skip
-    canvas.PLATFORM.write(delivery)
-    ((name, content),) = members(tmp_path / "f.zip").items()
-    user, attachment = [part for part in name.split("_") if part.isdecimal()][:2]
-    assert (user, attachment) == ("12345", "6789")
-    (tmp_path / "inner.zip").write_bytes(content)
-    assert members(tmp_path / "inner.zip") == {"report.html": b"<p>team07</p>"}, "Canvas shows it as team-1.zip"
 
 
 def test_gradescope_reads_results_json(book, tmp_path):

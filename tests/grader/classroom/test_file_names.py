@@ -10,6 +10,7 @@ from helpers.class_reports import graded
 
 from grader import cli
 from grader.classroom import discovery
+from grader.classroom.class_folder import ClassFacts
 from grader.classroom.discovery import Found
 from grader.classroom.file_names import Pattern
 from grader.classroom.roster import Person
@@ -23,7 +24,7 @@ def find(root: Path, *names: str, pattern: str = "") -> Found:
     for name in names:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(name)
-    return discovery.find(root, [JANE, BO], pattern=pattern)
+    return discovery.find(root, [JANE, BO], ClassFacts(pattern=pattern))
 
 
 def whose(found: Found) -> dict[str, tuple[Person, ...]]:

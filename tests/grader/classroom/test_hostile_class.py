@@ -9,16 +9,13 @@ import re
 import unicodedata
 import zipfile
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import Future
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.class_reports import report
+from helpers.class_reports import Workers, report
 from submissions import hostile_class as hostile
 from submissions.hostile_class import ABSENT, ANONYMOUS, CLASS, LATE, ROSTER, UNKNOWN, Student
 
@@ -70,31 +67,14 @@ def content(path: Path) -> str:
     return path.read_bytes().decode(errors="replace")
 
 
-class Grading:
-    """Grades by the token in a submission."""
-
-    slots = 1
-
-    def __init__(self) -> None:
-        self.ran = 0
-
-    def submit(self, order: Order) -> Future[Ending]:
-        self.ran += 1
-        future: Future[Ending] = Future()
-        found = re.findall(r"token-(\d+)(-old)?\.", content(Path(order.source)))
-        if len(found) == 1:
-            made = report(lost_points(int(found[0][0]), bool(found[0][1])), submission=Path(order.source).name)
-            (Path(order.out) / "report.json").write_text(json.dumps(made))
-            future.set_result(Ending(Status.GRADED, seconds=1.0))
-        else:
-            future.set_result(Ending(Status.REFUSED, "holds no package"))
-        return future
-
-    def doing(self) -> dict[str, str]:
-        return {}
-
-    def stop(self) -> None:
-        pass
+def grade(order: Order) -> Ending:
+    """Grade by the token in a submission."""
+    found = re.findall(r"token-(\d+)(-old)?\.", content(Path(order.source)))
+    if len(found) != 1:
+        return Ending(Status.REFUSED, "holds no package")
+    made = report(lost_points(int(found[0][0]), bool(found[0][1])), submission=Path(order.source).name)
+    (Path(order.out) / "report.json").write_text(json.dumps(made))
+    return Ending(Status.GRADED, seconds=1.0)
 
 
 @dataclass
@@ -113,7 +93,7 @@ class Outcome:
         self.states.setdefault(who.n, set()).add(state)
 
 
-def run(layout: str, roster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Outcome:
+def run(layout: str, roster: str, tmp_path: Path, grading: Workers, monkeypatch: Any, capsys: Any) -> Outcome:
     """Take the class through `grader batch` and `grader gradebook`, as the documentation has them."""
     export, sheet, own = tmp_path / "robots-submissions", tmp_path / "sheet.csv", tmp_path / "roster.csv"
     LAYOUTS[layout](export)
@@ -124,24 +104,17 @@ def run(layout: str, roster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     elif layout == "github":
         hostile.github_roster(sheet)
     hostile.roster(own, groups="groups" in layout)
-    grading = Grading()
-
-    @contextmanager
-    def here(_jobs: int) -> Iterator[Grading]:
-        yield grading
-
-    monkeypatch.setattr(batch, "local", here)
     monkeypatch.setattr(batch.sandbox, "require", lambda: None)
     outcome, klass = Outcome(), tmp_path / "class"
     people = {"none": [], "own": ["--roster", str(own)], "sheet": ["--roster", str(sheet)]}[roster]
     late = ["--deadline", hostile.DEADLINE.isoformat(), "--late", hostile.LATE_RULE]
     command = ["batch", str(export), *people, *late, "--out", str(klass)]
     status = cli.main([*command, "--plan"])  # grades nothing, so whatever it prints is printed before
-    if status not in (0, 3) or grading.ran:
-        outcome.faults.append(f"`grader batch --plan` ended with {status}, {grading.ran} were graded")
+    if status not in (0, 3) or grading.orders:
+        outcome.faults.append(f"`grader batch --plan` ended with {status}, {len(grading.orders)} were graded")
     outcome.before = "".join(capsys.readouterr())
     status = cli.main(command)
-    if status == 3 and not grading.ran:
+    if status == 3 and not grading.orders:
         status = cli.main([*command, "--despite-doubts"])
     outcome.said = "".join(capsys.readouterr())
     if status:
@@ -310,8 +283,8 @@ SELDOM = pytest.mark.slow  # 21 classes of 50
     ("layout", "roster"),
     [pytest.param(*case, id=" + ".join(case), marks=() if case in OFTEN else SELDOM) for case in CASES],
 )
-def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, monkeypatch, capsys):
-    outcome = run(layout, roster, tmp_path, monkeypatch, capsys)
+def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, workers, monkeypatch, capsys):
+    outcome = run(layout, roster, tmp_path, workers(grade), monkeypatch, capsys)
     verdicts = {who: judge(who, outcome, layout, roster) for who in CLASS}
     bad = [
         f"{who.n} {who.name or '(anonymous)'}: {v}" for who, v in verdicts.items() if v.startswith(("wrong", "lost"))

@@ -18,8 +18,8 @@ from grader.checks import checks_run
 from grader.classroom import gradebook, hand_ins, overview
 from grader.classroom.class_folder import RUBRIC, ClassFolder
 from grader.classroom.gradebook import Row, State
+from grader.classroom.hand_ins import rescore
 from grader.classroom.platforms import canvas, github, gradescope, plain
-from grader.classroom.rescore import rescore
 from grader.errors import GraderError
 from grader.evidence import Flag
 from grader.notebook import checking

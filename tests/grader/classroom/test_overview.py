@@ -48,10 +48,10 @@ def test_what_is_not_graded_has_a_dash_and_no_link(class_of_four):
 
 def test_a_mistake_in_overrides_yaml_stops_no_grading(class_of_four):
     folder = class_of_four()
-    page = overview.LivePage(folder)
+    overview.attempt(folder)
     before = (folder.path / "index.html").read_text()
     folder.overrides.write_text("submissions: {stranger: {}}\n")
-    page.write()
+    overview.attempt(folder)
     assert (folder.path / "index.html").read_text() == before
 
 

@@ -67,21 +67,8 @@ def test_a_class_is_graded_by_the_first_commands_of_its_page(canvas_class: Path,
     assert Path("canvas_import.csv").read_text() == CANVAS.replace("A,9,", "A,9,98.00").replace("A,8,", "A,8,84.60")
     assert cli.main(["gradebook", "class", "--for", "canvas", "--sheet", "canvas_export.csv"]) == 2
     assert "Quiz (70), Robots (77). Add --assignment." in capsys.readouterr().err
-
-
-def test_feedback_is_asked_for_and_written_where_the_command_says(canvas_class: Path, capsys):
-    assert cli.main(["batch", "export.zip", "--roster", "roster.csv", "--out", "class"]) == 0
-    canvas = ["gradebook", "class", "--for", "canvas", "--sheet", "canvas_export.csv", "--assignment", "Robots"]
-    assert cli.main([*canvas, "--feedback"]) == 0
-    assert "Feedback: class/canvas_feedback.zip" in capsys.readouterr().out
-    with zipfile.ZipFile("class/canvas_feedback.zip") as feedback:
-        assert set(feedback.namelist()) == {"student_101_9001_report.zip", "student_102_9002_report.zip"}
-    for platform in ("csv", "gradescope", "github"):
-        assert cli.main(["gradebook", "class", "--for", platform, "--feedback"]) == 2
-        assert "--feedback is for the classes of --for moodle and --for canvas." in capsys.readouterr().err
-    for platform in ("canvas", "moodle"):
-        assert cli.main(["gradebook", "class", "--for", platform]) == 2
-        assert "Add --sheet." in capsys.readouterr().err
+    assert cli.main(["gradebook", "class", "--for", "moodle"]) == 2
+    assert "Add --sheet." in capsys.readouterr().err
 
 
 def test_one_grading_goes_to_github_as_its_page_says(here: Path, capsys):

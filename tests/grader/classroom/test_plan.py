@@ -13,9 +13,8 @@ from helpers.class_reports import graded
 from grader import cli
 from grader.classroom import batch, plan
 from grader.classroom.class_folder import Entry, Record, Status
-from grader.classroom.class_settings import Options
 from grader.classroom.one_grading import Ending, Order
-from grader.classroom.plan import Action
+from grader.classroom.plan import Action, Options
 
 ROSTER = """id,name,email,login,team
 s1,Jane Doe,jane@uni.edu,jdoe,
@@ -121,19 +120,6 @@ def test_every_doubt_is_said_in_full_before_anything_is_graded(tmp_path, export,
     assert re.search(r"DOUBT: .*(Nemo|submission_4|s99).*overrides\.yaml", said[0])
     assert "graded, 10 s" not in said[0]
     assert (tmp_path / "class" / "plan.csv").exists()
-
-
-def test_a_later_plan_says_what_is_kept_and_why_the_rest_is_graded(tmp_path, export, workers):
-    workers(lambda order: Ending(Status.ERROR, "killed") if order.id == "team07" else graded(order))
-    cli.main(export)
-    (tmp_path / "export" / "submission_2" / "readme").write_text("once more")
-    assert cli.main(["batch", "--out", str(tmp_path / "class"), "--plan"]) == 0
-    plan = rows(tmp_path)
-    assert (plan["Jane Doe"]["will be"], plan["Jane Doe"]["why"]) == ("graded", "handed in again")
-    assert plan["Li Wu, Eva Ost"]["why"] == "the last run ended in an error of the grader"
-    stranger = next(row for row in plan.values() if row["label"].startswith(("Nemo", "submission_4")))
-    assert stranger["will be"] == "kept"
-    assert stranger["why"].startswith("graded 20")
 
 
 RECORD = Record("a", Status.GRADED, content="c", rubric="r", kit="k", started="2026-11-28T10:00+01:00")
