@@ -88,9 +88,9 @@ def install(workspace: Workspace) -> None:
     before_begin.install()
     warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
+    jupyters = shell.magics_manager.registry["OSMagics"].writefile  # whatever has taken its name
     for name in before_begin.WRITES:
-        original = before_begin.original(shell)
-        shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
+        shell.register_magic_function(hooks.unless_later(jupyters, name), "cell", name)
 
 
 def _described(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:

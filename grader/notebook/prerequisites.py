@@ -43,34 +43,19 @@ class Gap:
     try_: str
 
 
-@dataclass(frozen=True)
-class Later:
-    """What a check waits for: the notebook ("08") that brings it, and in words."""
-
-    notebook: str
-    words: str
-
-
-@dataclass(frozen=True)
-class StandIn:
-    """A check of another requirement, asked before `notebook` in place of the own ones, and what it shows."""
-
-    notebook: str
-    requirement: str
-    check: str
-    words: str
-
-
-def later(check: str, notebook: str) -> Later | None:
+def later(check: str, notebook: str) -> Mapping[str, str] | None:
     """Return what a check waits for in a notebook ("05"), None if it can be judged there, or outside a notebook."""
-    row = course().notebook_table["later"].get(check)
-    return Later(**row) if row and "" < notebook < row["notebook"] else None
+    return _row("later", check, notebook)
 
 
-def stand_in(requirement: str, notebook: str) -> StandIn | None:
+def stand_in(requirement: str, notebook: str) -> Mapping[str, str] | None:
     """Return what is asked in a notebook ("05") in place of a requirement that needs a later node, None if nothing."""
-    row = course().notebook_table["stand_ins"].get(requirement)
-    return StandIn(**row) if row and "" < notebook < row["notebook"] else None
+    return _row("stand_ins", requirement, notebook)
+
+
+def _row(part: str, name: str, notebook: str) -> Mapping[str, str] | None:
+    row: Mapping[str, str] | None = course().notebook_table[part].get(name)
+    return row if row and "" < notebook < row["notebook"] else None
 
 
 def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None:

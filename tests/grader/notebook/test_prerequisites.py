@@ -136,7 +136,7 @@ def test_a_check_waits_before_the_notebook_that_brings_what_it_needs_and_not_in_
     waiting = course().notebook_table["later"]
     assert waiting
     for check, row in waiting.items():
-        assert prerequisites.later(check, "00") == prerequisites.Later(**row)
+        assert prerequisites.later(check, "00") == row
         assert prerequisites.later(check, row["notebook"]) is None
         assert prerequisites.later(check, "") is None
     assert prerequisites.stand_in("F6", "") is None
