@@ -130,6 +130,9 @@ def _inserted(path: Path, entry: str) -> str:
             "Write its first one yourself."
         )
     lines = text.splitlines(keepends=True)
+    if typed := yaml_reader.value(criterion, "points"):
+        row, cell = typed.start_mark.line, slice(typed.start_mark.column, typed.end_mark.column)
+        lines[row] = f"{lines[row][: cell.start]}{float(lines[row][cell]) + 1:g}{lines[row][cell.stop :]}"
     end, indent = listed.end_mark.line, listed.start_mark.column
     while not lines[end - 1].strip() or lines[end - 1].lstrip().startswith("#"):  # they are about what comes next
         end -= 1

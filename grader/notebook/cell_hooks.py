@@ -53,10 +53,6 @@ class CellHooks:
             magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
             if path:
                 self._backups.note(path, notebook, name)
-            if path and path.is_relative_to(package := self._workspace.package):
-                written = path.relative_to(package).as_posix()
-                if meant := checkpoints.meant_by(written):
-                    print(say("The course has no file {written}; did you mean {meant}?", written=written, meant=meant))
 
         return write
 

@@ -6,7 +6,6 @@ checkout, an entry point names the function that makes them out of the solutions
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import json
 import shutil
@@ -93,15 +92,6 @@ def written_by(notebook: str) -> tuple[str, ...]:
 def written_in(path: str) -> str:
     """Return the first notebook ("05") that writes a file of the package, "" if none does."""
     return next((key for key, files in _by_number().items() if path in files.written), "")
-
-
-def meant_by(path: str) -> str:
-    """Return the course's file that a path of the package is nearly, "" if it is one of them, or like none."""
-    known = [name for files in _by_number().values() for name in files.cells]
-    if path in known or Path(path).stem.startswith("__"):
-        return ""
-    same_name = [name for name in known if Path(name).name == Path(path).name]
-    return next(iter(same_name or difflib.get_close_matches(path, known, n=1, cutoff=0.9)), "")
 
 
 def paths_before(notebook: str) -> list[str]:

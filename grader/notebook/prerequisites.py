@@ -78,11 +78,11 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
     """
     own = (path.name for path in package.iterdir()) if package.is_dir() else ()
     if not any(not name.startswith(".") and name != "__pycache__" for name in own):
-        return Gap(say("your package is empty"), _expected("package.xml"), how_to_get("package.xml", notebook))
+        return _lacking(say("your package is empty"), package, "package.xml", notebook)
     folders = (package, *interfaces_beside(package))
     for name in wanted:
         if not any((folder / name).is_file() for folder in folders):
-            return Gap(say("there is no {name}", name=name), _expected(name), how_to_get(name, notebook))
+            return _lacking(say("there is no {name}", name=name), package, name, notebook)
     texts = ((name, (package / name).read_text(encoding="utf-8", errors="replace")) for name in wanted)
     if finished and (stub := next((name for name, text in texts if re.search(r"\bTODO\b", text)), "")):
         try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
@@ -141,8 +141,12 @@ def advice(reason: Reason | None) -> str:
     )
 
 
-def _expected(name: str) -> str:
-    return say("{name} in the package's folder", name=name)
+def _lacking(seen: str, package: Path, name: str, notebook: str) -> Gap:
+    """Return the gap for a file that is not there, or under nearly its name."""
+    there = [file.relative_to(package).as_posix() for file in package.rglob("*")]
+    meant = difflib.get_close_matches(name, there, n=1, cutoff=0.9)
+    try_ = say("did you mean {meant[0]}?", meant=meant) if meant else how_to_get(name, notebook)
+    return Gap(seen, say("{name} in the package's folder", name=name), try_)
 
 
 def how_to_get(name: str, notebook: str) -> str:
@@ -179,11 +183,8 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
                 continue
             todo.append(path)
             if not (package / path).is_file():
-                there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
-                meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
-                try_ = say("did you mean {meant[0]}?", meant=meant) if meant else how_to_get(path, notebook)
                 words = mark("{name} imports {module}, and there is no {path}")
-                return Gap(say(words, name=name, module=module, path=path), _expected(path), try_)
+                return _lacking(say(words, name=name, module=module, path=path), package, path, notebook)
     return None
 
 

@@ -88,6 +88,10 @@ def test_a_new_requirement_is_in_order_and_keeps_every_line_of_the_rubric(
     assert check_course.mistakes(course.folder) == []
     criterion = check_course.read_rubric(course).criteria[0]
     assert [requirement.id for requirement in criterion.requirements] == ["B1", "B2", "B3", "B4"]
+    typed = f"    points: {criterion.points:g}\n    requirements:"
+    course.rubric.write_text(course.rubric.read_text().replace("    requirements:", typed, 1))
+    new_requirement.add(course, "F15")
+    assert check_course.read_rubric(course).criteria[0].points == criterion.points + 1
 
 
 @pytest.mark.parametrize("criteria", ["[]", "\n  - id: first\n    requirements: []"])
