@@ -119,36 +119,23 @@ def _inserted(path: Path, entry: str) -> str:
     """Return the rubric's text with an entry at the end of its first criterion; comments stay where they are.
 
     Raises:
-        GraderError: there is no criterion, or its requirements are written in brackets.
+        GraderError: that has no requirements, or they are written in brackets.
     """
     text = path.read_text(encoding="utf-8").rstrip("\n") + "\n"
     criterion = yaml_reader.value(yaml_reader.value(yaml_reader.compose(path, text), "criteria"), 0)
     listed = yaml_reader.value(criterion, "requirements")
-    if (
-        not isinstance(criterion, yaml.MappingNode)
-        or not isinstance(listed, yaml.SequenceNode)
-        or (listed.flow_style and (listed.value or criterion.flow_style))
-    ):
+    if not isinstance(listed, yaml.SequenceNode) or listed.flow_style or not listed.value:
         raise GraderError(
             f"{path}: the first criterion has no list of requirements, one below the other, each with `- `. "
-            "Write `requirements: []` for an empty one."
+            "Write its first one yourself."
         )
     lines = text.splitlines(keepends=True)
-    typed = yaml_reader.value(criterion, "points")
-    if typed is not None:
+    if typed := yaml_reader.value(criterion, "points"):
         row, cell = typed.start_mark.line, slice(typed.start_mark.column, typed.end_mark.column)
-        points = f"{float(lines[row][cell]) + 1:g}"
-        lines[row] = lines[row][: cell.start] + points + lines[row][cell.stop :]
-    if listed.value:
-        end, indent = listed.end_mark.line, listed.start_mark.column
-        while not lines[end - 1].strip() or lines[end - 1].lstrip().startswith("#"):  # they are about what comes next
-            end -= 1
-        blank = [] if lines[listed.value[-1].start_mark.line - 1].strip() else ["\n"]
-    else:
-        first, last, blank = listed.start_mark, listed.end_mark, []
-        indent = criterion.start_mark.column + 2
-        left = lines[first.line][: first.column].rstrip() + lines[last.line][last.column :]
-        lines[first.line : last.line + 1] = [left]
-        end = first.line + 1
+        lines[row] = f"{lines[row][: cell.start]}{float(lines[row][cell]) + 1:g}{lines[row][cell.stop :]}"
+    end, indent = listed.end_mark.line, listed.start_mark.column
+    while not lines[end - 1].strip() or lines[end - 1].lstrip().startswith("#"):  # they are about what comes next
+        end -= 1
+    blank = [] if lines[listed.value[-1].start_mark.line - 1].strip() else ["\n"]
     lines[end:end] = [*blank, *(" " * indent + line for line in entry.splitlines(keepends=True))]
     return "".join(lines)

@@ -7,7 +7,6 @@ IPython loads this module as an extension, by a setting that `begin` leaves in t
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,20 +36,8 @@ def load_ipython_extension(shell: Any) -> None:
     folder = Path.cwd()
     if folder.name != "notebooks" or not (folder.parent / "grader").is_dir():
         return
-    original(shell)  # before its name is taken
     for name in WRITES:
         shell.register_magic_function(_refuse, "cell", name)
-
-
-def original(shell: Any) -> Callable[[str, str], None]:
-    """Return Jupyter's own `%%writefile`."""
-    found = getattr(shell, _KEPT, None) or shell.find_cell_magic("writefile")
-    setattr(shell, _KEPT, found)
-    kept: Callable[[str, str], None] = found
-    return kept
-
-
-_KEPT = "_writefile_of_jupyter"
 
 
 def _refuse(line: str, _cell: str) -> None:

@@ -53,10 +53,6 @@ class CellHooks:
             magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
             if path:
                 self._backups.note(path, notebook, name)
-            if path and path.is_relative_to(package := self._workspace.package):
-                written = path.relative_to(package).as_posix()
-                if meant := checkpoints.meant_by(written):
-                    print(say("The course has no file {written}; did you mean {meant}?", written=written, meant=meant))
 
         return write
 
@@ -88,9 +84,9 @@ def install(workspace: Workspace) -> None:
     before_begin.install()
     warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
+    jupyters = shell.magics_manager.registry["OSMagics"].writefile  # whatever has taken its name
     for name in before_begin.WRITES:
-        original = before_begin.original(shell)
-        shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
+        shell.register_magic_function(hooks.unless_later(jupyters, name), "cell", name)
 
 
 def _described(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:

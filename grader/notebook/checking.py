@@ -6,9 +6,9 @@ import os
 import shutil
 import tempfile
 import threading
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from grader import building, pipeline
 from grader.collect import needs_build
@@ -22,7 +22,7 @@ from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, poi
 from grader.scoring.rubric import Requirement, Rubric
 from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
 from grader.settings import Reuse, Settings
-from grader.words import say
+from grader.words import mark, say
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries fifty
 _PICTURES = 2
@@ -46,39 +46,41 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
         wanted = [requirement for requirement in whole.requirements if requirement.can_be_checked]
     everything = "" if requirements else at_hand_in(whole.requirements)
     notebook = os.environ.get(NOTEBOOK, "")
-    ids = [requirement.id for requirement in whole.requirements]
-    stand_ins = {
-        r.id: found for r in wanted if (found := prerequisites.stand_in(r.id, notebook)) and found.requirement in ids
-    }
-    asked = {r.id: whole.requirement(stand_ins[r.id].requirement) if r.id in stand_ins else r for r in wanted}
-    gaps = {r.id: prerequisites.first_gap(workspace.package, asked[r.id].id, notebook) for r in wanted}
-    answers = {r.id: _lacking(r, gap) for r in wanted if (gap := gaps[r.id])}
-    # No check here judges these.
-    answers |= {r.id: replace(_answer(r, ()), elsewhere=r.waits) for r in wanted if not r.can_be_checked}
+    ids = {requirement.id for requirement in whole.requirements}
+    asked: dict[str, Requirement] = {}
+    instead: dict[str, Mapping[str, str]] = {}
+    answers: dict[str, Answer] = {}
+    for r in wanted:
+        asked[r.id] = r
+        if (row := prerequisites.stand_in(r.id, notebook)) and row["requirement"] in ids:
+            asked[r.id], instead[r.id] = whole.requirement(row["requirement"]), row
+        if not r.can_be_checked:
+            answers[r.id] = _answer(r, elsewhere=r.waits)
+        elif gap := prerequisites.first_gap(workspace.package, asked[r.id].id, notebook):
+            answers[r.id] = _lacking(r, gap)
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
     if possible:
-        progress = Progress()
         try:
-            grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
-            scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
-            for r in possible:
-                score = scores[asked[r.id].id]
-                if r.id in stand_ins:
-                    answers[r.id] = _stood_in(r, stand_ins[r.id], score, grading)
-                else:
-                    answers[r.id] = replace(_judged(score, grading, notebook), sample=_sample(r.id, grading))
-            pictures = _pictures(grading, notebook)
-            notes = (grading.unchanged,) if grading.unchanged else ()
+            with Progress() as progress:
+                grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
+                scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
+                for r in possible:
+                    score = scores[asked[r.id].id]
+                    answers[r.id] = (
+                        _stood_in(r, instead[r.id], score, grading)
+                        if r.id in instead
+                        else _judged(score, grading, notebook)
+                    )
+                pictures = _pictures(grading, notebook)
+                notes = (grading.unchanged,) if grading.unchanged else ()
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
             answers |= {r.id: _lacking(r, gap) for r in possible}
         except KitError as error:
             because = ((say("because"), str(error)),)
-            answers |= {r.id: _answer(r, (Note(r.text, because),), ours=True) for r in possible}
-        finally:
-            progress.done()
+            answers |= {r.id: _answer(r, Note(r.text, because), ours=True) for r in possible}
     given = tuple(answers[r.id] for r in wanted)
     if everything:
         reached, worth = sum(float(each.points) for each in given), sum(float(each.worth) for each in given)
@@ -117,39 +119,27 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
         return grade(package, Path(scratch) / "out", settings)
 
 
-def _answer(
-    requirement: Requirement,
-    notes: tuple[Note, ...],
-    *,
-    reached: float = 0.0,
-    passed: bool = False,
-    ours: bool = False,
-    so_far: bool = False,
-) -> Answer:
+def _answer(requirement: Requirement, *notes: Note, reached: float = 0.0, passed: bool = False, **more: Any) -> Answer:
     return Answer(
-        requirement.id, requirement.title, points(reached), points(requirement.points), passed, ours, notes,
-        section=say("Taught in {place}.", place=place(requirement.section)) if requirement.section else "",
-        so_far=so_far,
+        requirement.id, requirement.title, points(reached), points(requirement.points), passed, notes=notes,
+        section=say("Taught in {place}.", place=place(requirement.section)) if requirement.section else "", **more,
     )  # fmt: skip
 
 
 def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
     rows = ((say("seen"), gap.seen), (say("expected"), gap.expected), (say("try"), gap.try_))
-    return _answer(requirement, (Note(requirement.text, rows),))
+    return _answer(requirement, Note(requirement.text, rows))
 
 
 def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
     """Return the answer for a requirement; a check that waits for a later notebook does not keep it from passing."""
     lost = losses(score)
     waiting = {loss.check.id: found for loss in lost if (found := prerequisites.later(loss.check.id, notebook))}
-    notes = [_note(loss, grading) for loss in lost if loss.check.id not in waiting]
-    notes = _each_reason_once(notes)
+    notes = _each_reason_once([_note(loss, grading) for loss in lost if loss.check.id not in waiting])
     so_far_passed = bool(waiting) and not notes
     if so_far_passed:
-        brings = [
-            say("notebook {notebook} brings {words}", notebook=found.notebook, words=say(found.words))
-            for found in waiting.values()
-        ]
+        words = mark("notebook {notebook} brings {words}")
+        brings = [say(words, notebook=row["notebook"], words=say(row["words"])) for row in waiting.values()]
         notes = [Note("", ((say("later"), "; ".join(brings)),))]
     remarks = dict.fromkeys(r.seen for r in score.results if r.outcome is Outcome.PASSED and r.seen)
     notes += [Note("", ((say("seen"), remark),)) for remark in remarks]
@@ -158,8 +148,8 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
         said = [f"{flag.kind}: {flag.what}" for flag in flags]
         notes.append(Note(say(WITHHELD), ((say("seen"), "\n".join(said)),)))
     return _answer(
-        score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
-        ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,
+        score.requirement, *notes, reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
+        ours=score.outcome is Outcome.ERROR, so_far=so_far_passed, sample=_sample(score.requirement.id, grading),
     )  # fmt: skip
 
 
@@ -172,14 +162,14 @@ def _each_reason_once(notes: list[Note]) -> list[Note]:
 
 
 def _stood_in(
-    requirement: Requirement, instead: prerequisites.StandIn, score: RequirementScore, grading: Grading
+    requirement: Requirement, instead: Mapping[str, str], score: RequirementScore, grading: Grading
 ) -> Answer:
     """Return the answer for a requirement by another one's check, which gives no points."""
-    notes = [_note(loss, grading) for loss in losses(score) if loss.check.id == instead.check]
+    notes = [_note(loss, grading) for loss in losses(score) if loss.check.id == instead["check"]]
     passed = not notes and score.outcome is not Outcome.ERROR
     if passed:
-        notes = [Note("", ((say("seen"), say(instead.words)),))]
-    return _answer(requirement, tuple(notes), passed=passed, ours=score.outcome is Outcome.ERROR, so_far=passed)
+        notes = [Note("", ((say("seen"), say(instead["words"])),))]
+    return _answer(requirement, *notes, passed=passed, ours=score.outcome is Outcome.ERROR, so_far=passed)
 
 
 def _note(loss: Loss, grading: Grading) -> Note:

@@ -6,14 +6,13 @@ checkout, an entry point names the function that makes them out of the solutions
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import json
 import shutil
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
@@ -95,15 +94,6 @@ def written_in(path: str) -> str:
     return next((key for key, files in _by_number().items() if path in files.written), "")
 
 
-def meant_by(path: str) -> str:
-    """Return the course's file that a path of the package is nearly, "" if it is one of them, or like none."""
-    known = [name for files in _by_number().values() for name in files.cells]
-    if path in known or Path(path).stem.startswith("__"):
-        return ""
-    same_name = [name for name in known if Path(name).name == Path(path).name]
-    return next(iter(same_name or difflib.get_close_matches(path, known, n=1, cutoff=0.9)), "")
-
-
 def paths_before(notebook: str) -> list[str]:
     """Return the files that the notebooks before this one write, in the course's order."""
     return list(_writers_before(number(notebook)))
@@ -120,8 +110,8 @@ def files_after(notebook: str) -> dict[str, str]:
     Raises:
         GraderError: this kit holds no solutions.
     """
-    last, texts = number(notebook), _texts()
-    return {path: text for key in _by_number() if key <= last for path, text in texts(key).items()}
+    last = number(notebook)
+    return {path: text for key in _by_number() if key <= last for path, text in _texts(key).items()}
 
 
 def start_at(workspace: Workspace, notebook: str) -> str:
@@ -130,8 +120,8 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     The package's present content is moved to a backup in the workspace.
     """
     key = number(notebook)
+    earlier = [each for each in _by_number() if each < key]
     try:
-        earlier = [each for each in _by_number() if each < key]
         files = files_after(earlier[-1]) if earlier else {}
     except GraderError as error:
         return say("start_at({key!r}): {error}", key=key, error=error)
@@ -173,7 +163,7 @@ def patient(case: str) -> dict[str, Any]:
     Raises:
         GraderError: this kit holds no solutions, and so no patients.
     """
-    ill: dict[str, Any] = _texts()(case)
+    ill = _texts(case)
     return ill | {"files": files_after(max(_by_number())) | ill["files"]}
 
 
@@ -186,28 +176,20 @@ def _student_work_before(key: str) -> set[str]:
     return own
 
 
-@cache
-def _texts() -> Callable[[str], dict[str, Any]]:
-    """Return the function from a notebook ("05") to the texts of its files, and from a case ("C3") to its patient."""
+def _texts(name: str) -> dict[str, Any]:
+    """Return the texts of a notebook's ("05") files, or the patient of a case ("C3")."""
     if PACKED.is_file():
         try:
             packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
         except (OSError, ValueError, zlib.error) as error:
             words = say("{file} cannot be read: {error}. Unpack the kit anew.", file=PACKED.name, error=error)
             raise GraderError(words) from error
-
-        def texts(name: str) -> dict[str, Any]:
-            if name not in packed and name not in _by_number():
-                raise GraderError(say("this kit holds no solutions to lay out; your instructor has left them out."))
+        if name in packed or name in _by_number():
             return packed.get(name, {})  # the last notebook's are never there: `start_at` needs those before it
-
-        return texts
-    for entry in entry_points(group=TEXTS):
-        try:
-            made: Callable[[str], dict[str, Any]] = entry.load()
-        except ModuleNotFoundError:  # a students' kit in the environment of a checkout
-            continue
-        return made
+    else:
+        for entry in entry_points(group=TEXTS):
+            with suppress(ModuleNotFoundError):  # a students' kit in the environment of a checkout
+                return dict(entry.load()(name))
     raise GraderError(say("this kit holds no solutions to lay out; your instructor has left them out."))
 
 

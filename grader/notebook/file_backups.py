@@ -1,19 +1,17 @@
 """Keep the text that was changed outside of its cell, and tell which notebook wrote a file last.
 
-Jupyter's `%%writefile` overwrites without asking. Before such a cell writes, a file that no cell has left as it is gets
-copied into `kept/` in the workspace. A file that a later notebook has written, or that `%%into` has put functions
-into, is not replaced unless the cell says `-f`. `%%into` waits for the cell that begins its notebook's version of the
-file.
+Jupyter's `%%writefile` overwrites without asking. `kept/` in the workspace has plain copies: of each file the last text
+that no cell wrote, and below `.written`, by notebook and magic, what a cell left in it. A file that a later notebook
+has written, or that `%%into` has put functions into, is not replaced unless the cell says `-f`. `%%into` waits for the
+cell that begins its notebook's version of the file.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import shlex
+import shutil
 from collections.abc import Container, Mapping
 from pathlib import Path
-from typing import Any
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 from grader.words import say
@@ -22,8 +20,6 @@ _INTO = "into"
 FORCE = "-f"
 """Lets a cell replace the file of a later notebook, or one that holds pieces."""
 APPENDS = {"-a", "--append"}
-# path -> checksum of the text that a cell last wrote there, that cell's notebook and magic
-_WRITTEN = "written.json"
 
 
 def target(line: str) -> Path | None:
@@ -40,22 +36,18 @@ class FileBackups:
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
-        self._folder = workspace.root / "kept"
+        self._kept = workspace.root / "kept"
+        self._written = self._kept / ".written"
 
     def keep(self, path: Path, text: str) -> str:
         """Keep what is in a file, which `text` is about to replace, if no cell wrote it; return a line about it."""
         content = _content(path)
-        if not content or content == text.encode() or _sum(content) == self._written(path)[0]:
+        if not content or content == text.encode() or self._writers(path):
             return ""
-        name = self._name(path)
-        copy = self._folder / (f"elsewhere/{path.name}" if Path(name).is_absolute() else name)
-        ignored_by_colcon(self._folder)
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes(content)
         return say(
             "{path.name} was changed outside this notebook. That version is kept: {shown}",
             path=path,
-            shown=self._workspace.shown(copy),
+            shown=self._workspace.shown(self._copy(path, self._kept)),
         )
 
     def refusal(self, magic: str, line: str, text: str, notebook: str, begun_here: Container[str] = ()) -> str:
@@ -67,7 +59,8 @@ class FileBackups:
         content = _content(path) if path is not None else None
         if path is None or not content or content == text.encode() or FORCE in options:
             return ""
-        _, later, last = self._written(path)
+        writers = self._writers(path)
+        later = max((writer for writer, _ in writers), default="")
         if magic == _INTO and "" < later < notebook and self._name(path) in begun_here:
             return say(
                 "Nothing was written: {path.name} is still that of notebook {later}. First run the cell above that "
@@ -82,7 +75,7 @@ class FileBackups:
                 later=later,
                 notebook=notebook,
             )
-        elif later == notebook and last == _INTO != magic and not APPENDS & options:
+        elif (notebook, _INTO) in writers and magic != _INTO and not APPENDS & options:
             why = say("it holds functions that you have put in since, and this cell would empty them")
         else:
             return ""
@@ -96,39 +89,32 @@ class FileBackups:
 
     def note(self, path: Path, notebook: str, magic: str = "") -> None:
         """Note what a cell has written to a file, and in which notebook."""
-        if (content := _content(path)) is not None:
-            self._note({self._name(path): [_sum(content), notebook, magic]})
+        if path.is_file():
+            self._copy(path, self._written / f"{notebook}-{magic}")
 
     def note_laid_out(self, notebooks: Mapping[str, str]) -> None:
         """Note the package's files that the course has laid out, with the notebook that each is from, and no others."""
-        files = {name: _content(self._workspace.package / name) or b"" for name in notebooks}
-        self._note({name: [_sum(content), notebooks[name], ""] for name, content in files.items()}, alone=True)
+        shutil.rmtree(self._written, ignore_errors=True)
+        for name, notebook in notebooks.items():
+            self.note(self._workspace.package / name, notebook)
 
-    def _note(self, written: dict[str, list[Any]], *, alone: bool = False) -> None:
-        before = self._all_written()
-        now = written if alone else before | written
-        if now != before:
-            ignored_by_colcon(self._folder)
-            (self._folder / _WRITTEN).write_text(json.dumps(now, indent=1), encoding="utf-8")
+    def _writers(self, path: Path) -> set[tuple[str, str]]:
+        """Return the notebooks and magics whose cells have left a file as it is."""
+        content, name = _content(path), self._name(path)
+        writers = (folder for folder in self._written.glob("*-*") if _content(folder / name) == content)
+        return {(folder.name.partition("-")[0], folder.name.partition("-")[2]) for folder in writers}
 
-    def _written(self, path: Path) -> tuple[str, str, str]:
-        """Return the checksum of the text that a cell last wrote to a file, its notebook and magic; "" if unknown."""
-        match self._all_written().get(self._name(path)):
-            case [checksum, notebook, *magic]:
-                return str(checksum), str(notebook), str(magic[0]) if magic else ""
-        return "", "", ""
+    def _copy(self, path: Path, folder: Path) -> Path:
+        ignored_by_colcon(self._kept)
+        copy = folder / self._name(path)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, copy)
+        return copy
 
     def _name(self, path: Path) -> str:
-        """Return the file's path in the package, or its absolute path if it is elsewhere."""
+        """Return the file's path in the package, or a name for a file elsewhere."""
         package = self._workspace.package
-        return str(path.relative_to(package) if path.is_relative_to(package) else path)
-
-    def _all_written(self) -> dict[str, list[Any]]:
-        try:
-            found = json.loads((self._folder / _WRITTEN).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return {}
-        return found if isinstance(found, dict) else {}
+        return path.relative_to(package).as_posix() if path.is_relative_to(package) else f"elsewhere/{path.name}"
 
 
 def _content(path: Path) -> bytes | None:
@@ -136,7 +122,3 @@ def _content(path: Path) -> bytes | None:
         return path.read_bytes()
     except OSError:
         return None
-
-
-def _sum(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

@@ -43,34 +43,19 @@ class Gap:
     try_: str
 
 
-@dataclass(frozen=True)
-class Later:
-    """What a check waits for: the notebook ("08") that brings it, and in words."""
-
-    notebook: str
-    words: str
-
-
-@dataclass(frozen=True)
-class StandIn:
-    """A check of another requirement, asked before `notebook` in place of the own ones, and what it shows."""
-
-    notebook: str
-    requirement: str
-    check: str
-    words: str
-
-
-def later(check: str, notebook: str) -> Later | None:
+def later(check: str, notebook: str) -> Mapping[str, str] | None:
     """Return what a check waits for in a notebook ("05"), None if it can be judged there, or outside a notebook."""
-    row = course().notebook_table["later"].get(check)
-    return Later(**row) if row and "" < notebook < row["notebook"] else None
+    return _row("later", check, notebook)
 
 
-def stand_in(requirement: str, notebook: str) -> StandIn | None:
+def stand_in(requirement: str, notebook: str) -> Mapping[str, str] | None:
     """Return what is asked in a notebook ("05") in place of a requirement that needs a later node, None if nothing."""
-    row = course().notebook_table["stand_ins"].get(requirement)
-    return StandIn(**row) if row and "" < notebook < row["notebook"] else None
+    return _row("stand_ins", requirement, notebook)
+
+
+def _row(part: str, name: str, notebook: str) -> Mapping[str, str] | None:
+    row: Mapping[str, str] | None = course().notebook_table[part].get(name)
+    return row if row and "" < notebook < row["notebook"] else None
 
 
 def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None:
@@ -93,11 +78,11 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
     """
     own = (path.name for path in package.iterdir()) if package.is_dir() else ()
     if not any(not name.startswith(".") and name != "__pycache__" for name in own):
-        return Gap(say("your package is empty"), _expected("package.xml"), how_to_get("package.xml", notebook))
+        return _lacking(say("your package is empty"), package, "package.xml", notebook)
     folders = (package, *interfaces_beside(package))
     for name in wanted:
         if not any((folder / name).is_file() for folder in folders):
-            return Gap(say("there is no {name}", name=name), _expected(name), how_to_get(name, notebook))
+            return _lacking(say("there is no {name}", name=name), package, name, notebook)
     texts = ((name, (package / name).read_text(encoding="utf-8", errors="replace")) for name in wanted)
     if finished and (stub := next((name for name, text in texts if re.search(r"\bTODO\b", text)), "")):
         try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
@@ -156,8 +141,12 @@ def advice(reason: Reason | None) -> str:
     )
 
 
-def _expected(name: str) -> str:
-    return say("{name} in the package's folder", name=name)
+def _lacking(seen: str, package: Path, name: str, notebook: str) -> Gap:
+    """Return the gap for a file that is not there, or under nearly its name."""
+    there = [file.relative_to(package).as_posix() for file in package.rglob("*")]
+    meant = difflib.get_close_matches(name, there, n=1, cutoff=0.9)
+    try_ = say("did you mean {meant[0]}?", meant=meant) if meant else how_to_get(name, notebook)
+    return Gap(seen, say("{name} in the package's folder", name=name), try_)
 
 
 def how_to_get(name: str, notebook: str) -> str:
@@ -194,11 +183,8 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
                 continue
             todo.append(path)
             if not (package / path).is_file():
-                there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
-                meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
-                try_ = say("did you mean {meant[0]}?", meant=meant) if meant else how_to_get(path, notebook)
                 words = mark("{name} imports {module}, and there is no {path}")
-                return Gap(say(words, name=name, module=module, path=path), _expected(path), try_)
+                return _lacking(say(words, name=name, module=module, path=path), package, path, notebook)
     return None
 
 

@@ -156,9 +156,6 @@ class Run:
             )
         return partial(self.call, service)
 
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *(service.removeprefix("get_") for service in _services())]
-
     def call(self, service: str, *values: object, **fields: object) -> Any:
         """Call a service and return its response. The values are those of the request's fields, in their order.
 

@@ -96,30 +96,17 @@ def has_one_title(page: Page) -> Iterator[str]:
         yield "does not begin with its title"
 
 
-def opens_with_a_picture(page: Page) -> Iterator[str]:
-    shown = [p for cell in page.notebook.cells[:3] for p in pictures(cell)]
-    if f"pictures/{page.number}.png" not in shown:
+def opens_like_the_others(page: Page) -> Iterator[str]:
+    """The tree of the package applies from notebook 02 on: before, it is empty."""
+    opening, first = page.opening(), page.code()[0].source if page.code() else ""
+    if f"pictures/{page.number}.png" not in [p for cell in page.notebook.cells[:3] for p in pictures(cell)]:
         yield f"does not show pictures/{page.number}.png among its first three cells"
-
-
-def says_what_you_will_be_able_to_do(page: Page) -> Iterator[str]:
-    if "you will be able to" not in page.opening().lower():
+    if "you will be able to" not in opening.lower():
         yield 'does not say "You will be able to" before its first code'
-
-
-def says_how_long_it_takes(page: Page) -> Iterator[str]:
-    if not re.search(r"\b(\d+|a|an hour) +(minutes?|min|hours?)\b", page.opening()):
+    if not re.search(r"\b(\d+|a|an hour) +(minutes?|min|hours?)\b", opening):
         yield "does not say before its first code how many minutes it takes"
-
-
-def says_what_the_package_holds(page: Page) -> Iterator[str]:
-    """Applies from notebook 02 on: before, the package is empty."""
     if page.number > "01" and "── " not in page.markdown():
         yield "shows no tree of what the package holds so far"
-
-
-def begins_the_session(page: Page) -> Iterator[str]:
-    first = page.code()[0].source if page.code() else ""
     if f'begin("{page.number}")' not in first:
         yield f'its first code cell does not call begin("{page.number}")'
 
@@ -167,41 +154,43 @@ def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
             hints += len(re.findall(r"<summary>[^<]*hint", cell.source, re.IGNORECASE))
 
 
+def cells_after(page: Page, position: int, ends: set[str]) -> list[NotebookNode]:
+    """Return the cells after one, up to the next with one of these tags."""
+    after = page.notebook.cells[position + 1 :]
+    end = next((n for n, cell in enumerate(after) if ends & set(notebook_source.tags(cell))), len(after))
+    return after[:end]
+
+
 def designs_are_left_to_the_learner(page: Page) -> Iterator[str]:
     """Up to the next exercise: no skeleton, no third hint, and two worked designs afterwards."""
     for position, cell in enumerate(page.notebook.cells):
-        if {notebook_source.DESIGN, notebook_source.EXERCISE} <= set(notebook_source.tags(cell)):
-            if pieces.definitions(notebook_source.body(cell)):
-                yield f"the design {cell['id']} is a skeleton: it names functions"
-            after = []
-            for other in page.notebook.cells[position + 1 :]:
-                if {notebook_source.EXERCISE, notebook_source.SKELETON} & set(notebook_source.tags(other)):
-                    break
-                after.append(other.source)
-            text = "\n".join(after)
-            if "<summary>Hint 3" in text or "<summary>Two designs" not in text:
-                yield f"the design {cell['id']} has a third hint, or no two worked designs to compare it with"
+        tags = set(notebook_source.tags(cell))
+        if notebook_source.DESIGN not in tags:
+            continue
+        exercise = notebook_source.EXERCISE in tags
+        if exercise and pieces.definitions(notebook_source.body(cell)):
+            yield f"the design {cell['id']} is a skeleton: it names functions"
+        ends = {notebook_source.EXERCISE, notebook_source.SKELETON}
+        own = cells_after(page, position, ends if exercise else WRITTEN)
+        later = own if exercise else page.notebook.cells[position:]
+        if any("<summary>Hint 3" in o.source for o in own) or not any(
+            "<summary>Two designs" in o.source for o in later
+        ):
+            yield f"the design {cell['id']} has a third hint, or no two worked designs to compare it with"
 
 
 def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
     """Each piece of a file can be tried on the spot, and has hints of its own."""
     for position, cell in enumerate(page.notebook.cells):
-        if not _PIECES & set(notebook_source.tags(cell)):
+        tags = set(notebook_source.tags(cell))
+        if not _PIECES & tags:
             continue
-        after = []
-        for other in page.notebook.cells[position + 1 :]:
-            if WRITTEN & set(notebook_source.tags(other)):
-                break
-            after.append(other)
+        after = cells_after(page, position, WRITTEN)
         if not any(other.cell_type == "code" for other in after):
             yield f"the piece {cell['id']} is not tried before the next file or piece"
         hints = sum(len(re.findall(r"<summary>[^<]*hint", o.source, re.IGNORECASE)) for o in after)
-        design = notebook_source.DESIGN in notebook_source.tags(cell)
-        if hints < (expected := HINTS - design):
+        if hints < (expected := HINTS - (notebook_source.DESIGN in tags)):
             yield f"the piece {cell['id']} has {hints} folded hints, expected {expected}"
-        later = page.notebook.cells[position + 1 :]
-        if design and (hints > expected or not any("<summary>Two designs" in o.source for o in later)):
-            yield f"the design {cell['id']} has a third hint, or no two worked designs to compare it with"
 
 
 def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
@@ -254,27 +243,19 @@ def cells_are_short(page: Page) -> Iterator[str]:
         yield f"half of its code cells have {usual:g} lines or more, expected {USUAL_CELL} at most"
 
 
-def figures_fit_their_picture(page: Page) -> Iterator[str]:
-    """Without a layout, labels may lie outside of the picture."""
+# Code, and what is wrong with it.
+SLIPS = {
+    r"\bplt\.(?:figure|subplots)\((?!(?:[^()]|\([^()]*\))*layout=\"constrained\")":
+        'labels may lie outside of the picture, without layout="constrained"',
+    r"(?:colcon (?:build|test)|-m pytest(?!.* -k )).*\| *tail":
+        "`tail` hides for a minute how far it is; pipe it into `cat`",
+    r"graph_view\(\)": "the graph is drawn before its nodes are there: graph_view(nodes=2)",
+}  # fmt: skip
+
+
+def code_has_no_known_slip(page: Page) -> Iterator[str]:
     for cell in page.code():
-        for made in re.findall(r"\bplt\.(?:figure|subplots)\((?:[^()]|\([^()]*\))*\)", cell.source):
-            if 'layout="constrained"' not in made:
-                yield f'cell {cell["id"]} makes a figure without layout="constrained"'
-
-
-def long_commands_show_how_far_they_are(page: Page) -> Iterator[str]:
-    """A build, or the tests of a whole file, that `tail` keeps silent for a minute looks as if it hung."""
-    for cell in page.code():
-        for line in cell.source.splitlines():
-            if re.search(r"(colcon (build|test)|-m pytest(?!.* -k )).*\| *tail", line):
-                yield f"cell {cell['id']} hides behind `tail` how far it is; pipe it into `cat`: {line}"
-
-
-def graphs_wait_for_their_nodes(page: Page) -> Iterator[str]:
-    """A graph that is drawn as soon as one node is seen lacks the node that the section is about."""
-    for cell in page.code():
-        if "graph_view()" in cell.source:
-            yield f"cell {cell['id']} draws the graph before its nodes are there: graph_view(nodes=2)"
+        yield from (f"cell {cell['id']}: {words}" for slip, words in SLIPS.items() if re.search(slip, cell.source))
 
 
 def pictures_are_ours(page: Page) -> Iterator[str]:
@@ -399,11 +380,7 @@ def is_small(page: Page) -> Iterator[str]:
 
 OF_SOURCES: tuple[Rule, ...] = (
     has_one_title,
-    opens_with_a_picture,
-    says_what_you_will_be_able_to_do,
-    says_how_long_it_takes,
-    says_what_the_package_holds,
-    begins_the_session,
+    opens_like_the_others,
     asks_recall_questions,
     folds_are_closed,
     exercises_are_checked_and_hinted,
@@ -413,9 +390,7 @@ OF_SOURCES: tuple[Rule, ...] = (
     steps_count_up,
     tags_fit_the_cells,
     cells_are_short,
-    figures_fit_their_picture,
-    long_commands_show_how_far_they_are,
-    graphs_wait_for_their_nodes,
+    code_has_no_known_slip,
     pictures_are_ours,
     links_lead_somewhere,
     says_why_an_output_is_not_compared,

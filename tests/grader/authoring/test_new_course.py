@@ -94,19 +94,12 @@ def test_a_new_requirement_is_in_order_and_keeps_every_line_of_the_rubric(
     assert check_course.read_rubric(course).criteria[0].points == criterion.points + 1
 
 
-@pytest.mark.parametrize("end", ["", "  # none yet\n    points: 0"])
-def test_a_criterion_without_requirements_gets_its_first_one(tmp_path: Path, end: str):
+@pytest.mark.parametrize("criteria", ["[]", "\n  - id: first\n    requirements: []"])
+def test_a_criterion_without_requirements_is_left_to_its_author(tmp_path: Path, criteria: str):
     course = new_course.lay_out(tmp_path / "mine")
-    first = "- id: first\n    title: First\n    levels: {A: all, B: most, C: some, D: little}"
-    course.rubric.write_text(f'title: Mine\nversion: "1"\ncriteria:\n  {first}\n    requirements: []{end}\n')
-    for name in ("X1", "X2"):
-        new_requirement.add(course, name)
-    whole = check_course.read_rubric(course)
-    assert [(each.id, each.points) for each in whole.requirements] == [("X1", 1), ("X2", 1)]
-    assert ("# none yet" in course.rubric.read_text()) == bool(end)
-    course.rubric.write_text('title: Mine\nversion: "1"\ncriteria: []\n')
-    with pytest.raises(GraderError, match="the first criterion has no list of requirements"):
-        new_requirement.add(course, "X3")
+    course.rubric.write_text(f"title: Mine\ncriteria: {criteria}\n")
+    with pytest.raises(GraderError):
+        new_requirement._inserted(course.rubric, "")
 
 
 def test_what_judges_a_new_requirement_that_is_held_back_is_where_no_kit_takes_it_from(tmp_path: Path):

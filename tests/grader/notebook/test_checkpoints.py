@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -41,13 +40,10 @@ def test_every_file_knows_the_notebook_that_writes_it_first() -> None:
 
 
 @pytest.fixture
-def student_kit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def student_kit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A kit without grader.authoring; its packed file is missing."""
     monkeypatch.setattr(checkpoints, "entry_points", lambda **_group: ())
     monkeypatch.setattr(checkpoints, "PACKED", tmp_path / "checkpoints.bin")
-    checkpoints._texts.cache_clear()
-    yield
-    checkpoints._texts.cache_clear()
 
 
 def test_packed_checkpoints_hold_the_same_texts(student_kit: None) -> None:

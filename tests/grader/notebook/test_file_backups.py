@@ -46,7 +46,7 @@ def run(backups: FileBackups, cell: str) -> str:
 
 def copies(workspace: Workspace) -> dict[str, str]:
     folder = workspace.root / "kept"
-    return {str(p.relative_to(folder)): p.read_text() for p in folder.rglob("*.py")}
+    return {str(p.relative_to(folder)): p.read_text() for p in folder.rglob("*.py") if ".written" not in p.parts}
 
 
 def test_a_cell_that_overwrites_an_edit_backs_it_up_and_says_where(workspace: Workspace, package: Path) -> None:
@@ -77,12 +77,6 @@ def test_a_file_outside_the_package_is_kept_too(workspace: Workspace, package: P
 def test_the_file_of_a_cell(line: str, file: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     assert target(line) == ((tmp_path / file).resolve() if file else None)
-
-
-def test_damaged_checksums_cost_an_extra_copy_and_no_work(workspace: Workspace, package: Path) -> None:
-    run(FileBackups(workspace), CELL)
-    (workspace.root / "kept/written.json").write_text("{")
-    assert "is kept" in run(FileBackups(workspace), CELL.replace("1", "2"))
 
 
 @pytest.mark.slow  # a build
@@ -195,11 +189,6 @@ def test_begin_installs_all_this_in_a_kernel(workspace: Workspace) -> None:
         SKELETON,
         "# my answer\n\n%%into own.py\ndef steer():\n    return 1\n",
         *[SKELETON] * 2,
-        "%%writefile driver.py\n\n",
-        "%%writefile ros2_robot_controller/utils/moton.py\n\n",
-        "%%writefile ros2_robot_controller/utils/motion.py\n\n",
-        "%%writefile ros2_robot_controller/helpers.py\n\n",
-        "%%writefile ../../driver.py\n\n",
         "# a comment\nprint(7)\n",
     )
     assert said.count("setup.py was changed outside this notebook. That version is kept: ws/kept/setup.py\n") == 1
@@ -209,11 +198,6 @@ def test_begin_installs_all_this_in_a_kernel(workspace: Workspace) -> None:
     assert "own.py has now: steer\n" in said
     assert said.count("own.py was not replaced") == 2
     assert "return 1" in (workspace.package / "own.py").read_text()
-    assert [line for line in said.splitlines() if "did you mean" in line] == [
-        "The course has no file driver.py; did you mean ros2_robot_controller/driver.py?",
-        "The course has no file ros2_robot_controller/utils/moton.py; "
-        "did you mean ros2_robot_controller/utils/motion.py?",
-    ]
     assert said.endswith("\n7\n")
 
 

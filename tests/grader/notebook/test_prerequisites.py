@@ -52,6 +52,10 @@ LAY_OUT = 'notebook {} writes it; `start_at("{}")` lays out what the earlier not
         ),
         ("07", {}, "T1", "07", "there is no test/test_robot_controller.py", "notebook 09 writes it"),
         (
+            "07", {"test/test_robot_controler.py": ""}, "T1", "09", "there is no test/test_robot_controller.py",
+            "did you mean test/test_robot_controler.py?",
+        ),
+        (
             "10", {DRIVER: "import math\ndef drive(:\n    pass\n"}, "F1", "",
             f"{DRIVER}, line 2: invalid syntax: `def drive(:`", "look at that line",
         ),
@@ -72,6 +76,7 @@ def test_the_first_thing_that_is_missing_is_named_with_what_to_do(
     if left_by:
         lay_out(tmp_path, left_by)
     for path, text in edits.items():
+        (tmp_path / path).parent.mkdir(exist_ok=True)
         (tmp_path / path).unlink() if text is None else (tmp_path / path).write_text(text)
     found = gap(tmp_path, requirement, notebook)
     assert found[0] == seen
@@ -136,7 +141,7 @@ def test_a_check_waits_before_the_notebook_that_brings_what_it_needs_and_not_in_
     waiting = course().notebook_table["later"]
     assert waiting
     for check, row in waiting.items():
-        assert prerequisites.later(check, "00") == prerequisites.Later(**row)
+        assert prerequisites.later(check, "00") == row
         assert prerequisites.later(check, row["notebook"]) is None
         assert prerequisites.later(check, "") is None
     assert prerequisites.stand_in("F6", "") is None
