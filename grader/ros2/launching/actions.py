@@ -22,7 +22,6 @@ from .entities import (
 from .errors import LaunchError, refuse_keywords
 
 OTHER_FORMATS = {".xml": "an XML", ".launch": "an XML", ".yaml": "a YAML", ".yml": "a YAML"}
-PYTHON_FILE = "Write it as a Python launch file (.launch.py) with generate_launch_description()."
 
 
 class LogInfo(Action):

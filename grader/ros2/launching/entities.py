@@ -171,17 +171,17 @@ class Condition:
 class IfCondition(Condition):
     """Holds if the expression is true."""
 
+    wanted = True
+
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
         expression = substitutions(predicate_expression)
-        super().__init__(predicate=lambda context: truth(context, expression))
+        super().__init__(predicate=lambda context: truth(context, expression) is self.wanted)
 
 
-class UnlessCondition(Condition):
+class UnlessCondition(IfCondition):
     """Holds if the expression is false."""
 
-    def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        expression = substitutions(predicate_expression)
-        super().__init__(predicate=lambda context: not truth(context, expression))
+    wanted = False
 
 
 class LaunchConfigurationEquals(Condition):
