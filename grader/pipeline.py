@@ -195,8 +195,7 @@ def _entries(out: Path) -> Iterator[Path]:
 
 def _require_own(out: Path, source: Path, sha256: str = "") -> None:
     """Check that `out` has no report, or that of the submission `source` with the content `sha256`."""
-    found = report.standing(out)
-    if found is not None and not found.is_of(source, sha256):
+    if found := report.of_another(out, source, sha256):
         raise UsageError(
             say("{path} has {found}; nothing was written.", path=printable(str(out)), found=found),
             say("Choose another --out, or replace it with --force."),

@@ -86,12 +86,8 @@ def build_contract(cache: Path, course: Course, package: str = "") -> Built:
         source = _copy_renamed(course.contract, Path(folder) / package) if renamed else course.contract
         built = build([source], cache, course, seconds=600.0, trusted=True, main=package)
     if not built.facts.ok:
-        raise GraderError(
-            say(
-                "The contract's own interfaces do not build on this machine:\n{log}\nRun `grader doctor`.",
-                log=built.facts.log_tail,
-            )
-        )
+        words = mark("The contract's own interfaces do not build on this machine:\n{log}\nRun `grader doctor`.")
+        raise GraderError(say(words, log=built.facts.log_tail))
     return built
 
 
@@ -157,23 +153,17 @@ def build(
             for left in folder.parent.glob(f"{folder.name}.*.work"):  # by a grader that was killed
                 tempdir.remove(left)
             if missing := ros_env.missing_tools():
-                raise GraderError(
-                    say(
-                        "This machine has no {tools}, so no package can be built. Run `grader doctor`; it prints the "
-                        "command that installs what is missing.",
-                        tools=say(" and no ").join(missing),
-                    )
+                words = mark(
+                    "This machine has no {tools}, so no package can be built. Run `grader doctor`; it prints the "
+                    "command that installs what is missing."
                 )
+                raise GraderError(say(words, tools=say(" and no ").join(missing)))
+            job = _Job(packages, cache, course, seconds, trusted, main or course.package)
             with submission_user.readable_by_sandboxes():
-                return replace(
-                    _build(_Job(packages, cache, course, seconds, trusted, main or course.package), folder), use=use
-                )
+                return replace(_build(job, folder), use=use)
     except OSError as error:
-        cause = shortage.explain(error)
-        raise GraderError(
-            cause
-            or say("Cannot write the build to {path}: {why}. Choose another --cache.", path=folder.parent, why=error)
-        ) from error
+        words = mark("Cannot write the build to {path}: {why}. Choose another --cache.")
+        raise GraderError(shortage.explain(error) or say(words, path=folder.parent, why=error)) from error
 
 
 def _folder(packages: Sequence[Path], cache: Path, course: Course) -> Path:
@@ -324,12 +314,8 @@ def _require_colcon() -> None:
     box = sandbox.Sandbox(environment=ros_env.environment(home=sandbox.HOME))
     tried = sandbox.run(["colcon", "build", "--help"], box)
     if not tried.ok:
-        raise GraderError(
-            say(
-                "colcon does not run on this machine: {why}. Run `make setup`, or `grader doctor`.",
-                why=_without_host_paths(tried.output).strip()[-300:],
-            )
-        )
+        words = mark("colcon does not run on this machine: {why}. Run `make setup`, or `grader doctor`.")
+        raise GraderError(say(words, why=_without_host_paths(tried.output).strip()[-300:]))
 
 
 def _facts(result: sandbox.RunResult, install: Path, job: _Job) -> evidence.Build:

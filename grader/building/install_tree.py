@@ -148,24 +148,16 @@ def not_generated(install: Path, generated: Mapping[str, Generated]) -> list[str
 
     `generated` is what they make of each package of interfaces, by its name.
     """
-    modules = {
-        f"{package}/{name}": digest for package, made in generated.items() for name, digest in made.modules.items()
-    }
-    exports = {
-        f"{package}/{name}": set(text.splitlines())
-        for package, made in generated.items()
-        for name, text in made.exports.items()
-    }
     site = install / ros_env.SITE_IN_PREFIX
     found = []
     for path in sorted(path for folder in _TYPE_FOLDERS for path in site.glob(f"*/{folder}/**/*")):
-        name = path.relative_to(site).as_posix()
+        package, _, name = path.relative_to(site).as_posix().partition("/")
+        made, known = generated.get(package, Generated()), path.suffix != ".so"
         if path.suffix == ".py" and path.is_file():
             data = untrusted.read_bytes(path.resolve()) or b""
             lines = set(data.decode("utf-8", "replace").splitlines())
-            known = modules.get(name) == hashlib.sha256(data).hexdigest() or lines <= exports.get(name, set())
-        else:
-            known = path.suffix != ".so"
+            known = made.modules.get(name) == hashlib.sha256(data).hexdigest()
+            known = known or lines <= set(made.exports.get(name, "").splitlines())
         if not known:
             found.append(printable(path.relative_to(install).as_posix()))
     return found[:_MAX_LISTED]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import time
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,23 +52,20 @@ def prune(cache: Path, older_than_days: float) -> tuple[Stores, int]:
         # The compiler cache is read only by builds; without any, nobody has used it for as long as them.
         if name == "ccache" and _entries(cache / "builds"):
             continue
-        for entry in _entries(cache / name):
-            if entry.used <= before:
-                try:
-                    _remove(entry, cache / name)
-                    gone[title] += filter(_is_content, [entry])
-                except BlockingIOError:
-                    in_use += 1
+        for entry in [entry for entry in _entries(cache / name) if entry.used <= before]:
+            try:
+                _remove(entry, cache / name)
+                gone[title] += filter(_is_content, [entry])
+            except BlockingIOError:
+                in_use += 1
     return gone, in_use
 
 
 def remove_abandoned(cache: Path) -> None:
     """Remove what gradings that were killed while they built have left."""
     for left in (cache / "builds").glob("*.work"):
-        with (
-            contextlib.suppress(BlockingIOError),  # it is being built now
-            locked(left.parent / (left.name.partition(".")[0] + LOCK), wait=False),
-        ):
+        lock = left.with_name(left.name.partition(".")[0] + LOCK)
+        with contextlib.suppress(BlockingIOError), locked(lock, wait=False):  # else it is being built now
             tempdir.remove(left)
 
 
@@ -80,22 +76,20 @@ def _is_content(entry: Entry) -> bool:
 def _entries(folder: Path) -> list[Entry]:
     """Return the entries in a folder, the longest unused first; the compiler cache is one."""
     groups: dict[str, list[Path]] = {}
-    paths = list(folder.iterdir()) if folder.is_dir() else []
-    for path in paths:
+    for path in folder.iterdir() if folder.is_dir() else ():
         groups.setdefault("ccache" if folder.name == "ccache" else path.name.partition(".")[0], []).append(path)
     return sorted((_entry(key, group) for key, group in groups.items()), key=lambda entry: entry.used)
 
 
 def _entry(key: str, paths: list[Path]) -> Entry:
-    size, times = 0, [0.0]
+    size, used = 0, 0.0
     for path in paths:
+        with contextlib.suppress(OSError):  # it has just been removed; a lock is also touched by looking at it
+            used = used if path.suffix == LOCK else max(used, path.lstat().st_mtime)
         for each in (path, *path.rglob("*")) if path.is_dir() and not path.is_symlink() else (path,):
-            with contextlib.suppress(OSError):  # it has just been removed
+            with contextlib.suppress(OSError):
                 size += each.lstat().st_blocks * 512
-        with contextlib.suppress(OSError):
-            # A lock is also touched by looking at it.
-            times += [path.lstat().st_mtime] if path.suffix != LOCK else []
-    return Entry(key, tuple(paths), size, max(times))
+    return Entry(key, tuple(paths), size, used)
 
 
 def _remove(entry: Entry, folder: Path) -> None:
@@ -104,11 +98,9 @@ def _remove(entry: Entry, folder: Path) -> None:
     Raises:
         BlockingIOError: somebody makes or uses it.
     """
-    with ExitStack() as stack:
-        held = [folder / f"{entry.key}{suffix}" for suffix in (LOCK, USE)]
-        for path in held:
-            stack.enter_context(locked(path, wait=False))
-        for path in (*entry.paths, *held):
+    lock, use = (folder / f"{entry.key}{suffix}" for suffix in (LOCK, USE))
+    with locked(lock, wait=False), locked(use, wait=False):
+        for path in (*entry.paths, lock, use):
             if path.is_dir() and not path.is_symlink():
                 tempdir.remove(path)
             else:

@@ -6,17 +6,16 @@ grader makes them once more itself, in a sandbox that runs nothing of the submis
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import json
 import os
 import tempfile
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from grader import sandbox
 from grader.host import ros_env
+from grader.processes.kept import Kept
 from grader.sandbox import untrusted
 
 _WORKER = Path(__file__).with_name("worker.py")
@@ -48,15 +47,9 @@ def compute(texts: Mapping[str, str], package: str, cache: Path) -> Generated:
     """
     if not texts:
         return Generated()
-    digest = hashlib.sha256(
-        json.dumps([package, sorted(texts.items()), *filter(None, [ros_env.identity()])]).encode()
-    ).hexdigest()[:40]
-    cached = cache / "hashes" / f"{digest}.json"
-    with contextlib.suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
-        kept = json.loads(cached.read_text())
-        if kept["checksum"] == _checksum(kept["generated"]):  # a damaged file is computed again
-            os.utime(cached)  # the time of its last use, for `grader cache`
-            return Generated(**kept["generated"])
+    kept, decided_by = Kept(cache / "hashes"), (package, json.dumps(sorted(texts.items())), ros_env.identity())
+    if earlier := kept.find(Generated, *decided_by):
+        return earlier[0]
     with tempfile.TemporaryDirectory(prefix="hashes-") as name:
         folder = Path(name)
         (folder / "out").mkdir()
@@ -73,15 +66,8 @@ def compute(texts: Mapping[str, str], package: str, cache: Path) -> Generated:
         except (OSError, ValueError, TypeError):
             return Generated()
     if result.ok:
-        cached.parent.mkdir(parents=True, exist_ok=True)
-        part = cached.with_suffix(f".{os.getpid()}")
-        part.write_text(json.dumps({"generated": asdict(found), "checksum": _checksum(asdict(found))}))
-        part.rename(cached)
+        kept.keep(found, *decided_by)
     return found
-
-
-def _checksum(generated: Mapping[str, object]) -> str:
-    return hashlib.sha256(json.dumps(generated, sort_keys=True).encode()).hexdigest()
 
 
 def definitions(folder: Path) -> dict[str, str]:

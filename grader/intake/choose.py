@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from grader.errors import SubmissionError, UsageError
@@ -14,17 +13,8 @@ from grader.words import mark, say, some
 _NAMED = 5  # packages named in a sentence
 
 
-@dataclass(frozen=True)
-class Choice:
-    """The package to grade, why it was chosen ("because ..."), and the others, each with what it is."""
-
-    package: Candidate
-    because: str
-    others: tuple[tuple[Candidate, str], ...] = ()
-
-
-def choose(tree: Tree, name: str) -> Choice:
-    """Return the package of the submission `name` that is to be graded.
+def choose(tree: Tree, name: str) -> tuple[Candidate, str]:
+    """Return the package of the submission `name` that is to be graded, and why it was chosen ("because ...").
 
     It is that of the assignment's name, else the only one with modules of the assignment, else the only one with a node
     in Python. Like colcon, it does not look for packages inside such a package.
@@ -55,31 +45,23 @@ def choose(tree: Tree, name: str) -> Choice:
                 "in overrides.yaml chooses. `grader batch` grades the packages of several people."
             ),
         )
-    return Choice(pool[0], because, _others(tree, pool[0]))
+    return pool[0], because
 
 
-def choose_named(tree: Tree, name: str, path: str) -> Choice:
-    """Return the package at `path`, whatever it is, of the submission `name`.
+def choose_named(tree: Tree, name: str, path: str) -> tuple[Candidate, str]:
+    """Return the package at `path`, whatever it is, of the submission `name`, and why it was chosen.
 
     Raises:
         UsageError: there is no package at `path`; the message says where there are some.
     """
-    chosen = find_named(tree, path)
-    if chosen is None:
-        paths = [printable(candidate.path) for candidate in tree.candidates]
-        words = mark("There is no package at {path} in {name}.")
-        raise UsageError(
-            say(words, path=printable(path), name=printable(name)),
-            say("It has packages at {paths}.", paths=some(paths, _NAMED))
-            if paths
-            else say("It holds no package at all."),
-        )
-    return Choice(chosen, say("`--package-path` names it"), _others(tree, chosen))
-
-
-def _others(tree: Tree, chosen: Candidate) -> tuple[tuple[Candidate, str], ...]:
-    """Return the packages that were not chosen, each with where it is and its name."""
-    return tuple((c, _remark(c)) for c in tree.candidates if c is not chosen)
+    if chosen := find_named(tree, path):
+        return chosen, say("`--package-path` names it")
+    paths = some([printable(candidate.path) for candidate in tree.candidates], _NAMED)
+    words = mark("There is no package at {path} in {name}.")
+    raise UsageError(
+        say(words, path=printable(path), name=printable(name)),
+        say("It has packages at {paths}.", paths=paths) if paths else say("It holds no package at all."),
+    )
 
 
 def find_named(tree: Tree, path: str) -> Candidate | None:
@@ -108,11 +90,10 @@ def _is_inside(candidate: Candidate, other: Candidate) -> bool:
 def _describe_instead(tree: Tree) -> tuple[str, str]:
     """Return the predicate of a sentence about a submission without a package, and advice."""
     suffixes = {PurePosixPath(path).suffix.lower() for path in tree.files}
+    closed = [path for path in tree.files if path.lower().endswith((*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES))]
     if not tree.files:
-        return (
-            say("is empty."),
-            say("Put the package folder in (the one with package.xml and setup.py) and submit again."),
-        )
+        advice = say("Put the package folder in (the one with package.xml and setup.py) and submit again.")
+        return say("is empty."), advice
     if tree.candidates:
         words = mark("contains no package with a node in Python, only {packages}.")
         nodes = ", ".join(f"{node}.py" for node in tree.course.nodes)
@@ -121,20 +102,17 @@ def _describe_instead(tree: Tree) -> tuple[str, str]:
             say("The assignment asks for a ROS 2 Jazzy package with nodes in Python: {nodes}.", nodes=nodes),
         )
     if ".ipynb" in suffixes and ".py" not in suffixes:
-        advice = mark("Submit the package that they write, the folder {package} with package.xml.")
-        return say("contains only notebooks."), say(advice, package=tree.course.package)
-    if closed := [path for path in tree.files if path.lower().endswith((*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES))]:
-        return (
-            say("contains an archive that was not opened ({path}).", path=printable(closed[0])),
-            say("Submit the package folder in one plain zip."),
-        )
-    return (
-        say("contains no package.xml."),
-        say("Zip the package folder itself (the one with package.xml and setup.py) and submit again."),
-    )
+        words = mark("Submit the package that they write, the folder {package} with package.xml.")
+        return say("contains only notebooks."), say(words, package=tree.course.package)
+    if closed:
+        what = say("contains an archive that was not opened ({path}).", path=printable(closed[0]))
+        return what, say("Submit the package folder in one plain zip.")
+    advice = say("Zip the package folder itself (the one with package.xml and setup.py) and submit again.")
+    return say("contains no package.xml."), advice
 
 
-def _remark(candidate: Candidate) -> str:
+def remark(candidate: Candidate) -> str:
+    """Return where a package is and its name, and if it lies where colcon does not look."""
     inside = say("inside {package}, where colcon does not look", package=printable(candidate.inside))
     return f"{printable(candidate.path)} ({candidate.name}{f'; {inside}' if candidate.inside else ''})"
 

@@ -33,27 +33,24 @@ def note(package: Path) -> str:
 
 def unchanged(package: Path) -> list[str]:
     """Return the paths of the files whose content still matches the marker's checksum."""
-    return [name for name, digest in _sums(package / MARKER).items() if _digest(package, name) == digest]
-
-
-def _sums(marker: Path) -> dict[str, str]:
+    marker = package / MARKER
     try:
         if marker.is_symlink() or marker.stat().st_size > MAX_BYTES:
-            return {}
+            return []
         sums = json.loads(marker.read_text(encoding="utf-8"))["sha256"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return {}
+        return []
     if not isinstance(sums, dict) or len(sums) > MAX_FILES:
-        return {}
-    return {name: digest for name, digest in sums.items() if isinstance(digest, str)}
+        return []
+    return [name for name, digest in sums.items() if isinstance(digest, str) and _digest(package, name) == digest]
 
 
-def _digest(package: Path, name: str) -> str:
+def _digest(package: Path, name: str) -> str | None:
     path = PurePosixPath(name)
     if path.is_absolute() or ".." in path.parts:
-        return ""
+        return None
     try:
         # A submission that was taken in has only regular files.
         return hashlib.sha256((package / path).read_bytes()).hexdigest()
     except (OSError, ValueError):
-        return ""
+        return None

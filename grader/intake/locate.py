@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from grader.course import Course
@@ -24,7 +24,6 @@ class Candidate:
     Attributes:
         path: relative to the submission, "." for its root.
         xml: its package.xml.
-        files: its files, without those of other candidates in it.
         modules: the names of the contract's modules that it has, anywhere in it.
         interfaces: the file names of the contract's interfaces that it has.
         nodes: how many of its Python files import rclpy.
@@ -33,7 +32,6 @@ class Candidate:
 
     path: str
     xml: PackageXml
-    files: tuple[str, ...]
     modules: frozenset[str]
     interfaces: frozenset[str]
     nodes: int
@@ -56,40 +54,26 @@ class Tree:
     files: tuple[str, ...]
     searched: tuple[str, ...]
     course: Course
-    candidates: tuple[Candidate, ...] = field(default=())
-
-    def is_node(self, path: str) -> bool:
-        """Return whether a file is Python that imports rclpy, as far as its first megabyte shows."""
-        if not path.endswith(".py"):
-            return False
-        with (self.root / path).open("rb") as file:
-            return _NODE.search(file.read(_MAX_SOURCE_BYTES)) is not None
+    candidates: tuple[Candidate, ...]
 
 
 def survey(root: Path, course: Course) -> Tree:
     """Return the files below `root` and the candidates among its folders."""
-    files = tuple(sorted(_files(root)))
+    walked = (Path(folder, name) for folder, _, names in os.walk(root) for name in names)
+    files = tuple(sorted(path.relative_to(root).as_posix() for path in walked))
     ignored = {_parent(path) for path in files if PurePosixPath(path).name in _IGNORE_MARKERS}
     searched = tuple(path for path in files if not _nearest(path, ignored))
-    tree = Tree(root, files, searched, course)
-    return Tree(root, files, searched, course, tuple(sorted(_candidates(tree), key=lambda candidate: candidate.path)))
-
-
-def _files(root: Path) -> list[str]:
-    return [(Path(folder) / name).relative_to(root).as_posix() for folder, _, names in os.walk(root) for name in names]
+    packages = {_parent(path) for path in searched if PurePosixPath(path).name == "package.xml"}
+    owned: dict[str, list[str]] = {package: [] for package in sorted(packages)}
+    for path in searched:
+        if owner := _nearest(path, packages):
+            owned[owner].append(path)
+    candidates = (_candidate(root, course, each, its, _nearest(each, packages)) for each, its in owned.items())
+    return Tree(root, files, searched, course, tuple(candidates))
 
 
 def _parent(path: str) -> str:
     return PurePosixPath(path).parent.as_posix()
-
-
-def _candidates(tree: Tree) -> list[Candidate]:
-    packages = {_parent(path) for path in tree.searched if PurePosixPath(path).name == "package.xml"}
-    owned: dict[str, list[str]] = {package: [] for package in packages}
-    for path in tree.searched:
-        if owner := _nearest(path, packages):
-            owned[owner].append(path)
-    return [_candidate(tree, root, files, packages) for root, files in owned.items()]
 
 
 def _nearest(path: str, folders: set[str]) -> str:
@@ -97,18 +81,24 @@ def _nearest(path: str, folders: set[str]) -> str:
     return next((p.as_posix() for p in PurePosixPath(path).parents if p.as_posix() in folders), "")
 
 
-def _candidate(tree: Tree, root: str, files: list[str], packages: set[str]) -> Candidate:
+def _candidate(root: Path, course: Course, path: str, files: list[str], inside: str) -> Candidate:
     # By file names alone, without their folders: a student may have put them elsewhere.
-    names = {PurePosixPath(path).name for path in files}
-    course = tree.course
-    modules = {PurePosixPath(path).name for path in course.modules}
+    names = {PurePosixPath(file).name for file in files}
+    modules = {PurePosixPath(file).name for file in course.modules}
     interfaces = {PurePosixPath(course.interface_file(name)).name for name in course.interfaces}
     return Candidate(
-        path=root,
-        xml=read_package_xml(tree.root / root / "package.xml"),
-        files=tuple(files),
+        path=path,
+        xml=read_package_xml(root / path / "package.xml"),
         modules=frozenset(names & modules),
         interfaces=frozenset(names & interfaces),
-        nodes=sum(map(tree.is_node, files)),
-        inside=_nearest(root, packages),
+        nodes=sum(_is_node(root / file) for file in files),
+        inside=inside,
     )
+
+
+def _is_node(path: Path) -> bool:
+    """Return whether a file is Python that imports rclpy, as far as its first megabyte shows."""
+    if not path.name.endswith(".py"):
+        return False
+    with path.open("rb") as file:
+        return _NODE.search(file.read(_MAX_SOURCE_BYTES)) is not None

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path, PurePosixPath
 
 from grader.course import Course
@@ -14,14 +14,13 @@ from grader.course.reader import COURSE
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
-from grader.intake.choose import Choice, choose, choose_named, find_named, interfaces_beside
-from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, SizeLimits
+from grader.intake.choose import choose, choose_named, find_named, interfaces_beside, remark
+from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, SUBMISSION, SizeLimits, refused
 from grader.intake.locate import Candidate, Tree, survey
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
 from grader.words import mark, say
 
-DEFAULT_LIMITS = SizeLimits()
 MAX_NESTED = 2  # archives inside one another
 MAX_SIDE_BY_SIDE = 5
 MAX_OTHERS = 20
@@ -42,7 +41,7 @@ def open_submission(
     source: Path,
     into: Path,
     course: Course,
-    limits: SizeLimits = DEFAULT_LIMITS,
+    limits: SizeLimits = SUBMISSION,
     *,
     package: str = "",
     leave_out: Path | None = None,
@@ -70,17 +69,13 @@ def open_submission(
             if opened.refused and not tree.candidates:
                 raise opened.refused[0]
             if opened.flags and not tree.files:
-                raise SubmissionError(
-                    say(
-                        "{name} has no file that could be taken in: {why}",
-                        name=printable(name),
-                        why=next(opened.remarks()),
-                    ),
-                    say("Zip the package folder again with an ordinary program."),
-                )
-            return _describe(name, tree, choose_named(tree, name, package) if package else choose(tree, name), opened)
+                words = mark("{name} has no file that could be taken in: {why}")
+                advice = mark("Zip the package folder again with an ordinary program.")
+                raise refused(name, words, advice, why=next(opened.remarks()))
+            chosen, because = choose_named(tree, name, package) if package else choose(tree, name)
+            return _describe(name, tree, chosen, because, opened)
         except SubmissionError as error:
-            error.remarks = [*opened.remarks(), *islice(opened.closed(tree), MAX_OTHERS)]
+            error.remarks = [*opened.remarks(), *itertools.islice(opened.closed(tree), MAX_OTHERS)]
             raise
 
 
@@ -121,32 +116,27 @@ class _Opened:
 
     def closed(self, tree: Tree) -> Iterator[str]:
         """Yield a note on each archive that is still closed."""
-        kinds = {
-            ARCHIVE_SUFFIXES: say("there is a package outside of it.")
-            if tree.candidates
-            else say("it is one of too many, or too deep inside."),
-            CLOSED_ARCHIVES: say("the grader opens zip and tar only."),
-        }
-        for path in [path for path in tree.searched if path not in self._failed]:
-            for suffixes, why in kinds.items():
-                if path.lower().endswith(suffixes):
-                    yield say("{path} was not opened: {why}", path=printable(path), why=why)
+        outside = say("there is a package outside of it.")
+        why = outside if tree.candidates else say("it is one of too many, or too deep inside.")
+        kinds = {ARCHIVE_SUFFIXES: why, CLOSED_ARCHIVES: say("the grader opens zip and tar only.")}
+        for path, (suffixes, why) in itertools.product(tree.searched, kinds.items()):
+            if path.lower().endswith(suffixes) and path not in self._failed:
+                yield say("{path} was not opened: {why}", path=printable(path), why=why)
 
 
-def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submission:
-    package = choice.package
+def _describe(name: str, tree: Tree, package: Candidate, because: str, opened: _Opened) -> Submission:
     interfaces = interfaces_beside(tree, package)
-    others = [(candidate, remark) for candidate, remark in choice.others if candidate is not interfaces]
+    others = [candidate for candidate in tree.candidates if candidate not in (package, interfaces)]
     intake = Intake(
         name=printable(name),
         sha256=content_hash(tree.root, list(tree.files)),
         package=package.name,
         package_path=package.path,
         files=list(tree.files),
-        others=[remark for _, remark in others[:MAX_OTHERS]],
-        notes=[*_notes_on(tree, package), *opened.notes, *islice(opened.closed(tree), MAX_OTHERS)],
+        others=[remark(candidate) for candidate in others[:MAX_OTHERS]],
+        notes=[*_notes_on(tree, package), *opened.notes, *itertools.islice(opened.closed(tree), MAX_OTHERS)],
         interfaces_package=interfaces.path if interfaces else "",
-        chosen_because=choice.because,
+        chosen_because=because,
     )
     return Submission(
         intake=intake,

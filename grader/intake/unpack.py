@@ -6,17 +6,17 @@ import errno
 import hashlib
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader.errors import GraderError, SubmissionError
-from grader.intake.containers import Folder, Kind, SizeLimits, damaged, open_container
+from grader.errors import GraderError
+from grader.intake.containers import Entry, Kind, Readable, SizeLimits, damaged, open_container, refused
 from grader.intake.copy_plan import CopyPlan, plan_copy
-from grader.intake.streams import Readable
 from grader.sanitize import printable
-from grader.words import say
+from grader.words import mark, say
 
 BLOCK = 256 * 1024
 
@@ -30,12 +30,7 @@ class Unpacked:
 
 
 def unpack(
-    source: Path,
-    into: Path,
-    limits: SizeLimits,
-    *,
-    leave_out: Path | None = None,
-    export: bool = False,
+    source: Path, into: Path, limits: SizeLimits, *, leave_out: Path | None = None, export: bool = False
 ) -> Unpacked:
     """Copy the files of the folder or archive `source` into the empty folder `into`.
 
@@ -46,52 +41,42 @@ def unpack(
         GraderError: `into` cannot be written, or `source` cannot be read.
     """
     container = open_container(source, [into, *([leave_out] if leave_out else [])], limits)
-    packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
-    entries = container.entries()
-    plan = plan_copy(container.name, entries, limits, packed_bytes, export=export)
+    plan = plan_copy(container, limits, export=export)
     with _disk_errors(into):
-        into.mkdir(parents=True, exist_ok=True)
-        for folder in plan.folders:
+        for folder in ("", *plan.folders):
             (into / folder).mkdir(parents=True, exist_ok=True)
-    declared = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
-    for index, stream in container.contents(plan.files.keys()):
-        path = plan.files[index]
-        written = _write(into / path, stream, declared[index], path in plan.executable, container.name)
-        if written != declared[index]:
-            raise SubmissionError(
-                say(
-                    "{file} in {name} does not have its declared size: the archive is damaged, or the folder changed "
-                    "in the meantime.",
-                    file=printable(path),
-                    name=printable(container.name),
-                ),
-                say("Pack it again."),
+    paths = {entry.index: path for path, entry in plan.files.items() if entry.kind is Kind.FILE}
+    for index, stream in container.contents(paths.keys()):
+        path, entry = paths[index], plan.files[paths[index]]
+        if _write(into / path, stream, entry, container.name) != entry.size:
+            words = mark(
+                "{file} in {name} does not have its declared size: the archive is damaged, or the folder changed in "
+                "the meantime."
             )
+            raise refused(container.name, words, mark("Pack it again."), file=printable(path))
     with _disk_errors(into):
-        for path, original in plan.copies.items():
-            (into / path).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(into / original, into / path, follow_symlinks=False)
-    left = replace(
-        limits,
-        total_bytes=limits.total_bytes - sum(plan.sizes.values()),
-        files=limits.files - len(plan.sizes),
-    )
+        for path, entry in plan.files.items():
+            if entry.kind is Kind.HARD_LINK:
+                (into / path).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(into / entry.target, into / path, follow_symlinks=False)
+    used = sum(entry.size for entry in plan.files.values())
+    left = replace(limits, total_bytes=limits.total_bytes - used, files=limits.files - len(plan.files))
     return Unpacked(plan, left)
 
 
-def _write(path: Path, stream: Readable, max_bytes: int, executable: bool, name: str) -> int:
-    """Write `stream`, of the container `name`, to the new file `path`; stop one byte after `max_bytes`.
+def _write(path: Path, stream: Readable, entry: Entry, name: str) -> int:
+    """Write the `stream` of an entry of the container `name` to the new file `path`; return the number of bytes read.
 
-    Return the number of bytes read.
+    Stop one byte after the size of the entry.
     """
-    done = 0
+    done, mode = 0, 0o755 if entry.mode & stat.S_IXUSR else 0o644
     with _disk_errors(path):  # also as the file is closed, which writes the rest of it
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o755 if executable else 0o644)
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, mode)
         with os.fdopen(handle, "wb") as file:
-            while done <= max_bytes:
+            while done <= entry.size:
                 with damaged(name):
-                    block = stream.read(min(BLOCK, max_bytes + 1 - done) or 1)
+                    block = stream.read(min(BLOCK, entry.size + 1 - done))
                 if not block:
                     break
                 done += len(block)

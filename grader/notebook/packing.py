@@ -15,8 +15,7 @@ from typing import NamedTuple
 from grader import building, pipeline
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
-from grader.intake import course_marker
-from grader.intake.containers import Folder, SizeLimits
+from grader.intake import containers, course_marker
 from grader.intake.copy_plan import plan_copy
 from grader.intake.submission import open_submission
 from grader.notebook import workspace
@@ -162,9 +161,9 @@ def _own_files(package: Path) -> dict[str, Path]:
     Raises:
         SubmissionError: they are more, or larger, than a submission may be.
     """
-    limits = SizeLimits(file_bytes=sys.maxsize)  # a file that is too large is named, not left out
-    plan = plan_copy(package.name, Folder(package).entries(), limits)
-    names = (PurePosixPath(name) for name in plan.files.values() if not name.endswith(".zip"))
+    limits = containers.SizeLimits(file_bytes=sys.maxsize)  # a file that is too large is named, not left out
+    plan = plan_copy(containers.folder(package), limits)
+    names = (PurePosixPath(name) for name in plan.files if not name.endswith(".zip"))
     shown = (n for n in names if n.name in _KEPT_DOTS or not any(part.startswith(".") for part in n.parts))
     return {str(name): package / name for name in sorted(shown)}
 

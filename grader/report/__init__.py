@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grader.host.atomic import write_atomically
 from grader.report import for_students
-from grader.report.data import DATA, Standing, fingerprint, standing, write_json
+from grader.report.data import DATA, fingerprint, of_another, write_json
 from grader.scoring.grading import Grading, HandIn, Refusal
 
 PAGE = "report.html"

@@ -15,23 +15,17 @@ from grader.words import mark, say
 WIDTH = 100
 BAR = 20
 
-WORDS = {
-    Outcome.PASSED: mark("passed"),
-    Outcome.PARTIAL: mark("PARTIAL"),
-    Outcome.FAILED: mark("FAILED"),
-    Outcome.NOT_REACHED: mark("not reached"),
-    Outcome.ERROR: mark("ERROR"),
-    Outcome.NOT_GRADED: mark("to be graded"),
-    Outcome.WITHHELD: mark("withheld"),
+RED, DIM, CYAN, MAGENTA = "31", "2", "36", "35"
+SHOWN = {
+    Outcome.PASSED: (mark("passed"), "✓", "32"),  # green
+    Outcome.PARTIAL: (mark("PARTIAL"), "◐", "33"),  # yellow
+    Outcome.FAILED: (mark("FAILED"), "✗", RED),
+    Outcome.NOT_REACHED: (mark("not reached"), "⋯", DIM),
+    Outcome.ERROR: (mark("ERROR"), "!", MAGENTA),  # not the student's concern
+    Outcome.NOT_GRADED: (mark("to be graded"), "○", MAGENTA),
+    Outcome.WITHHELD: (mark("withheld"), "⏸", MAGENTA),
 }
-COLOURS = {
-    Outcome.PASSED: "32",  # green
-    Outcome.PARTIAL: "33",  # yellow
-    Outcome.FAILED: "31",  # red
-    Outcome.NOT_REACHED: "2",  # dim
-    Outcome.ERROR: "35",  # magenta: not the student's concern
-    Outcome.WITHHELD: "35",
-}
+"""How each outcome is shown: its word, its sign on a page, and its colour in a terminal."""
 
 
 def wants_colour(stream: TextIO, environ: Mapping[str, str]) -> bool:
@@ -119,7 +113,7 @@ class _Page:
     def flags(self) -> Iterator[str]:
         if self.grading.evidence.flags:
             yield ""
-            yield self.paint(say("Integrity: an instructor should look at this."), "31")
+            yield self.paint(say("Integrity: an instructor should look at this."), RED)
         for flag in self.grading.evidence.flags:
             seen_in = self.grading.seen_in(flag)
             yield from self.wrap(f"{flag.kind}: {flag.what}{f' ({seen_in})' if seen_in else ''}", indent=2)
@@ -130,7 +124,7 @@ class _Page:
         if score.max:
             share = score.points / score.max
             filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
-            bar = self.paint("#" * filled, "36") + "." * (BAR - filled)
+            bar = self.paint("#" * filled, CYAN) + "." * (BAR - filled)
             of = points(score.points).rjust(5) + " / " + points(score.max)
             yield f"{score.criterion.title:<20} {of:<13}{bar}  {score.level}"
         else:
@@ -145,7 +139,8 @@ class _Page:
         of = "" if not score.max else points(score.points).rjust(5) + " / " + points(score.max)
         if score.outcome is Outcome.WITHHELD:
             of = "–".rjust(5) + " / " + points(score.requirement.points)
-        word = self.paint(f"{say(WORDS[score.outcome]):<12}", COLOURS[score.outcome])
+        word, _, colour = SHOWN[score.outcome]
+        word = self.paint(f"{say(word):<12}", colour)
         return f"  {word} {score.requirement.id:<4} {score.requirement.title:<34} {of}".rstrip()
 
     def not_graded(self, score: CriterionScore) -> Iterator[str]:
@@ -170,16 +165,17 @@ class _Page:
             for result in score.results:
                 if result.outcome is Outcome.PASSED and result.fraction < 1 and result.seen:
                     yield ""
-                    yield self.paint(say("not taken"), "2") + f"  {score.requirement.id}  {result.sentence}"
+                    yield self.paint(say("not taken"), DIM) + f"  {score.requirement.id}  {result.sentence}"
                     yield from self.rows({say("seen"): result.seen})
         for (because, try_), names in waiting.items():
             yield ""
-            yield self.paint(say("not reached"), "2") + f"  {', '.join(dict.fromkeys(names))}"
+            yield self.paint(say("not reached"), DIM) + f"  {', '.join(dict.fromkeys(names))}"
             yield from self.rows({say("because"): because, say("try"): try_})
 
     def block(self, loss: Loss) -> Iterator[str]:
         result = loss.result
-        word = self.paint(say(WORDS[result.outcome]), COLOURS.get(result.outcome, "35"))
+        word, _, colour = SHOWN[result.outcome]
+        word = self.paint(say(word), colour)
         yield f"{word}  {loss.requirement.id}  {loss.heading or loss.requirement.title} ({loss.price})"
         rows = {say("seen"): result.seen, say("expected"): result.expected, say("try"): result.try_}
         rows[say("because")] = result.because

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -116,17 +116,12 @@ def read(path: Path) -> dict[str, Any]:
 
 def results(said: dict[str, Any]) -> list[CheckResult]:
     """Return the checks' results that a report lists."""
+    same = ("id", "fraction", "sentence", "seen", "expected", "because", "trial")
     return [
         CheckResult(
-            id=check["id"],
+            **{name: check[name] for name in same},
             outcome=Outcome(check["outcome"]),
-            fraction=check["fraction"],
-            sentence=check["sentence"],
-            seen=check["seen"],
-            expected=check["expected"],
             try_=check["try"],
-            because=check["because"],
-            trial=check["trial"],
             reason=from_data(check["reason"], Reason) if check.get("reason") else None,
             figures=check.get("figures", {}),
         )
@@ -137,14 +132,9 @@ def results(said: dict[str, Any]) -> list[CheckResult]:
 
 def circumstances(said: dict[str, Any]) -> dict[str, Any]:
     """Return the fields of a Grading that say when and by what it was graded, as a report lists them."""
-    return {
-        "environment": said["environment"],
-        "checks": said["checks"],
-        "wall_seconds": float(said.get("wall_seconds") or 0.0),
-        "commit": said.get("commit", ""),
-        "graded": said.get("graded", ""),
-        "rescored": said.get("rescored", ""),
-    }
+    later = {name: said.get(name, "") for name in ("commit", "graded", "rescored")}
+    seconds = float(said.get("wall_seconds") or 0.0)
+    return {"environment": said["environment"], "checks": said["checks"], "wall_seconds": seconds, **later}
 
 
 def refusal(said: dict[str, Any]) -> Refusal:
@@ -153,10 +143,7 @@ def refusal(said: dict[str, Any]) -> Refusal:
         submission=said["submission"],
         because=said["refused"]["because"],
         try_=said["refused"]["try"],
-        notes=said["notes"],
-        environment=said["environment"],
-        seed=said["seed"],
-        source=said["source"],
+        **{name: said[name] for name in ("notes", "environment", "seed", "source")},
         wall_seconds=float(said.get("wall_seconds") or 0.0),
         refused=said.get("graded", ""),
         rubric_title=said.get("rubric_title", ""),
@@ -243,38 +230,24 @@ def _finite(value: float) -> float | None:
 
 
 # -- whose report a folder has, so that a grading does not write over another submission's ----------------------------
-@dataclass(frozen=True)
-class Standing:
-    """What a report says of its submission; all empty if the file is not a report of this kit."""
-
-    submission: str = ""
-    sha256: str = ""
-    source: str = ""
-
-    def is_of(self, source: Path, sha256: str = "") -> bool:
-        """Return whether this is the report of what is at `source`, or of the same content from anywhere."""
-        if self.source:
-            return self.source == fingerprint(source) or (self.sha256 != "" and self.sha256 == sha256)
-        return self.submission != "" and self.submission == source.resolve().name
-
-    def __str__(self) -> str:
-        if self.submission:
-            return say("the report of {submission}", submission=self.submission)
-        return say("a {file} that is not one of this kit's", file=DATA)
-
-
-def standing(folder: Path) -> Standing | None:
-    """Return whose report is in `folder`, None if there is no report."""
+def of_another(folder: Path, source: Path, sha256: str = "") -> str:
+    """Return what `folder` has in place of a report of what is at `source`, or of the same content; "" if nothing."""
     try:
         data = json.loads((folder / DATA).read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
-        return None
+        return ""
     except (OSError, ValueError, RecursionError):
-        return Standing()
+        data = None
     if not isinstance(data, dict) or not str(data.get("schema", "")).startswith("ros2-course-kit/"):
-        return Standing()
-    names = ("submission", "sha256", "source")
-    return Standing(*(value if isinstance(value := data.get(name), str) else "" for name in names))
+        data = {}
+    submission, content, place = (str(data.get(name) or "") for name in ("submission", "sha256", "source"))
+    if place == fingerprint(source) or (place and content and content == sha256):
+        return ""
+    if submission and submission == source.resolve().name and not place:
+        return ""
+    if submission:
+        return say("the report of {submission}", submission=submission)
+    return say("a {file} that is not one of this kit's", file=DATA)
 
 
 def fingerprint(source: Path) -> str:

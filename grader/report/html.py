@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from grader import words
 from grader.evidence import Mutant, Mutation, Trial, short_name
 from grader.report import cause, figures
-from grader.report.console import WORDS
+from grader.report.console import SHOWN
 from grader.sanitize import one_line, shown
 from grader.scoring import scorecard
 from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points, price_of_flags
@@ -30,29 +30,6 @@ HERE = Path(__file__).parent
 
 DEAREST = 3  # requirements at the top of a report, if their losses have no common cause
 FIRST_STEPS = 6  # losses on the first two pages of a printed report
-
-SIGNS = {
-    Outcome.PASSED: "✓",
-    Outcome.PARTIAL: "◐",
-    Outcome.FAILED: "✗",
-    Outcome.NOT_REACHED: "⋯",
-    Outcome.ERROR: "!",
-    Outcome.NOT_GRADED: "○",
-    Outcome.WITHHELD: "⏸",
-}
-
-
-@dataclass(frozen=True)
-class TrialRow:
-    """One trial in the table at the end of the report."""
-
-    name: str
-    node: str
-    world: str
-    pace: str
-    sim_seconds: str
-    wall_seconds: str
-    ended: str
 
 
 def render(
@@ -119,12 +96,12 @@ def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
         # For each reason why checks were not reached the first requirement that it kept from points.
         "first_said": {loss.result.because: loss.requirement.id for loss in clean.losses[::-1] if loss.result.because},
         "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
-        "trials": [_row(trial) for trial in grading.evidence.trials.values()],
+        "trials": [_cells(trial) for trial in grading.evidence.trials.values()],
         "graded": graded,
         "every": every,
         "price_of_flags": price_of_flags(card),
-        "words": WORDS,
-        "signs": SIGNS,
+        "words": {outcome: word for outcome, (word, _, _) in SHOWN.items()},
+        "signs": {outcome: sign for outcome, (_, sign, _) in SHOWN.items()},
         "losses": losses,
         "is_open": is_open,
         "share": share,
@@ -159,16 +136,12 @@ def share(reached: float, maximum: float) -> float:
     return round(100 * reached / maximum, 1) if maximum > 0 else 0.0
 
 
-def _row(trial: Trial) -> TrialRow:
-    return TrialRow(
-        name=one_line(trial.name),
-        node=one_line(trial.node),
-        world=one_line(trial.world),
-        pace=say(one_line(trial.pace)),
-        sim_seconds=say("{t:.1f}", t=trial.samples[-1].t) if trial.samples else "",
-        wall_seconds=say("{t:.1f}", t=trial.wall_seconds),
-        ended=one_line(str(trial.ended or (say("complete") if trial.ready else say("the node did not come up")))),
-    )
+def _cells(trial: Trial) -> list[str]:
+    """Return a trial's row in the table at the end of the page: its names, its pace, two durations, and its end."""
+    ended = str(trial.ended or (say("complete") if trial.ready else say("the node did not come up")))
+    sim_seconds = say("{t:.1f}", t=trial.samples[-1].t) if trial.samples else ""
+    names = [one_line(name) for name in (trial.name, trial.node, trial.world)]
+    return [*names, say(one_line(trial.pace)), sim_seconds, say("{t:.1f}", t=trial.wall_seconds), one_line(ended)]
 
 
 def _code(text: str) -> Markup:
@@ -195,50 +168,41 @@ OUTCOMES = {
 class Row:
     """One mutant: its place, its change, and the tests that noticed it, or else reached it and passed.
 
-    `others` counts the tests beyond those in `tests`.
+    `said` is the outcome in words, to be followed by `tests`; `others` counts the tests beyond those.
     """
 
     where: str
     words: str
     outcome: str
+    said: str
     tests: tuple[str, ...] = ()
     others: int = 0
-
-    @property
-    def said(self) -> str:
-        """Return the outcome as text, to be followed by the tests."""
-        return say(OUTCOMES.get(self.outcome, (self.outcome,) * 2)[bool(self.tests)])
 
 
 @dataclass(frozen=True)
 class Matrix:
-    """The mutants in the order of the source, and how many each test noticed, the most first."""
+    """The mutants in the order of the source, how many were noticed and tried, and how many by each test."""
 
     rows: tuple[Row, ...]
+    noticed: int
+    tried: int
     noticed_by: tuple[tuple[str, int], ...]
-
-    @property
-    def noticed(self) -> int:
-        """Return how many mutants were noticed."""
-        return sum(row.outcome == "noticed" for row in self.rows)
-
-    @property
-    def tried(self) -> int:
-        """Return how many mutants were tried, or did not have to be because no test reaches them."""
-        return sum(row.outcome != "not tried" for row in self.rows)
 
 
 def matrix(mutation: Mutation) -> Matrix:
-    """Return the table for `mutation`."""
+    """Return the table for `mutation`; a mutant that no test reaches did not have to be tried."""
     mutants = sorted(mutation.mutants, key=lambda mutant: (mutant.path, mutant.line, mutant.words))
+    outcomes = Counter(mutant.outcome for mutant in mutants)
     count = Counter(short_name(mutant.by) for mutant in mutants if mutant.by)
     noticed_by = sorted(count.items(), key=lambda each: (-each[1], each[0]))
-    return Matrix(tuple(map(_row_of_mutant, mutants)), tuple(noticed_by))
+    tried = len(mutants) - outcomes["not tried"]
+    return Matrix(tuple(map(_row_of_mutant, mutants)), outcomes["noticed"], tried, tuple(noticed_by))
 
 
 def _row_of_mutant(mutant: Mutant) -> Row:
     tests = [mutant.by] if mutant.by else mutant.tried
     shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
+    said = say(OUTCOMES.get(mutant.outcome, (mutant.outcome,) * 2)[bool(tests)])
     # All paths begin with the same folder.
     path = mutant.path.partition("/")[2] or mutant.path
-    return Row(f"{path}:{mutant.line}", mutant.words, mutant.outcome, shown, len(tests) - len(shown))
+    return Row(f"{path}:{mutant.line}", mutant.words, mutant.outcome, said, shown, len(tests) - len(shown))

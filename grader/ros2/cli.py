@@ -82,12 +82,12 @@ def main(argv: list[str] | None = None) -> int:
             parser.exit(2, f"ros2 {absent}: not available; {instead}\n")
     args, unknown = parser.parse_known_args(words)
     if unknown:
-        tip = '\nValues go in quotes, as one word: "{speed: 0.2}"' if hasattr(args, "values_word") else ""
+        tip = '\nValues go in quotes, as one word: "{speed: 0.2}"' if hasattr(args, "values") else ""
         parser.error(f"unrecognized arguments: {' '.join(unknown)}{tip}")
     if name is None:
         parser.print_help()
         return 0
-    chosen: Callable[[argparse.Namespace], int] | None = getattr(args, "run", None)
+    chosen: Callable[[argparse.Namespace], int | None] | None = getattr(args, "run", None)
     if chosen is None:  # `ros2 topic` alone
         parser.parse_args([*words, "-h"])
         return 0
@@ -104,7 +104,7 @@ class Parser(argparse.ArgumentParser):
         super().error(message)
 
 
-def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) -> int:
+def _run(chosen: Callable[[argparse.Namespace], int | None], args: argparse.Namespace) -> int:
     interrupted = False
 
     def interrupt(*_: object) -> None:
@@ -115,7 +115,7 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
     # Also where SIGINT is ignored, as behind an `&` in a script: rclpy sets a handler there too.
     signal.signal(signal.SIGINT, interrupt)
     try:
-        code = chosen(args)
+        code = chosen(args) or 0
         sys.stdout.flush()
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
@@ -196,25 +196,18 @@ def _prepend(name: str, paths: list[Path]) -> None:
 
 
 # -- the real command -----------------------------------------------------------------------------------------------
-def real_command() -> Path | None:
-    """Return the path of the real command, or None.
+def step_aside(words: list[str]) -> None:
+    """Replace this process by the real command, if there is one; else return.
 
     It is a program named ros2 on PATH that is not this one and whose text mentions ros2cli: a copy of ours in another
     virtual environment does not.
     """
     if os.environ.get(KEEP_OWN) == "1":
-        return None
+        return
     mine = {Path(sys.argv[0]).resolve(), Path(sys.prefix).resolve() / "bin" / "ros2"}
     for folder in os.environ.get("PATH", "").split(os.pathsep):
         path = Path(folder or ".") / "ros2"
         if path.is_file() and os.access(path, os.X_OK) and path.resolve() not in mine:
             with contextlib.suppress(OSError):
                 if b"ros2cli" in path.read_bytes()[:4096]:
-                    return path
-    return None
-
-
-def step_aside(words: list[str]) -> None:
-    """Replace this process by the real command, if there is one; else return."""
-    if (path := real_command()) is not None:
-        os.execv(path, [str(path), *words])
+                    os.execv(path, [str(path), *words])

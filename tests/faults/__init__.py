@@ -121,7 +121,7 @@ FAULTS = (
     Fault(
         "a_zip_hidden_in_front_of_a_zip_is_taken_in",
         "grader/intake/containers.py",
-        "            self._require_one(archive)\n",
+        "        _require_one_zip(path, archive)\n",
         "",
         "tests/grader/intake/test_two_archives.py::test_a_zip_behind_a_zip",
     ),

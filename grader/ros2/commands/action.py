@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.name_argument(send, "action")
     send.add_argument("action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')")
     text = "Goal request values in YAML format (e.g. '{order: 10}')"
-    arguments.values_arguments(send, text, name="goal")
+    send.add_argument("values", metavar="goal", nargs="?", default="", help=text)
     send.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
 
 
@@ -36,7 +36,7 @@ def served(seen: Graph) -> NamesAndTypes:
     return [found for one in seen.others() for found in served_by(seen.node, *one)]
 
 
-def show_info(args: argparse.Namespace) -> int:
+def show_info(args: argparse.Namespace) -> None:
     """Print who serves an action and who uses it."""
     from rclpy.action import graph as ends
 
@@ -51,7 +51,6 @@ def show_info(args: argparse.Namespace) -> int:
         ):
             found = [node for node in seen.nodes() if name in dict(ask(seen.node, *split_name(node)))]
             print("\n    ".join([f"Action {title}: {len(found)}", *found]))
-    return 0
 
 
 def run_send_goal(args: argparse.Namespace) -> int:
@@ -59,7 +58,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
     from rclpy.action.client import ActionClient
 
     kind = messages.load(args.action_type, "action")
-    values = arguments.given_values(args)
+    values = messages.from_yaml(args.values)
     with graph() as seen:
         client = ActionClient(seen.node, kind, args.action_name)
         goal = kind.Goal()

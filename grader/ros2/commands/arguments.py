@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from . import messages
 from .graph import NamesAndTypes, graph
 
 Completer = Callable[..., list[str]]
@@ -22,12 +21,14 @@ def verbs(parser: argparse.ArgumentParser, command: str) -> AddVerb:
     )
 
     def add_verb(
-        name: str, text: str, run: Callable[[argparse.Namespace], int], graph: bool = False
+        name: str, text: str, run: Callable[[argparse.Namespace], int | None], graph: bool = False
     ) -> argparse.ArgumentParser:
         verb: argparse.ArgumentParser = made.add_parser(name, help=text)
         if graph:
-            graph_arguments(verb)
-        verb.set_defaults(run=run)
+            text = "Seconds to wait for discovery, exactly"
+            verb.add_argument("--spin-time", type=float, metavar="SPIN_TIME", help=text)
+            verb.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
+        verb.set_defaults(run=run, spin_time=None)
         return verb
 
     return add_verb
@@ -53,23 +54,6 @@ def node_argument(parser: argparse.ArgumentParser, **rest: Any) -> None:
     parser.add_argument("node_name", help="Node name to request information", **rest)
 
 
-def graph_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the flags of commands that look at the graph."""
-    parser.add_argument("--spin-time", type=float, metavar="SPIN_TIME", help="Seconds to wait for discovery, exactly")
-    parser.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
-
-
-def values_arguments(parser: argparse.ArgumentParser, text: str, name: str = "values") -> None:
-    """Declare the values of a message."""
-    parser.add_argument(name, nargs="?", default="", help=text)
-    parser.set_defaults(values_word=name)
-
-
-def given_values(args: argparse.Namespace) -> Any:
-    """Return the values that a command line gives."""
-    return messages.from_yaml(getattr(args, args.values_word))
-
-
 # -- the verb `list` --------------------------------------------------------------------------------------------------
 def list_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
     """Declare the flags of a verb that lists names of a kind, such as topic."""
@@ -79,13 +63,12 @@ def list_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
 
 def settled(args: argparse.Namespace) -> NamesAndTypes:
     """Wait until the graph has come to rest, and return the names of a kind."""
-    with graph(getattr(args, "spin_time", None)) as seen:
+    with graph(args.spin_time) as seen:
         seen.settle()
         return seen.names(args.kind)
 
 
-def show_list(args: argparse.Namespace) -> int:
+def show_list(args: argparse.Namespace) -> None:
     """Print the names of a kind, with their types if the flag asks for that."""
     for name, types in settled(args):
         print(f"{name} [{', '.join(types)}]" if args.show_types else name)
-    return 0

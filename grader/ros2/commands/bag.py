@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,48 +60,35 @@ def message_text(kind: str) -> str:
     return "\n".join(parts)
 
 
-class Recorder:
-    """Writes the messages of the wanted topics (None: of all), also of those that appear later."""
+def look(seen: Graph, writer: Any, waiting: set[str] | None, done: set[str]) -> None:
+    """Record the topics that have appeared, of those `waiting` (None: of all), and add their names to those `done`."""
+    for name, types in seen.names("topic"):
+        publishers = seen.node.get_publishers_info_by_topic(name)
+        if name in done or (waiting is not None and name not in waiting) or not publishers:
+            continue
+        done.add(name)
+        try:
+            _subscribe(seen.node, writer, name, types[0], publishers)
+        except Refusal as refusal:
+            said = f"Topic '{name}' has unknown type '{types[0]}'. Only topics with known types are recorded: "
+            say("rosbag2_recorder", said + str(refusal))
 
-    def __init__(self, seen: Graph, writer: Any, wanted: set[str] | None) -> None:
-        self.seen, self.writer, self.wanted = seen, writer, wanted
-        self.done: set[str] = set()
 
-    def look(self) -> None:
-        """Subscribe to the wanted topics that have appeared."""
-        for name, types in self.seen.names("topic"):
-            if name in self.done or (self.wanted is not None and name not in self.wanted):
-                continue
-            publishers = self.seen.node.get_publishers_info_by_topic(name)
-            if not publishers:
-                continue
-            self.done.add(name)
-            try:
-                kind = messages.load(types[0], "msg")
-                text = message_text(types[0])
-            except Refusal as refusal:
-                said = f"Topic '{name}' has unknown type '{types[0]}'. Only topics with known types are recorded: "
-                say("rosbag2_recorder", said + str(refusal))
-                continue
-            self._subscribe(name, types[0], kind, text, publishers)
+def _subscribe(node: Any, writer: Any, name: str, type_name: str, publishers: list[Any]) -> None:
+    kind, offered = messages.load(type_name, "msg"), [end.qos_profile for end in publishers]
+    connection = writer.add_connection(
+        name,
+        type_name,
+        msgdef=message_text(type_name),
+        rihs01=messages.hash_text(publishers[0]),
+        offered_qos_profiles=[_offered(profile) for profile in offered],
+    )
 
-    def _subscribe(self, name: str, type_name: str, kind: Any, text: str, publishers: list[Any]) -> None:
-        hash_ = publishers[0].topic_type_hash
-        connection = self.writer.add_connection(
-            name,
-            type_name,
-            msgdef=text,
-            rihs01=f"RIHS{hash_.version:02}_{bytes(hash_.value).hex()}",
-            offered_qos_profiles=[_offered(end.qos_profile) for end in publishers],
-        )
-        node = self.seen.node
+    def take(raw: bytes) -> None:
+        writer.write(connection, node.get_clock().now().nanoseconds, raw)
 
-        def take(raw: bytes) -> None:
-            self.writer.write(connection, node.get_clock().now().nanoseconds, raw)
-
-        profile = matching([end.qos_profile for end in publishers], depth=1000)
-        node.create_subscription(kind, name, take, profile, raw=True)
-        say("rosbag2_recorder", f"Subscribed to topic '{name}'")
+    node.create_subscription(kind, name, take, matching(offered, depth=1000), raw=True)
+    say("rosbag2_recorder", f"Subscribed to topic '{name}'")
 
 
 def _offered(profile: Any) -> Any:
@@ -123,7 +111,7 @@ def _offered(profile: Any) -> Any:
     )
 
 
-def run_record(args: argparse.Namespace) -> int:
+def run_record(args: argparse.Namespace) -> None:
     """Record until Ctrl-C."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
@@ -141,11 +129,11 @@ def run_record(args: argparse.Namespace) -> int:
         contextlib.suppress(KeyboardInterrupt),
         graph() as seen,
     ):
-        recorder = Recorder(seen, writer, None if args.all else names)
+        again = partial(look, seen, writer, None if args.all else names, set())
         say("rosbag2_recorder", "Listening for topics...")
         with interrupt_later():
-            recorder.look()
-        seen.node.create_timer(LOOK_S, recorder.look, clock=steady_clock())
+            again()
+        seen.node.create_timer(LOOK_S, again, clock=steady_clock())
         say("rosbag2_recorder", "Recording...")
         spin(seen.node, lambda: False)
     # The writer puts its own name where the distribution belongs.
@@ -155,7 +143,6 @@ def run_record(args: argparse.Namespace) -> int:
             metadata.read_text().replace("ros_distro: rosbags", f"ros_distro: {os.environ['ROS_DISTRO']}")
         )
     say("rosbag2_recorder", "Recording stopped")
-    return 0
 
 
 @contextlib.contextmanager
@@ -175,7 +162,7 @@ def _opened(path: Path) -> Any:
         raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {error}") from error
 
 
-def run_info(args: argparse.Namespace) -> int:
+def run_info(args: argparse.Namespace) -> None:
     """Print a summary of a bag."""
     with _opened(args.bag_path) as bag:
         folder = args.bag_path if args.bag_path.is_dir() else args.bag_path.parent
@@ -201,7 +188,6 @@ def run_info(args: argparse.Namespace) -> int:
             )
             title = " " * len(title)
         print("Service:           0\nService information: ")
-    return 0
 
 
 def _date(stamp_ns: int) -> str:
@@ -209,7 +195,7 @@ def _date(stamp_ns: int) -> str:
     return f"{whole}.{stamp_ns % 10**9:09d} ({stamp_ns // 10**9}.{stamp_ns % 10**9:09d})"
 
 
-def run_play(args: argparse.Namespace) -> int:
+def run_play(args: argparse.Namespace) -> None:
     """Publish the recorded messages at the pace of the recording."""
     if not args.rate > 0:
         raise Refusal("rate must be greater than zero")
@@ -232,7 +218,6 @@ def run_play(args: argparse.Namespace) -> int:
         say("rosbag2_player", "Set rate to " + f"{args.rate:g}")
         _play(bag, [c for c in chosen if c.id in publishers], publishers, args.rate)
         time.sleep(0.1)
-    return 0
 
 
 def _play(bag: Any, chosen: list[Any], publishers: dict[int, Any], rate: float) -> None:

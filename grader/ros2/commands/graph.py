@@ -68,22 +68,6 @@ def quick_discovery(slowness: float) -> Iterator[None]:
                 del os.environ[name]
 
 
-class Slowness:
-    """How many times slower than an idle machine this one is, judged by a piece of this process's own work.
-
-    Importing rclpy is nearly all computing. If it takes longer than its CPU time, other processes are computing too,
-    and the nodes that have to answer will be late by the same factor.
-    """
-
-    def __init__(self) -> None:
-        self.began_s, self.computed_s = time.perf_counter(), time.process_time()
-
-    def factor(self) -> float:
-        """Return the factor since the start, from 1 to 3; a cold file cache is not a sign of a busy machine."""
-        took_s, computed_s = time.perf_counter() - self.began_s, time.process_time() - self.computed_s
-        return 1.0 if took_s < 0.1 else min(max(took_s / max(computed_s, 0.1), 1.0), 3.0)
-
-
 class Graph:
     """The graph as `node` sees it.
 
@@ -249,14 +233,17 @@ def graph(rest_s: float | None = None, sim_time: bool = False) -> Iterator[Graph
     Raises:
         Refusal: a name given on the command line is not valid in ROS.
     """
-    work = Slowness()
+    began_s, computed_s = time.perf_counter(), time.process_time()
     import rclpy
     from rclpy.exceptions import NameValidationException
     from rclpy.parameter import Parameter
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import try_shutdown
 
-    slowness = work.factor()
+    # Importing rclpy is nearly all computing. If it takes longer than its CPU time, other processes are computing too,
+    # and the nodes that have to answer will be late by the same factor. A cold file cache is not a sign of that.
+    took_s, computed_s = time.perf_counter() - began_s, time.process_time() - computed_s
+    slowness = 1.0 if took_s < 0.1 else min(max(took_s / max(computed_s, 0.1), 1.0), 3.0)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)  # Python's own Ctrl-C ends it
     try:
         # No other node asks this one for parameters: without their services it starts faster and clutters nothing.

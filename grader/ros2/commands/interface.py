@@ -30,14 +30,13 @@ def _add_type(parser: argparse.ArgumentParser, text: str) -> None:
     arguments.add(parser, "type", arguments.offer(packages.interfaces), help=text)
 
 
-def run_package(args: argparse.Namespace) -> int:
+def run_package(args: argparse.Namespace) -> None:
     """Print the interfaces of a package."""
     for name in packages.interfaces_of(args.package_name):
         print(f"{args.package_name}/{name}")
-    return 0
 
 
-def run_show(args: argparse.Namespace) -> int:
+def run_show(args: argparse.Namespace) -> None:
     """Print a definition, with the definition of each field's type below the field."""
     name, parts = args.type, args.type.split("/")
     if len(parts) != 3:
@@ -47,7 +46,6 @@ def run_show(args: argparse.Namespace) -> int:
         raise Refusal(f"Invalid name '{name}'. The middle part is one of {', '.join(KINDS)}")
     for line in _lines(parts[0], parts[1], parts[2], 0):
         print(line)
-    return 0
 
 
 def _lines(package: str, kind: str, name: str, depth: int) -> Iterator[str]:
@@ -73,9 +71,8 @@ def nested(package: str, code: str) -> tuple[str, str] | None:
     return (base.split("/")[0], base.split("/")[-1]) if "/" in base else (package, base)
 
 
-def run_proto(args: argparse.Namespace) -> int:
+def run_proto(args: argparse.Namespace) -> None:
     """Print all fields of an interface in the form in which values are given on a command line."""
     parts = args.type.split("/")
     kind = parts[1] if len(parts) == 3 and parts[1] in KINDS else "msg"
     print(f'"{messages.to_yaml(messages.prototype(args.type, kind))}"')
-    return 0

@@ -6,6 +6,7 @@ import array
 import importlib
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
@@ -43,6 +44,11 @@ def prototype(name: str, kind: str) -> Any:
     return {"msg": found, "srv": getattr(found, "Request", None), "action": getattr(found, "Goal", None)}[kind]()
 
 
+def hash_text(end: Any) -> str:
+    """Return the hash of the type of a publisher or subscription as text."""
+    return f"RIHS{end.topic_type_hash.version:02}_{bytes(end.topic_type_hash.value).hex()}"
+
+
 def to_plain(value: Any, limits: Limits | None = None) -> Any:
     """Return a message, or a value in one, as dictionaries, lists and scalars."""
     limits = limits or Limits()
@@ -52,7 +58,7 @@ def to_plain(value: Any, limits: Limits | None = None) -> Any:
     if isinstance(value, str):
         return limits.text(value)
     if isinstance(value, bytes):
-        return Limits(limits.length).text(value.decode("latin-1"))  # one letter for each byte
+        return limits.text(value.decode("latin-1"))  # one letter for each byte
     if isinstance(value, array.array) or type(value).__name__ == "ndarray":
         return limits.sequence(value.tolist())
     if isinstance(value, Sequence):
@@ -70,11 +76,12 @@ def _field_to_plain(value: Any, kind: str, limits: Limits) -> Any:
     return f"<sequence type: {element}, length: {len(value)}>"
 
 
+@dataclass(frozen=True)
 class Limits:
     """How much of long texts and sequences is shown: all of it without a length."""
 
-    def __init__(self, length: int | None = None, arrays: bool = True) -> None:
-        self.length, self.arrays = length, arrays
+    length: int | None = None
+    arrays: bool = True
 
     def text(self, value: str) -> str:
         """Return a text in the form that is shown."""
@@ -114,8 +121,6 @@ def fill(message: Any, values: Mapping[str, Any], now: Any) -> None:
         try:
             current = getattr(message, name)
             setattr(message, name, _converted(message, name, current, value, now))
-        except Refusal:
-            raise
         except (AttributeError, TypeError, ValueError, AssertionError) as error:
             raise Refusal(f"Failed to populate field: {error}") from error
 

@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.node_argument(info)
 
 
-def show_list(args: argparse.Namespace) -> int:
+def show_list(args: argparse.Namespace) -> None:
     """Print the nodes."""
     with graph(args.spin_time) as seen:
         seen.settle()
@@ -30,10 +30,9 @@ def show_list(args: argparse.Namespace) -> int:
             f"unintended side effects: {', '.join(twice)}",
             file=sys.stderr,
         )
-    return 0
 
 
-def show_info(args: argparse.Namespace) -> int:
+def show_info(args: argparse.Namespace) -> None:
     """Print what a node offers and uses."""
     from rclpy.action import graph as actions
 
@@ -56,4 +55,3 @@ def show_info(args: argparse.Namespace) -> int:
         shown = [one for one in sorted(found) if not is_hidden(one[0])]
         # Like the real command, an empty line where there is nothing.
         print("\n".join(f"    {name}: {', '.join(types)}" for name, types in shown))
-    return 0

@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -72,26 +74,23 @@ class Parameters:
         """Return the names."""
         return sorted(self.answer(self.client.list_parameters([], 0)).result.names)
 
-    def near(self, name: str) -> str:
-        """Return a line that suggests the nearest parameter, "" if the node has the parameter."""
-        return near(name, self.names())
-
     def values(self, names: list[str]) -> list[Any]:
         """Return the values, as messages."""
         return list(self.answer(self.client.get_parameters(names)).values)
 
-    def set(self, values: dict[str, Any]) -> list[Any]:
-        """Set values one by one, and return the result of each."""
-        from rclpy.parameter import Parameter
-
-        try:
-            wanted = [Parameter(name, value=value) for name, value in values.items()]
-        except (TypeError, ValueError) as error:
-            raise Refusal(f"A parameter cannot hold such a value: {error}") from error
+    def set(self, wanted: list[Any]) -> list[Any]:
+        """Set parameters one by one, and return the result of each."""
         return list(self.answer(self.client.set_parameters(wanted)).results)
 
 
-def show_list(args: argparse.Namespace) -> int:
+@contextlib.contextmanager
+def parameters_of_one(args: argparse.Namespace) -> Iterator[Parameters]:
+    """Yield the parameters of the node that a command line names."""
+    with graph(args.spin_time) as seen:
+        yield Parameters(seen, args.node_name, args.include_hidden_nodes)
+
+
+def show_list(args: argparse.Namespace) -> None:
     """Print the names of the parameters of one node, or of all nodes."""
     with graph(args.spin_time) as seen:
         if args.node_name:
@@ -106,19 +105,16 @@ def show_list(args: argparse.Namespace) -> int:
                 print(f"{node}:")
             for name in parameters.names():
                 print(f"  {name}")
-    return 0
 
 
-def show_get(args: argparse.Namespace) -> int:
+def show_get(args: argparse.Namespace) -> None:
     """Print a value with its type."""
-    with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
+    with parameters_of_one(args) as parameters:
         values = parameters.values([args.parameter_name])
-        hint = parameters.near(args.parameter_name)
+        hint = near(args.parameter_name, parameters.names())
     if not values or values[0].type == 0:
         raise Refusal(f"Parameter not set{hint}")
     print(shown(values[0]))
-    return 0
 
 
 def shown(value: Any) -> str:
@@ -128,38 +124,34 @@ def shown(value: Any) -> str:
     return f"{kind.capitalize()} {'values are' if is_list else 'value is'}: {getattr(value, field)}"
 
 
-def run_set(args: argparse.Namespace) -> int:
+def run_set(args: argparse.Namespace) -> None:
     """Set a value; like the real command, report a refusal but return 0."""
     from rcl_interfaces.msg import Parameter
     from rclpy.parameter import get_parameter_value
 
     text = " ".join(args.value)
-    with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
+    with parameters_of_one(args) as parameters:
         wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
-        (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
-        hint = "" if result.successful else parameters.near(args.parameter_name)
+        (result,) = parameters.set([wanted])
+        hint = "" if result.successful else near(args.parameter_name, parameters.names())
     said = "Set parameter successful" if result.successful else "Setting parameter failed"
     print(said + _reason(result) + hint)
-    return 0
 
 
 def _reason(result: Any) -> str:
     return f": {result.reason}" if result.reason else ""
 
 
-def show_describe(args: argparse.Namespace) -> int:
+def show_describe(args: argparse.Namespace) -> None:
     """Print the descriptions of parameters; like the real command, return 0 also where a node has no such parameter."""
-    with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
+    with parameters_of_one(args) as parameters:
         found = parameters.answer(parameters.client.describe_parameters(args.parameter_names)).descriptors
         missing = [] if found else [name for name in args.parameter_names if name not in parameters.names()]
-        hint = parameters.near(missing[0]) if missing else ""
+        hint = near(missing[0], parameters.names()) if missing else ""
     if missing:
         print(f"{missing[0]}: Parameter not set{hint}", file=sys.stderr)
     for one in found:
         print(described(one))
-    return 0
 
 
 def described(one: Any) -> str:
@@ -179,12 +171,11 @@ def described(one: Any) -> str:
     return "\n".join(lines)
 
 
-def show_dump(args: argparse.Namespace) -> int:
+def show_dump(args: argparse.Namespace) -> None:
     """Print all values in the form of a parameter file."""
     from rclpy.parameter import parameter_value_to_python
 
-    with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, args.node_name, args.include_hidden_nodes)
+    with parameters_of_one(args) as parameters:
         names = parameters.names()
         found = parameters.values(names) if names else []
     values = dict(zip(names, map(parameter_value_to_python, found), strict=True))
@@ -197,21 +188,22 @@ def show_dump(args: argparse.Namespace) -> int:
         inner[last] = value
     document = {full_name(args.node_name): {"ros__parameters": nested}}
     print(yaml.safe_dump(document, default_flow_style=False, allow_unicode=True))
-    return 0
 
 
-def run_load(args: argparse.Namespace) -> int:
+def run_load(args: argparse.Namespace) -> None:
     """Set the values that a parameter file holds for a node."""
+    from rclpy.parameter import Parameter
+
     try:
-        document = yaml.safe_load(args.parameter_file.read_text())
+        values = values_of(yaml.safe_load(args.parameter_file.read_text()))
+        wanted = [Parameter(name, value=value) for name, value in values.items()]
     except (OSError, yaml.YAMLError) as error:
         raise Refusal(f"Cannot read {args.parameter_file}: {error}") from error
-    node, values = full_name(args.node_name), values_of(document)
-    with graph(args.spin_time) as seen:
-        parameters = Parameters(seen, node, args.include_hidden_nodes)
-        for (name, _), result in zip(values.items(), parameters.set(values), strict=True):
+    except (TypeError, ValueError) as error:
+        raise Refusal(f"A parameter cannot hold such a value: {error}") from error
+    with parameters_of_one(args) as parameters:
+        for name, result in zip(values, parameters.set(wanted), strict=True):
             print(f"Set parameter {name} {'successful' if result.successful else 'failed'}{_reason(result)}")
-    return 0
 
 
 def values_of(document: Any) -> dict[str, Any]:

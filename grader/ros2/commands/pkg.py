@@ -41,20 +41,18 @@ def _prefix(package: str) -> Path:
     return found
 
 
-def show_list(_args: argparse.Namespace) -> int:
+def show_list(_args: argparse.Namespace) -> None:
     """Print the packages."""
     print("\n".join(packages.names()))
-    return 0
 
 
-def show_prefix(args: argparse.Namespace) -> int:
+def show_prefix(args: argparse.Namespace) -> None:
     """Print where a package is installed."""
     found = _prefix(args.package_name)
     print(found)
-    return 0
 
 
-def show_executables(args: argparse.Namespace) -> int:
+def show_executables(args: argparse.Namespace) -> None:
     """Print the executables of a package, or of all."""
     for package in [args.package_name] if args.package_name else packages.names():
         found = packages.executables(package)
@@ -62,13 +60,11 @@ def show_executables(args: argparse.Namespace) -> int:
             raise Refusal(f"Package '{package}' not found{packages.advice(package)}")
         for path in found:
             print(f"{package} {path.name}")
-    return 0
 
 
-def show_xml(args: argparse.Namespace) -> int:
+def show_xml(args: argparse.Namespace) -> None:
     """Print a package's manifest."""
     print((_prefix(args.package_name) / "share" / args.package_name / "package.xml").read_text())
-    return 0
 
 
 # -- create -----------------------------------------------------------------------------------------------------------
@@ -79,7 +75,7 @@ def _user() -> str:
         return "user"
 
 
-def run_create(args: argparse.Namespace) -> int:
+def run_create(args: argparse.Namespace) -> None:
     """Write the package and print what was written."""
     name = args.package_name
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or "__" in name:
@@ -114,7 +110,6 @@ def run_create(args: argparse.Namespace) -> int:
             "file has been created.\nIt is recommended to use one of the ament license identifiers:\n"
             + "\n".join(LICENSES)
         )
-    return 0
 
 
 def _write(path: Path, text: str) -> None:

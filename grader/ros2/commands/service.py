@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     call = add_verb("call", "Call a service", run_call)
     arguments.name_argument(call, "service")
     call.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
-    arguments.values_arguments(call, "Values to fill the service request with in YAML format")
+    call.add_argument("values", nargs="?", default="", help="Values to fill the service request with in YAML format")
 
 
 def show_type(args: argparse.Namespace) -> int:
@@ -32,18 +32,17 @@ def show_type(args: argparse.Namespace) -> int:
     return 0 if types else 1
 
 
-def show_found(args: argparse.Namespace) -> int:
+def show_found(args: argparse.Namespace) -> None:
     """Print the services that have a type."""
     for name, types in arguments.settled(args):
         if args.service_type in types:
             print(name)
-    return 0
 
 
-def run_call(args: argparse.Namespace) -> int:
+def run_call(args: argparse.Namespace) -> None:
     """Call a service and print the answer; like the real command, wait for a service that does not exist yet."""
     kind = messages.load(args.service_type, "srv")
-    values = arguments.given_values(args)
+    values = messages.from_yaml(args.values)
     with graph() as seen:
         client = seen.node.create_client(kind, args.service_name)
         request = kind.Request()
@@ -57,7 +56,6 @@ def run_call(args: argparse.Namespace) -> int:
         if future.exception() is not None:
             raise Refusal(f"Exception while calling service: {future.exception()!r}")
         print(f"response:\n{future.result()!r}\n", flush=True)
-    return 0
 
 
 def served(seen: Graph) -> NamesAndTypes:

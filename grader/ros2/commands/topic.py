@@ -37,22 +37,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     pub = add_verb("pub", "Publish a message to a topic", run_pub)
     arguments.name_argument(pub, "topic")
     pub.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
-    arguments.values_arguments(pub, "Values to fill the message with in YAML format")
+    pub.add_argument("values", nargs="?", default="", help="Values to fill the message with in YAML format")
     pub.add_argument("-r", "--rate", metavar="N", type=positive, default=1.0, help="Publishing rate in Hz (default: 1)")
     group = pub.add_mutually_exclusive_group()
     group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
     group.add_argument("-t", "--times", type=int, default=0, help="Publish this number of times and then exit")
     pub.add_argument("-w", "--wait-matching-subscriptions", type=int, help="Wait until finding this many subscriptions")
 
-    for name, text, run in (
-        ("hz", "Print the average publishing rate to screen", run_hz),
-        ("delay", "Display delay of topic from timestamp in header", run_delay),
-    ):
-        verb = add_verb(name, text, run, graph=True)
-        arguments.name_argument(verb, "topic")
+    hz = add_verb("hz", "Print the average publishing rate to screen", run_hz, graph=True)
+    arguments.name_argument(hz, "topic")
+    delay = add_verb("delay", "Display delay of topic from timestamp in header", run_delay, graph=True)
+    arguments.name_argument(delay, "topic")
 
 
-def show_info(args: argparse.Namespace) -> int:
+def show_info(args: argparse.Namespace) -> None:
     """Print who publishes and who subscribes."""
     name = full_name(args.topic_name)
     with graph(args.spin_time) as seen:
@@ -73,7 +71,6 @@ def show_info(args: argparse.Namespace) -> int:
                     print(f"\n{endpoint(end)}")
         if args.verbose:
             print()
-    return 0
 
 
 def endpoint(end: Any) -> str:
@@ -84,13 +81,12 @@ def endpoint(end: Any) -> str:
         return "Infinite" if duration.nanoseconds >= 2**63 - 1 else f"{duration.nanoseconds} nanoseconds"
 
     depth = f" ({qos.depth})" if qos.history.name == "KEEP_LAST" else ""
-    hash_ = end.topic_type_hash
     return "\n".join(
         [
             f"Node name: {end.node_name}",
             f"Node namespace: {end.node_namespace}",
             f"Topic type: {end.topic_type}",
-            f"Topic type hash: RIHS{hash_.version:02}_{bytes(hash_.value).hex()}",
+            f"Topic type hash: {messages.hash_text(end)}",
             f"Endpoint type: {end.endpoint_type.name}",
             f"GID: {'.'.join(f'{byte:02x}' for byte in end.endpoint_gid)}",
             "QoS profile:",
@@ -138,7 +134,7 @@ def subscription(
     return name, message, publishers
 
 
-def run_echo(args: argparse.Namespace) -> int:
+def run_echo(args: argparse.Namespace) -> None:
     """Print messages as they arrive."""
     limits = messages.Limits(messages.FULL, not args.no_arr)
     count = 0
@@ -157,7 +153,6 @@ def run_echo(args: argparse.Namespace) -> int:
         listening = seen.node.create_subscription(kind, name, show, profile)
         spin(seen.node, lambda: args.once and count > 0)
         seen.node.destroy_subscription(listening)
-    return 0
 
 
 def shown(part: Any, limits: messages.Limits) -> str:
@@ -170,10 +165,10 @@ def shown(part: Any, limits: messages.Limits) -> str:
     return f"{messages.to_yaml(part, limits)}---"
 
 
-def run_pub(args: argparse.Namespace) -> int:
+def run_pub(args: argparse.Namespace) -> None:
     """Publish a message, once or repeatedly."""
     kind = messages.load(args.message_type, "msg")
-    values = arguments.given_values(args)
+    values = messages.from_yaml(args.values)
     times = 1 if args.once else args.times
     wanted = args.wait_matching_subscriptions
     if wanted is None:
@@ -198,7 +193,6 @@ def run_pub(args: argparse.Namespace) -> int:
             # Against the first message, so that small delays do not add up.
             time.sleep(max(0.0, begin + count / args.rate - time.monotonic()))
         time.sleep(KEEP_ALIVE_S)
-    return 0
 
 
 # -- hz and delay -----------------------------------------------------------------------------------------------------

@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import importlib.machinery
 import importlib.util
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from .entities import (
     Action,
-    DeclaredArgument,
     Entities,
     LaunchContext,
     LaunchDescription,
@@ -23,7 +22,6 @@ from .entities import (
 from .errors import LaunchError, refuse_keywords
 
 OTHER_FORMATS = {".xml": "an XML", ".launch": "an XML", ".yaml": "a YAML", ".yml": "a YAML"}
-PYTHON_FILE = "Write it as a Python launch file (.launch.py) with generate_launch_description()."
 
 
 class LogInfo(Action):
@@ -88,7 +86,7 @@ class DeclareLaunchArgument(Action):
                 f'Argument "{self.name}" provided value "{value}" is not valid. Valid options are: {self.choices}'
             )
 
-    def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[DeclaredArgument, bool]]:
+    def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[Any, bool]]:
         yield self, conditional or self.condition is not None
 
     def execute(self, context: LaunchContext) -> None:
@@ -133,19 +131,22 @@ class GroupAction(Action):
 
     def execute(self, context: LaunchContext) -> Entities:
         """Return the actions, and the step that closes the group."""
-        restore = _Restore(dict(context.launch_configurations), dict(context.environment))
-        return [*self.actions, restore] if self.scoped else self.actions
+        return [*self.actions, _Restore(context)] if self.scoped else self.actions
 
 
 class _Restore(Action):
-    """Restores configurations and environment at the end of a group."""
+    """Restores configurations and environment, as they are now, at the end of a group."""
 
-    def __init__(self, configurations: Mapping[str, Any], environment: Mapping[str, str]) -> None:
+    def __init__(self, context: LaunchContext) -> None:
         super().__init__()
-        self.configurations, self.environment = configurations, environment
+        self.configurations, self.environment = dict(context.launch_configurations), dict(context.environment)
 
     def execute(self, context: LaunchContext) -> None:
-        context.restore(self.configurations, self.environment)
+        context.launch_configurations.clear()
+        context.launch_configurations.update(self.configurations)
+        for name in context.environment.keys() - self.environment.keys():
+            del context.environment[name]
+        context.environment.update(self.environment)
 
 
 # -- other launch files ----------------------------------------------------------------------------------------------

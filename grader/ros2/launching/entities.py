@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, MutableMapping, Sequence
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Any
 
 from .errors import InvalidConditionExpressionError, caller
 
@@ -27,15 +27,6 @@ class LaunchContext:
         self.is_shutdown = False
         self.events: asyncio.Queue[Any] = asyncio.Queue()  # None: look whether anything is left to wait for
         self.handlers: deque[Any] = deque()
-
-    def restore(self, configurations: Mapping[str, Any], environment: Mapping[str, str]) -> None:
-        """Set configurations and environment to these."""
-        configurations = dict(configurations)
-        self.launch_configurations.clear()
-        self.launch_configurations.update(configurations)
-        for name in os.environ.keys() - environment.keys():
-            del os.environ[name]
-        os.environ.update(environment)
 
     def perform_substitution(self, substitution: Any) -> str:
         """Return the substitution's current text."""
@@ -180,17 +171,17 @@ class Condition:
 class IfCondition(Condition):
     """Holds if the expression is true."""
 
+    wanted = True
+
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
         expression = substitutions(predicate_expression)
-        super().__init__(predicate=lambda context: truth(context, expression))
+        super().__init__(predicate=lambda context: truth(context, expression) is self.wanted)
 
 
-class UnlessCondition(Condition):
+class UnlessCondition(IfCondition):
     """Holds if the expression is false."""
 
-    def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        expression = substitutions(predicate_expression)
-        super().__init__(predicate=lambda context: not truth(context, expression))
+    wanted = False
 
 
 class LaunchConfigurationEquals(Condition):
@@ -215,14 +206,6 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
 
 
 # -- entities -----------------------------------------------------------------------------------------------------
-class DeclaredArgument(Protocol):
-    """A launch argument, as far as `--show-args` needs to know it."""
-
-    name: str
-    default_value: list[Substitution] | None
-    description: str
-
-
 class LaunchDescriptionEntity:
     """Anything that a launch description can hold."""
 
@@ -247,7 +230,7 @@ class LaunchDescriptionEntity:
         """Return the entities that may be visited later."""
         return []
 
-    def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[DeclaredArgument, bool]]:
+    def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[Any, bool]]:
         """Yield the arguments declared here and below, each with whether that depends on a condition."""
         conditional = conditional or self.condition is not None
         for entity in self.describe_sub_entities():

@@ -61,10 +61,6 @@ class InvalidConditionExpressionError(LaunchError):
     """The text of a condition is not a truth value."""
 
 
-class PackageNotFoundError(LaunchError):
-    """No prefix in AMENT_PREFIX_PATH holds the package."""
-
-
 def explain(error: BaseException) -> str:
     """Return a one-message description of an error, with the launch file's line if it is known."""
     if isinstance(error, UnsupportedError) and error.place is not None:

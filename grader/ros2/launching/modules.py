@@ -48,33 +48,32 @@ launch_ros.parameter_descriptions: ParameterFile ParameterValue
 launch_ros.substitutions: ExecutableInPackage FindPackagePrefix FindPackageShare
 launch_ros.substitutions.find_package: FindPackagePrefix FindPackageShare
 """
+_INSTEAD = """
+ComposableNodeContainer LoadComposableNodes: Start each node by itself, with Node(package=…, executable=…).
+LifecycleTransition ChangeState StateTransition OnStateTransition: Change states from a node of your own.
+RosTimer ROSTimer: Use TimerAction of launch.actions.
+OpaqueCoroutine: Use OpaqueFunction.
+ExecuteLocal: Use ExecuteProcess of launch.actions.
+UnregisterEventHandler: Use handle_once=True of the event handler.
+ShutdownProcess SignalProcess: Use ExecuteProcess with `kill`, or Shutdown.
+AllSubstitution AnySubstitution IfElseSubstitution: Use PythonExpression.
+AppendEnvironmentVariable: Use SetEnvironmentVariable, with EnvironmentVariable in its value.
+FileContent: Use Command(['cat ', path]).
+LocalSubstitution: Write a function as the reaction to the event, which it is given.
+OnExecutionComplete OnProcessIO: Use OnProcessStart or OnProcessExit.
+SetParametersFromFile: Write the file into `parameters` of each node.
+get_logger: Use LogInfo of launch.actions, or print.
+SetRemap: Write `remappings` for each node.
+SetUseSimTime: Use SetParameter('use_sim_time', True).
+ThisLaunchFile: Use __file__.
+SetROSLogDir: Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.
+Parameter: Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.
+FrontendLaunchDescriptionSource: Write it as a Python launch file (.launch.py) with generate_launch_description().
+"""
 INSTEAD = {
-    **dict.fromkeys(
-        ("ComposableNodeContainer", "LoadComposableNodes"),
-        "Start each node by itself, with Node(package=…, executable=…).",
-    ),
-    **dict.fromkeys(
-        ("LifecycleTransition", "ChangeState", "StateTransition", "OnStateTransition"),
-        "Change states from a node of your own.",
-    ),
-    **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
-    "OpaqueCoroutine": "Use OpaqueFunction.",
-    "ExecuteLocal": "Use ExecuteProcess of launch.actions.",
-    "UnregisterEventHandler": "Use handle_once=True of the event handler.",
-    **dict.fromkeys(("ShutdownProcess", "SignalProcess"), "Use ExecuteProcess with `kill`, or Shutdown."),
-    **dict.fromkeys(("AllSubstitution", "AnySubstitution", "IfElseSubstitution"), "Use PythonExpression."),
-    "AppendEnvironmentVariable": "Use SetEnvironmentVariable, with EnvironmentVariable in its value.",
-    "FileContent": "Use Command(['cat ', path]).",
-    "LocalSubstitution": "Write a function as the reaction to the event, which it is given.",
-    **dict.fromkeys(("OnExecutionComplete", "OnProcessIO"), "Use OnProcessStart or OnProcessExit."),
-    "SetParametersFromFile": "Write the file into `parameters` of each node.",
-    "get_logger": "Use LogInfo of launch.actions, or print.",
-    "SetRemap": "Write `remappings` for each node.",
-    "SetUseSimTime": "Use SetParameter('use_sim_time', True).",
-    "ThisLaunchFile": "Use __file__.",
-    "SetROSLogDir": "Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.",
-    "Parameter": "Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.",
-    "FrontendLaunchDescriptionSource": actions.PYTHON_FILE,
+    name: text.strip()
+    for names, _, text in (line.partition(":") for line in _INSTEAD.splitlines())
+    for name in names.split()
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import os
 import shutil
 import signal
@@ -31,7 +32,7 @@ class LaunchService:
         self.record = Record(record)
         self.guard: Guard
         self._descriptions: list[LaunchDescription] = []
-        self._numbers = 0
+        self.next_number = itertools.count(1).__next__  # of a process, counted over the whole launch
         self._running: list[tuple[Any, asyncio.Event]] = []
         self._pending: list[asyncio.Future[Any]] = []
         self._error: str | None = None
@@ -39,11 +40,6 @@ class LaunchService:
         self._folder: Path | None = None
 
     # -- for the processes -----------------------------------------------------------------------------------------
-    def next_number(self) -> int:
-        """Return the number of the next process, counted over the whole launch."""
-        self._numbers += 1
-        return self._numbers
-
     async def ended(self, process: Any) -> None:
         """Wait until a process has ended."""
         end = asyncio.Event()

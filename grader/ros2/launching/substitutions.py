@@ -24,7 +24,7 @@ from .entities import (
     substitutions,
     truth,
 )
-from .errors import PackageNotFoundError, SubstitutionFailure
+from .errors import LaunchError, SubstitutionFailure
 
 
 class LaunchConfiguration(Substitution):
@@ -226,15 +226,13 @@ def find_prefix(package: str) -> Path:
     """Return the prefix that a package is installed in.
 
     Raises:
-        PackageNotFoundError: no prefix holds it; the message says what to do about that, if it is known.
+        LaunchError: no prefix holds it; the message says what to do about that, if it is known.
     """
     if (found := packages.prefix(package)) is not None:
         return found
     advice = packages.advice(package).strip()
     searched = [str(one) for one in packages.prefixes()]
-    raise PackageNotFoundError(
-        f"\"package '{package}' not found, searching: {searched}\"{f' - {advice}' if advice else ''}"
-    )
+    raise LaunchError(f"\"package '{package}' not found, searching: {searched}\"{f' - {advice}' if advice else ''}")
 
 
 class FindPackagePrefix(Substitution):

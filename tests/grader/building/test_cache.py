@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -58,13 +59,13 @@ def test_a_damaged_entry_is_not_used(entry: Path, damage: str):
     assert cache.load(entry) is None
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"hashes": {"srv/SetSpeed": "RIHS01_forged"}, "checksum": "x"}'])
-def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str):
+@pytest.mark.parametrize("data", [b"", gzip.compress(b"[]"), gzip.compress(b'{"hashes": {"srv/SetSpeed": "x"}}')[:-9]])
+def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, data: bytes):
     def answers(*_: object) -> sandbox.RunResult:
         raise GraderError("computed again")
 
     monkeypatch.setattr(sandbox, "run", answers)
-    monkeypatch.setattr(Path, "read_text", lambda *_: text)
+    monkeypatch.setattr(Path, "read_bytes", lambda *_: data)
     with pytest.raises(GraderError, match="computed again"):
         type_hashes.compute({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
 

@@ -52,8 +52,11 @@ def test_nothing_else_may_be_in_a_folder_of_types(tree: Path):
 
 
 @pytest.mark.sandbox
-def test_ros_own_tools_make_the_modules_once_more(tmp_path: Path):
-    made = type_hashes.compute({"srv/SetSpeed.srv": "float32 speed\n---\nbool success\n"}, "p", tmp_path)
+def test_ros_own_tools_make_the_modules_once_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    texts = {"srv/SetSpeed.srv": "float32 speed\n---\nbool success\n"}
+    made = type_hashes.compute(texts, "p", tmp_path)
+    monkeypatch.setattr(type_hashes.sandbox, "run", lambda *_: pytest.fail("what is kept was made again"))
+    assert type_hashes.compute(texts, "p", tmp_path) == made
     assert set(made.modules) == {"srv/_set_speed.py"}
     assert "from p.srv._set_speed import SetSpeed " in made.exports["srv/__init__.py"]
 

@@ -25,7 +25,7 @@ from helpers.report_examples import (
     small_rubric,
 )
 
-from grader.evidence import Evidence, Flag, Kind, Reason
+from grader.evidence import Evidence, Flag, Kind, Mutant, Mutation, Reason
 from grader.report import console, data, figures, html
 from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import load
@@ -393,3 +393,22 @@ def test_a_requirement_that_no_notebook_teaches_names_none(tmp_path):
     assert {requirement.section for requirement in found.requirements} == {""}
     assert "Taught in" not in html.render(without)
     assert "learn  " not in console.render(without)
+
+
+def test_a_mutant_has_the_tests_that_noticed_it_or_reached_it_and_the_most_noticing_test_comes_first():
+    """More tests than a line holds are counted."""
+    tried = [f"t::test_{number:02}" for number in range(30)]
+    mutants = [
+        *(
+            Mutant("a.py", 7, "f", "sign", "`-` became `+`", "noticed", by=f"t::{name}")
+            for name in ("b", "c", "a", "c")
+        ),
+        Mutant("a.py", 9, "f", "sign", "nine", "unnoticed", tried=tried),
+        Mutant("a.py", 8, "f", "sign", "eight", "noticed", by="test/x.py::TestIt::three[a::b]"),
+    ]
+    found = html.matrix(Mutation(0, 9, mutants))
+    assert found.noticed_by == (("c", 2), ("a", 1), ("b", 1), ("three[a::b]", 1))
+    assert [(row.where, row.tests, row.others) for row in found.rows[-2:]] == [
+        ("a.py:8", ("three[a::b]",), 0),
+        ("a.py:9", ("test_00", "test_01", "test_02"), 27),
+    ]
