@@ -23,15 +23,15 @@ from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.selftest.attacks import attack_run, command
 from grader.selftest.attacks.attack import attack
-from grader.selftest.attacks.catalogue import ATTACKS
+from grader.selftest.attacks.attack_run import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
-KNOWN = 43  # the list of known attacks on autograders from which this one started; each number occurs here
+KNOWN = 43  # the list of known attacks on autograders from which this one started
+NOT_APPLICABLE = {18}  # it edits or locks a gradebook's database; a grading here is a folder of files
 RUBRIC = rubric.load(COURSE.rubric)
 ALL = [each.on(COURSE, RUBRIC) for each in (*ATTACKS.values(), *attacks.ATTACKS)]
-RUN = [each for each in ALL if not each.not_applicable]
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
 
 
@@ -51,9 +51,9 @@ def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, .
 # -- the catalogue ------------------------------------------------------------------------------------------------
 
 
-def test_every_known_attack_is_listed_or_has_a_reason_why_not():
-    assert {each.number for each in ALL} >= set(range(1, KNOWN + 1))
-    assert all(each.not_applicable or (each.needs and each.stopped) for each in ALL)
+def test_every_known_attack_is_listed():
+    assert {each.number for each in ALL} >= set(range(1, KNOWN + 1)) - NOT_APPLICABLE
+    assert all(each.needs and each.stopped for each in ALL)
 
 
 def test_every_attack_refers_to_known_requirements(settings: pipeline.Settings):
@@ -63,7 +63,7 @@ def test_every_attack_refers_to_known_requirements(settings: pipeline.Settings):
         assert each.costs <= set(each.needs), each.name
 
 
-@pytest.mark.parametrize("each", RUN, ids=lambda each: each.name)
+@pytest.mark.parametrize("each", ALL, ids=lambda each: each.name)
 def test_an_attack_changes_the_reference(each, tmp_path: Path):
     """An attack whose edits no longer apply must not pass silently."""
     package = copy(REFERENCE, tmp_path)
@@ -200,15 +200,6 @@ def test_the_documentation_lists_what_the_users_sandbox_does_not_hold():
     }
 
 
-@pytest.mark.slow  # collects evidence once more
-def test_an_attack_that_does_not_apply_is_named_with_its_reason(capsys: pytest.CaptureFixture[str]):
-    assert cli.main(["self-test", "--only", "edits_the_database"]) == 0
-    printed = capsys.readouterr()
-    assert "not applicable" in printed.out
-    assert "has no database" in printed.out
-    assert printed.err == "[1 of 1] edits_the_database\n"
-
-
 def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["self-test", "--only", "magic"]) == 2
     assert "--list shows all names" in capsys.readouterr().err
@@ -220,7 +211,7 @@ def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
 @pytest.mark.skipif(
     os.geteuid() != 0 or bool(submission_user.lacks()), reason="needs root, proot and Python outside /root"
 )
-@pytest.mark.parametrize("name", [name for name, each in ATTACKS.items() if not each.not_applicable])
+@pytest.mark.parametrize("name", ATTACKS)
 def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Settings, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ROS2_COURSE_KIT_NAMESPACES", "this test forbids them")
     [result] = attack_run.run([ATTACKS[name].on(COURSE, settings.rubric)], REFERENCE, settings)
@@ -231,7 +222,7 @@ def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Sett
 @pytest.mark.sandbox
 @pytest.mark.ros
 @pytest.mark.slow  # a grading for each attack
-@pytest.mark.parametrize("each", RUN, ids=lambda each: each.name)
+@pytest.mark.parametrize("each", ALL, ids=lambda each: each.name)
 def test_an_attack_is_contained(each, settings: pipeline.Settings):
     [result] = attack_run.run([each], REFERENCE, settings)
     assert result.problems == ()
