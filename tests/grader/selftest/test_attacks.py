@@ -77,13 +77,9 @@ def test_an_attack_changes_the_reference(each, tmp_path: Path):
 # -- honeytokens --------------------------------------------------------------------------------------------------
 
 
-def test_untouched_honeytokens_are_undamaged():
-    with planted() as tokens:
-        assert tokens.damage() == []
-
-
 def test_a_changed_report_of_another_submission_is_damage():
     with planted() as tokens:
+        assert tokens.damage() == []
         (tokens.neighbour / "report.json").write_text("{}")
         assert tokens.damage() == ["the neighbour's report changed"]
 
@@ -136,24 +132,24 @@ def test_a_mark_in_a_shared_build_tree_is_found_unless_it_is_in_the_key(tmp_path
         assert tokens.marks(tmp_path / "cache", key) == ["its mark is in cmake_install.cmake of a shared build tree"]
 
 
-def test_points_that_rise_are_a_problem(settings: pipeline.Settings):
-    grading = graded(settings, Outcome.PASSED, Outcome.PASSED)
-    problems = attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 1.5})
-    assert problems == ["F1 rose from 1.5 to 3 points"]
+PASSED, FAILED, ERROR = Outcome.PASSED, Outcome.FAILED, Outcome.ERROR
 
 
-def test_points_that_fall_are_a_problem_unless_the_attack_costs_them(settings: pipeline.Settings):
-    grading = graded(settings, Outcome.PASSED, Outcome.FAILED)
-    assert attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 3.0}) == []
-    problems = attack_run._point_problems(attack("a", "x", needs="F1"), grading, {"F1": 3.0})
-    assert problems == ["F1 fell from 3 to 1.5 points"]
-
-
-def test_an_error_of_the_grader_is_a_problem(settings: pipeline.Settings):
-    """An error costs no points, so an attack that causes one would have avoided a check."""
-    grading = graded(settings, Outcome.PASSED, Outcome.ERROR)
-    problems = attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 3.0})
-    assert problems == ["F1 could not be judged: seen"]
+@pytest.mark.parametrize(
+    ("second", "costs", "before", "problems"),
+    [
+        (PASSED, "F1", 1.5, ["F1 rose from 1.5 to 3 points"]),
+        (FAILED, "F1", 3.0, []),
+        (FAILED, "", 3.0, ["F1 fell from 3 to 1.5 points"]),
+        # It costs no points, so an attack that causes one would have avoided a check.
+        (ERROR, "F1", 3.0, ["F1 could not be judged: seen"]),
+    ],
+)
+def test_points_that_change_are_a_problem_unless_the_attack_costs_them(
+    settings: pipeline.Settings, second: Outcome, costs: str, before: float, problems: list[str]
+):
+    tried = attack("a", "x", needs="F1", costs=costs)
+    assert attack_run._point_problems(tried, graded(settings, PASSED, second), {"F1": before}) == problems
 
 
 def test_a_missing_flag_and_a_missing_proof_are_problems(settings: pipeline.Settings):
