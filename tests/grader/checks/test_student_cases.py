@@ -52,9 +52,8 @@ Traceback (most recent call last):
 AttributeError: 'function' object has no attribute 'info'
 [WARN] [1.4] [robot_controller.action_server]: Goal state not set, assuming aborted. Goal ID: [242 207]
 """
-ASYNCIO = IN_GOAL.replace(
-    "AttributeError: 'function' object has no attribute 'info'", "RuntimeError: no running event loop"
-)
+NO_INFO = "AttributeError: 'function' object has no attribute 'info'"
+ASYNCIO = IN_GOAL.replace(NO_INFO, "RuntimeError: no running event loop")
 IN_THREAD = f"""Exception in thread Thread-1 (spin):
 Traceback (most recent call last):
   File "/usr/lib/python3.12/threading.py", line 1075, in _bootstrap_inner

@@ -33,7 +33,6 @@ def seen(
 
 
 def test_a_missing_script_gets_nothing(tmp_path: Path):
-    """Blatant."""
     result = judged(demonstration, facts(written(tmp_path, {"scripts/show.py": "X = 1\n"})))
     assert result.share == 0.0
     assert "there is no scripts/demo.py" in result.seen
@@ -120,10 +119,18 @@ def test_a_crash_before_the_goal_has_ended_costs_half(monkeypatch: pytest.Monkey
     assert seen(replace(WELL, exit_code=-11)).share == 0.5
 
 
-def test_a_node_that_dies_meanwhile_is_not_held_against_the_demonstration():
-    result = seen(replace(WELL, by="us", exit_code=None), ended=Reason(Kind.DIED, exit_code=1, seconds=3.0))
+@pytest.mark.parametrize(
+    ("end", "ended"),
+    [
+        (replace(WELL, by="us", exit_code=None), Reason(Kind.DIED, exit_code=1, seconds=3.0)),
+        (None, Reason(Kind.DIED_EARLY, exit_code=1)),
+    ],
+    ids=["dies meanwhile", "does not come up"],
+)
+def test_a_node_that_dies_is_not_held_against_the_demonstration(end: evidence.ProcessEnd | None, ended: Reason):
+    result = seen(end, ended=ended)
     assert result.reached is False
-    assert "the node ended at 3.00 s" in result.seen
+    assert end is None or "the node ended at 3.00 s" in result.seen
 
 
 def test_services_of_other_types_cannot_be_judged():
@@ -136,11 +143,6 @@ def test_services_of_other_types_cannot_be_judged():
     result = judged(demonstration, untouched(), trials={"demo": trial}, build=build)
     assert result.reached is False
     assert "srv/SetSpeed" in result.seen
-
-
-def test_a_node_that_does_not_come_up_is_not_held_against_the_demonstration():
-    result = seen(None, ended=Reason(Kind.DIED_EARLY, exit_code=1))
-    assert result.reached is False
 
 
 # -- test_results.xml -------------------------------------------------------------------------------------------------
@@ -179,14 +181,13 @@ def test_the_folder_where_pytest_was_started_does_not_matter(tmp_path: Path, cas
     assert result_of(tmp_path, report(*cases)).share == 1.0, way
 
 
-def test_a_bare_testsuite_is_a_report_too(tmp_path: Path):
-    inner = "".join(f'<testcase classname="{where}" name="{name}" />' for where, name in CASES)
-    assert result_of(tmp_path, f"<testsuite>{inner}</testsuite>").share == 1.0
+BARE = "".join(f'<testcase classname="{where}" name="{name}" />' for where, name in CASES)
+FAILED = report(*CASES).replace('name="test_a" time="0.1" />', 'name="test_a"><failure message="no"/></testcase>')
 
 
-def test_a_failed_test_costs_nothing_here(tmp_path: Path):
+@pytest.mark.parametrize("xml", [f"<testsuite>{BARE}</testsuite>", FAILED], ids=["a bare testsuite", "a failed test"])
+def test_other_reports_count_too(tmp_path: Path, xml: str):
     """T1 judges whether the tests pass."""
-    xml = report(*CASES).replace('name="test_a" time="0.1" />', 'name="test_a"><failure message="no"/></testcase>')
     assert result_of(tmp_path, xml).share == 1.0
 
 
