@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from helpers.judging import Check, Judged, ask, evidence_with
+from helpers.judging import Check, Judged, ask, evidence_with, trial
 
 from grader import evidence
 from grader.courses.robot_controller.checks import check_fusion as checks
@@ -15,9 +15,8 @@ TICK = 0.05
 
 def said_of(check: Check, name: str = "fusion", pace: str = "lockstep", **facts: Any) -> Judged:
     """Return what a check says of a trial of the sensor processor with these facts."""
-    usual = {"world": "open_field", "seed": 0, "ready": True, "ended": None, "marks": {"scans": 0.0}}
-    trial = evidence.Trial(name=name, node="sensor_processor", pace=pace, **{**usual, **facts})
-    return ask(check, evidence_with(trials={name: trial}))
+    run = trial(name, "sensor_processor", pace=pace, marks={"scans": 0.0}, **facts)
+    return ask(check, evidence_with(trials={name: run}))
 
 
 def judged(check: Check, pace: str, late_ticks: int) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from helpers import recordings
 from helpers.course import LAYOUT
-from helpers.judging import ask, evidence_with
+from helpers.judging import ask, evidence_with, trial, with_trials
 
 from grader.checks import (
     check_build,
@@ -60,11 +60,6 @@ def text(*faults: Fault, cmake: bool = True, habits: tuple[Finding, ...] = ()) -
 def unbuilt(log: str, *faults: Fault, exit_code: int = 1) -> Evidence:
     build = Build(ok=False, cached=False, wall_seconds=3.0, exit_code=exit_code, timed_out=False, log_tail=log)
     return evidence_with(build=build, quality=text(*faults))
-
-
-def trial(name: str, **facts: object) -> Trial:
-    usual = {"node": "robot_controller", "world": "w", "seed": 0, "ready": True, "pace": "lockstep", "ended": None}
-    return Trial(name=name, **{**usual, **facts})  # type: ignore[arg-type]
 
 
 # -- nothing builds ---------------------------------------------------------------------------------------------------
@@ -295,8 +290,8 @@ def test_a_robot_that_drives_backwards_is_not_told_to_look_at_its_sector():
     half = [replace(s, odom_x=stuck.samples[0].odom_x + (s.odom_x - stuck.samples[0].odom_x) / 4,
                     odom_y=stuck.samples[0].odom_y + (s.odom_y - stuck.samples[0].odom_y) / 4)
             for s in stuck.samples]  # fmt: skip
-    trials = {**reference.trials, "obstacle_behind": replace(stuck, samples=half)}
-    said = ask(check_obstacle.test_drives_forward_with_an_obstacle_behind, replace(reference, trials=trials))
+    check = check_obstacle.test_drives_forward_with_an_obstacle_behind
+    said = ask(check, with_trials(reference, replace(stuck, samples=half)))
     assert said.share == 0
     assert "what is behind it is in its way" in said.seen
     assert "is the sign of cmd_vel's linear.x" in said.try_
@@ -310,8 +305,7 @@ def test_the_status_of_a_robot_that_drives_backwards_is_explained_by_its_directi
         replace(call, response={**(call.response or {}), "obstacle_detected": False}) if call is asked[2] else call
         for call in status.calls
     ]
-    trials = {**reference.trials, "status": replace(status, calls=calls)}
-    said = ask(check_status.test_status_reports_an_obstacle, replace(reference, trials=trials))
+    said = ask(check_status.test_status_reports_an_obstacle, with_trials(reference, replace(status, calls=calls)))
     assert "what is behind it is in its way" in said.seen
     assert "is the sign of cmd_vel's linear.x" in said.try_
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from helpers import judging
 from helpers.course import COURSE
 from helpers.judging import evidence_with
 
@@ -29,7 +30,7 @@ FILES = [
 
 def trial(node: str, **functions: list[int]) -> Trial:
     ran = Ran({f"{P}/{name}.py": lines for name, lines in functions.items()})
-    return Trial(node, node, "lone_post", 0, True, "lockstep", None, ran=ran)
+    return judging.trial(node, node, ran=ran)
 
 
 DRIVES = trial("robot_controller", robot_controller=[5], driver=[5], running=[4], limits=[])

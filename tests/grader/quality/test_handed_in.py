@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.judging import trial
 from helpers.quality_examples import Judged, facts, judged, untouched, written
 
 from grader import evidence
@@ -24,12 +25,15 @@ WELL = evidence.ProcessEnd("itself", 0, 4.0, "arrived\n")
 def seen(
     end: evidence.ProcessEnd | None, *, calls: bool = True, goals: bool = True, ended: Reason | None = None
 ) -> Judged:
-    trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=end is not None, pace="real time", ended=ended,
-        calls=[CALLED] * calls + [SENT] * goals, messages=[GOAL] if goals else [],
-        others={"demo.py": end} if end else {},
-    )  # fmt: skip
-    return judged(demonstration, untouched(), trials={"demo": trial})
+    told = [CALLED] * calls + [SENT] * goals
+    return of_demo(end, ended=ended, calls=told, messages=[GOAL] if goals else [])
+
+
+def of_demo(end: evidence.ProcessEnd | None, build: evidence.Build | None = None, **facts: object) -> Judged:
+    """Return what is said of a demonstration that ended so, in a trial with these facts."""
+    others = {"demo.py": end} if end else {}
+    run = trial("demo", ready=end is not None, pace="real time", others=others, **facts)
+    return judged(demonstration, untouched(), trials={"demo": run}, **({"build": build} if build else {}))
 
 
 def test_a_missing_script_gets_nothing(tmp_path: Path):
@@ -60,11 +64,7 @@ def test_each_part_of_a_demonstration_counts(end, calls: bool, goals: bool, shar
 @pytest.mark.parametrize("calls", [[], [replace(SENT, response={"accepted": False})], [replace(SENT, response=None)]])
 def test_a_status_without_a_goal_that_the_node_accepted_is_no_goal(calls: list[evidence.Call]):
     """A script published it itself, and no node offered the action."""
-    trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended=None,
-        calls=[CALLED, *calls], messages=[GOAL], others={"demo.py": WELL},
-    )  # fmt: skip
-    result = judged(demonstration, untouched(), trials={"demo": trial})
+    result = of_demo(WELL, calls=[CALLED, *calls], messages=[GOAL])
     assert result.share == 0.75
     assert "it sent no goal to navigate_to_position" in result.seen
 
@@ -136,11 +136,7 @@ def test_a_node_that_dies_is_not_held_against_the_demonstration(end: evidence.Pr
 def test_services_of_other_types_cannot_be_judged():
     """They cost points in I3; the observer cannot see calls of another type."""
     build = evidence.Build(True, True, 0, 0, False, "", contract_hashes={"srv/SetSpeed": "RIHS01_a"})
-    trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended=None,
-        others={"demo.py": replace(WELL, exit_code=1)},
-    )  # fmt: skip
-    result = judged(demonstration, untouched(), trials={"demo": trial}, build=build)
+    result = of_demo(replace(WELL, exit_code=1), build)
     assert result.reached is False
     assert "srv/SetSpeed" in result.seen
 
