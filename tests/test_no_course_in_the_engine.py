@@ -46,7 +46,7 @@ def words_of_the_course() -> set[str]:
         *paths,
         *types,
         *parameters,
-        *COURSE.function_names,
+        *(COURSE.functions.names if COURSE.functions else ()),
     }
     return {word for name in names for word in name.split("/")} - NOT_THE_COURSES
 

@@ -30,7 +30,7 @@ def test_functions_are_right_at_their_edges(judge: Judge) -> None:
         if answer.function not in wrong and (answer.problem or not cases.is_right(answer)):
             wrong[answer.function] = _case(answer, cases.right(answer))
     if wrong:
-        share = 1 - len(wrong) / len(course.function_names)
+        share = 1 - len(wrong) / len(course.functions.names)
         judge.share(share, "; ".join(wrong.values()), cases.TRY)
 
 

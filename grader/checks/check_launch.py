@@ -39,7 +39,7 @@ def test_each_launch_file_takes_use_sim_time(judge: Judge) -> None:
             try_ = say("DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters")
             judge.expect(answer.value is True, seen, try_)
         _expect_declared(judge, trial)
-    first = launch_stem(judge.course.launch_files[0])
+    first = launch_stem(next(iter(judge.course.launch)))
     for answer in _answers(judge.trial(f"launch_by_wall_{first}"), "use_sim_time"):
         seen = say("use_sim_time:=false left {answer.node} with use_sim_time = {answer.value}", answer=answer)
         judge.expect(answer.value is False, seen, say("pass LaunchConfiguration('use_sim_time') on, not True"))
@@ -103,7 +103,7 @@ def _started(judge: Judge, trial: Trial) -> tuple[set[str], str]:
 
 
 def _launched(judge: Judge) -> Iterator[Trial]:
-    return (judge.trial(f"launch_{launch_stem(path)}") for path in judge.course.launch_files)
+    return (judge.trial(f"launch_{launch_stem(path)}") for path in judge.course.launch)
 
 
 def _answers(trial: Trial, name: str) -> list[ParameterAnswer]:

@@ -47,19 +47,13 @@ WHY = {
     ),
     "sleep-in-callback": mark("while a callback sleeps, its thread receives no scan: the robot drives on blindly"),
 }
-
-
 _CRASHES = ("E9", "F821", "F822", "F823", "F70", "F72", "F50")
+"""Rules of code that does not run: an undefined name, or no Python at all."""
 
 
 def why(rule: str) -> str:
     """Return the reason for a rule, "" if none is known."""
     return next((say(WHY[rule[:end]]) for end in range(len(rule), 0, -1) if rule[:end] in WHY), "")
-
-
-def crashes(rule: str) -> bool:
-    """Return whether code with a finding of this rule does not run: an undefined name, or no Python at all."""
-    return rule.startswith(_CRASHES)
 
 
 def listing(findings: Sequence[Finding]) -> str:
@@ -70,7 +64,7 @@ def listing(findings: Sequence[Finding]) -> str:
     counts = Counter(finding.rule for finding in findings)
     lines: list[str] = []
     shown = 0
-    for rule, count in sorted(counts.items(), key=lambda item: (not crashes(item[0]), -item[1], item[0])):
+    for rule, count in sorted(counts.items(), key=lambda item: (not item[0].startswith(_CRASHES), -item[1], item[0])):
         if shown >= MOST_SHOWN:
             break
         some = [finding for finding in findings if finding.rule == rule][: min(_PLACES, MOST_SHOWN - shown)]

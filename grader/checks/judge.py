@@ -285,7 +285,7 @@ class Judge:
         `trial = judge.in_namespace`
         """
         launched = (trial for trial in self.evidence.trials.values() if trial.launch)
-        return next((t for t in launched if f"launch/{t.launch}" not in self.course.launch_files), None)
+        return next((t for t in launched if f"launch/{t.launch}" not in self.course.launch), None)
 
     def call(self, trial: Trial, service: str, index: int) -> Call:
         """Return the trial's call number `index` of `service`, which was answered: `judge.call(trial, "patrol", 0)`.
@@ -373,7 +373,10 @@ class Judge:
     @property
     def each_node(self) -> str:
         """Return in words what a node weighs where only some are there: `judge.weigh(0.5, judge.each_node)`."""
-        return share_of_each(len(self.course.nodes))
+        nodes = len(self.course.nodes)
+        counted = {2: say("each of the two nodes is half"), 3: say("each of the three nodes is a third")}
+        other = say("each of the {nodes} nodes counts the same", nodes=nodes)
+        return say("{counted} of these points", counted=counted.get(nodes, other))
 
     def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
         """Fail the check unless `holds`; say what was seen, and what to try.
@@ -407,12 +410,3 @@ class Judge:
         """Let all that the check gives count for `weight` of its points, 0 to 1: `judge.weigh(0.5, "of two nodes")`."""
         self._weight, self._why = weight, why
         self.share(1.0, "", "")
-
-
-def share_of_each(nodes: int) -> str:
-    """Return in words that each of so many nodes has the same share."""
-    counted = {2: say("each of the two nodes is half"), 3: say("each of the three nodes is a third")}
-    return say(
-        "{counted} of these points",
-        counted=counted.get(nodes, say("each of the {nodes} nodes counts the same", nodes=nodes)),
-    )

@@ -209,11 +209,6 @@ class Course:
         return (*(node.module for node in self.nodes.values()), *([self.functions.module] if self.functions else []))
 
     @cached_property
-    def launch_files(self) -> tuple[str, ...]:
-        """Return the paths of the launch files."""
-        return tuple(self.launch)
-
-    @cached_property
     def shared(self) -> tuple[str, ...]:
         """Return the paths of the files that are installed in the package's share folder."""
         return tuple(path for path in self.layout if path.startswith(("launch/", "config/")))
@@ -237,11 +232,6 @@ class Course:
     def telltales(self) -> dict[str, float]:
         """Return the telltales of all parameters that have one."""
         return {name: value for node in self.nodes.values() for name, value in node.telltales.items()}
-
-    @cached_property
-    def function_names(self) -> tuple[str, ...]:
-        """Return the names of the functions that are called with cases."""
-        return self.functions.names if self.functions else ()
 
     @cached_property
     def _judged(self) -> dict[str, str]:

@@ -19,24 +19,9 @@ from grader.host.cgroup import Hierarchy
 
 # What we need, by the package manager's own names; {python} is python3.11 or the like on Debian.
 _PACKAGES: dict[str, dict[str, tuple[str, ...]]] = {
-    "apt-get": {
-        "compiler": ("build-essential",),
-        "headers": ("{python}-dev",),
-        "venv": ("{python}-venv",),
-    },
+    "apt-get": {"compiler": ("build-essential",), "headers": ("{python}-dev",), "venv": ("{python}-venv",)},
     "dnf": {"compiler": ("gcc", "gcc-c++"), "headers": ("python3-devel",), "venv": ("python3",)},
-    "pacman": {"compiler": ("base-devel",), "headers": ("python",), "venv": ("python",)},
-    "zypper": {"compiler": ("gcc", "gcc-c++"), "headers": ("python3-devel",), "venv": ("python3",)},
-    "apk": {"compiler": ("build-base",), "headers": ("python3-dev",), "venv": ("python3",)},
 }
-_INSTALL = {
-    "apt-get": "apt-get install -y",
-    "dnf": "dnf install -y",
-    "pacman": "pacman -S --needed --noconfirm",
-    "zypper": "zypper --non-interactive install",
-    "apk": "apk add",
-}
-_REFRESH = {"apt-get": "apt-get update", "pacman": "pacman -Sy", "apk": "apk update"}
 
 
 @dataclass(frozen=True)
@@ -134,8 +119,8 @@ def install_commands(machine: Machine, things: Sequence[str], python: str = "pyt
     if manager is None:
         return []
     names = [name.format(python=python) for thing in things for name in _PACKAGES[manager].get(thing, (thing,))]
-    refresh = [_REFRESH[manager].split()] if manager in _REFRESH else []
-    return [*refresh, [*_INSTALL[manager].split(), *dict.fromkeys(names)]]
+    refresh = [["apt-get", "update"]] if manager == "apt-get" else []
+    return [*refresh, [manager, "install", "-y", *dict.fromkeys(names)]]
 
 
 def install_line(machine: Machine, things: Sequence[str], python: str = "python3") -> str:

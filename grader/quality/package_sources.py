@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
@@ -81,13 +81,8 @@ def read_sources(folder: Path, interfaces: Path | None, course: Course) -> Packa
     paths = tuple(package_files(folder, course))
     has_xml = "package.xml" in paths
     xml = read_package_xml(folder / "package.xml") if has_xml else PackageXml(problem="is not there")
-    sources = PackageSources(course, folder, paths, xml, (), frozenset(), frozenset())
-    built = {sources.name}
-    if interfaces is not None:
-        built.add(read_package_xml(interfaces / "package.xml").name or interfaces.name)
-    return PackageSources(
-        course, folder, paths, xml,
-        cmake=read(sources.read("CMakeLists.txt")) if sources.has_cmake else sources.cmake,
-        built=frozenset(built),
-        known=frozenset(path.parent.name for share in ros_env.share_folders() for path in share.glob("*/package.xml")),
-    )  # fmt: skip
+    known = frozenset(path.parent.name for share in ros_env.share_folders() for path in share.glob("*/package.xml"))
+    sources = PackageSources(course, folder, paths, xml, (), frozenset(), known)
+    beside = [read_package_xml(interfaces / "package.xml").name or interfaces.name] if interfaces is not None else []
+    cmake = read(sources.read("CMakeLists.txt")) if sources.has_cmake else ()
+    return replace(sources, cmake=cmake, built=frozenset([sources.name, *beside]))

@@ -9,7 +9,7 @@ PACKAGE, INTERFACES_PACKAGE = COURSE.package, COURSE.interfaces_package
 REFERENCE = COURSE.solution
 LAYOUT, CONTRACT, INTERFACES = COURSE.layout, COURSE.contract, COURSE.interfaces
 NODES = tuple(COURSE.nodes)
-NODE_TESTS, LAUNCH_FILES = tuple(node.test for node in COURSE.nodes.values()), COURSE.launch_files
+NODE_TESTS, LAUNCH_FILES = tuple(node.test for node in COURSE.nodes.values()), tuple(COURSE.launch)
 PARAMETERS = {name: node.defaults for name, node in COURSE.nodes.items()}
 
 

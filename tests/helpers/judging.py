@@ -11,7 +11,7 @@ from typing import Any
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.pytest_plugin import concluded
 from grader.course import Course
-from grader.evidence import Build, Evidence, Intake, Manifest, Quality, Reason, SourceFile
+from grader.evidence import Build, Evidence, Intake, Manifest, Quality, Reason, SourceFile, Trial
 from grader.scoring.scorecard import CheckResult, Outcome
 from helpers.course import COURSE
 
@@ -33,6 +33,17 @@ def evidence_with(**facts: Any) -> Evidence:
     """Return the evidence of a package that was built, with these facts (fields of Evidence) and no others."""
     built = Build(ok=True, cached=True, wall_seconds=0.0, exit_code=0, timed_out=False, log_tail="")
     return Evidence(Intake("team07.zip", "", "ros2_robot_controller", "."), **{"build": built, **facts})
+
+
+def trial(name: str, node: str = "robot_controller", **facts: Any) -> Trial:
+    """Return a trial that ran to its end, with these facts (fields of Trial)."""
+    usual = {"world": "lone_post", "seed": 0, "ready": True, "pace": "lockstep", "ended": None}
+    return Trial(name=name, node=node, **{**usual, **facts})
+
+
+def with_trials(evidence: Evidence, *trials: Trial) -> Evidence:
+    """Return evidence with these trials instead of those of the same names."""
+    return replace(evidence, trials={**evidence.trials, **{one.name: one for one in trials}})
 
 
 def find(check_id: str) -> Check:

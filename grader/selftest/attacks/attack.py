@@ -43,7 +43,6 @@ class Attack:
         proof: text that must be in the evidence, to show that it was really carried out.
         pack: how it is packed, if it is not submitted as a folder.
         refused: words of the refusal, if it is not graded at all.
-        not_applicable: why it cannot be tried on this grader; then it is not run.
         not_without_namespaces: why no sandbox without namespaces (docs/containers.md) stops it, "" if they do.
         build_seconds: time limit for its build, if not the usual one.
         from_inside: whether it is graded by somebody who stands in it and names no course.
@@ -63,7 +62,6 @@ class Attack:
     proof: str = ""
     pack: Pack | None = None
     refused: str = ""
-    not_applicable: str = ""
     not_without_namespaces: str = ""
     build_seconds: float = 0.0
     from_inside: bool = False

@@ -44,7 +44,7 @@ def main(options: argparse.Namespace) -> int:
     from grader import building, pipeline
     from grader.scoring import rubric
     from grader.selftest.attacks import attack_run
-    from grader.selftest.attacks.catalogue import ATTACKS
+    from grader.selftest.attacks.attack_run import ATTACKS
 
     if unknown := [name for name in options.only or () if name not in ATTACKS]:
         raise UsageError(f"unknown attack {', '.join(unknown)}; --list shows all names.")
@@ -87,18 +87,13 @@ def row(result: AttackResult, name_width: int) -> str:
     """Return an attack's line and, below it, what it tried and what stopped it."""
     attack = result.attack
     verdict = "not held" if result.not_held else "contained" if result.contained else "NOT CONTAINED"
-    points = "refused"
-    if attack.not_applicable:
-        verdict, points = "not applicable", ""
-    elif not result.refused:
-        points = f"{_sum(result.points, attack.needs)} of {_sum(result.baseline, attack.needs)}"
+    points = f"{_sum(result.points, attack.needs)} of {_sum(result.baseline, attack.needs)}"
+    points = "refused" if result.refused else points
     kinds = ", ".join(dict.fromkeys(flag.kind for flag in result.flags)) or "-"
     head = f"{attack.name:<{name_width}}  {verdict:<14}  {points:<14}  flag: {kinds:<20}  {result.seconds:5.1f} s"
     lines = [head.rstrip(), *_wrapped("tried", attack.tries)]
-    if why := attack.not_applicable or (result.not_held and attack.not_without_namespaces):
-        lines += _wrapped("why", why)
-    else:
-        lines += _wrapped("stopped", attack.stopped)
+    words = ("why", attack.not_without_namespaces) if result.not_held else ("stopped", attack.stopped)
+    lines += _wrapped(*words)
     for problem in (*result.problems, *result.not_held):
         lines += _wrapped("PROBLEM" if result.problems else "seen", problem)
     return "\n".join(lines)
@@ -106,18 +101,12 @@ def row(result: AttackResult, name_width: int) -> str:
 
 def summary(results: Sequence[AttackResult]) -> str:
     """Return the last line: how many attacks were contained."""
-    run = [each for each in results if not each.attack.not_applicable]
-    bad = [each.attack.name for each in run if not each.contained]
-    weak = [each.attack.name for each in run if each.not_held]
+    bad = [each.attack.name for each in results if not each.contained]
+    weak = [each.attack.name for each in results if each.not_held]
     others = f". Not held without namespaces: {', '.join(weak)}" if weak else ""
-    others += f"; {len(results) - len(run)} do not apply here" if len(results) > len(run) else ""
     if bad:
-        return f"{len(bad)} of {len(run)} attacks were NOT contained: {', '.join(bad)}{others}."
-    held = len(run) - len(weak)
-    all_ = (
-        f"{held} of {len(run)} attacks were" if weak else "The attack was" if held == 1 else f"All {held} attacks were"
-    )
-    return f"{all_} contained{others}."
+        return f"{len(bad)} of {len(results)} attacks were NOT contained: {', '.join(bad)}{others}."
+    return f"{len(results) - len(weak)} of {len(results)} attacks were contained{others}."
 
 
 def _sum(points: dict[str, float], needs: Iterable[str]) -> str:

@@ -21,9 +21,6 @@ def test_a_package_of_another_name_is_told_first_that_it_builds_and_then_where_i
     assert said.share == 0
     assert said.seen == "It builds, as team07; the assignment asks for ros2_robot_controller."
     assert "rename it all at once: in package.xml" in said.try_
-
-
-def test_a_package_of_the_contracts_name_passes():
     assert ask(BUILDS, evidence_with(build=BUILT)).share == 1
 
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
-from helpers.judging import Check, ask, evidence_with
+from helpers.judging import Check, Judged, ask, evidence_with, trial
 
 from grader import evidence
 from grader.courses.robot_controller.checks import check_fusion as checks
 
 TICK = 0.05
+
+
+def said_of(check: Check, name: str = "fusion", pace: str = "lockstep", **facts: Any) -> Judged:
+    """Return what a check says of a trial of the sensor processor with these facts."""
+    run = trial(name, "sensor_processor", pace=pace, marks={"scans": 0.0}, **facts)
+    return ask(check, evidence_with(trials={name: run}))
 
 
 def judged(check: Check, pace: str, late_ticks: int) -> str:
@@ -29,11 +37,7 @@ def judged(check: Check, pace: str, late_ticks: int) -> str:
         })
         for n, imu in enumerate(measured, 1)
     ]  # fmt: skip
-    trial = evidence.Trial(
-        "fusion", "sensor_processor", "open_field", 0, True, pace, None, marks={"scans": 0.0}, messages=fused,
-        published=measured,
-    )  # fmt: skip
-    return ask(check, evidence_with(trials={"fusion": trial})).seen
+    return said_of(check, pace=pace, messages=fused, published=measured).seen
 
 
 BOTH = pytest.mark.parametrize(
@@ -58,64 +62,52 @@ def battery_judged(*logs: tuple[float, int, str], logger: str = "sensor_processo
     """Return what is said of a battery that falls by 5 % a second from 60 %, and of these logs (t, level, words)."""
     published = [evidence.Message(float(n), "battery/state", {"percentage": 0.6 - 0.05 * n}) for n in range(12)]
     messages = [evidence.Message(t, "rosout", {"name": logger, "level": level, "msg": said}) for t, level, said in logs]
-    trial = evidence.Trial(
-        "battery_runs_down", "sensor_processor", "open_field", 0, True, "lockstep", None, messages=messages,
-        published=published,
-    )  # fmt: skip
-    said = ask(checks.test_battery_alarms_are_logged_once, evidence_with(trials={"battery_runs_down": trial}))
+    check = checks.test_battery_alarms_are_logged_once
+    said = said_of(check, "battery_runs_down", messages=messages, published=published)
     return f"{said.seen}, {said.try_}"
 
 
-def test_an_alarm_at_another_level_is_named():
+WARNED, CRITICAL = (7.0, 30, "Battery low"), (10.0, 40, "Battery critical")
+LOW_ELSEWHERE = "at 7.0 s it logged 'Battery low' at another level, log it with self.get_logger().warning(...)"
+
+
+@pytest.mark.parametrize(
+    ("low", "critical", "said"),
+    [
+        (20, 40, LOW_ELSEWHERE),
+        (40, 30, "at 7.0 s it logged 'Battery low' at another level"),
+        (30, 30, "at 10.0 s it logged 'Battery critical' at another level, log it with self.get_logger().error("),
+    ],
+)
+def test_an_alarm_at_another_level_is_named(low: int, critical: int, said: str):
     """A node that logged a low battery as information heard that it should not log at every message."""
-    said = battery_judged((7.0, 20, "Battery low"), (10.0, 40, "Battery critical"))
-    assert "0 warnings" in said
-    assert "at 7.0 s it logged 'Battery low' at another level, log it with self.get_logger().warning(...)" in said
-    exchanged = battery_judged((7.0, 40, "Battery low"), (10.0, 30, "Battery critical"))
-    assert "at 7.0 s it logged 'Battery low' at another level" in exchanged
-    both_warn = battery_judged((7.0, 30, "Battery low"), (10.0, 30, "Battery critical"))
-    assert "at 10.0 s it logged 'Battery critical' at another level, log it with self.get_logger().error(" in both_warn
+    assert said in battery_judged((7.0, low, "Battery low"), (10.0, critical, "Battery critical"))
 
 
-def test_right_alarms_and_other_logs_lose_nothing():
-    assert (
-        battery_judged((7.0, 30, "Battery low"), (7.0, 20, "battery at 25 %"), (10.0, 40, "Battery critical")) == ", "
-    )
-
-
-@pytest.mark.parametrize("logger", ["sensor_processor.battery", "left.sensor_processor"])
-def test_alarms_of_a_child_logger_count(logger: str):
+@pytest.mark.parametrize("logger", ["sensor_processor", "sensor_processor.battery", "left.sensor_processor"])
+def test_right_alarms_and_other_logs_lose_nothing(logger: str):
     """get_logger().get_child('battery') logs as sensor_processor.battery; its alarms were not seen."""
-    assert battery_judged((7.0, 30, "Battery low"), (10.0, 40, "Battery critical"), logger=logger) == ", "
+    assert battery_judged(WARNED, (7.0, 20, "battery at 25 %"), CRITICAL, logger=logger) == ", "
 
 
 @pytest.mark.parametrize(
     ("level", "try_"),
-    [
-        (24.0, "publish the level as it is, with its decimals"),
-        (0.245, "BatteryState.percentage is 0 to 1"),
-        (100.0, "B"),
-    ],
+    [(24.0, "publish the level as it is, with its decimals"), (0.245, "BatteryState.percentage is 0 to 1"), (100, "B")],
 )
 def test_a_level_that_was_cut_to_an_int_is_told_from_a_ratio(level: float, try_: str):
-    trial = evidence.Trial(
-        "fusion", "sensor_processor", "open_field", 0, True, "lockstep", None, marks={"scans": 0.0},
-        published=[evidence.Message(1.0, "battery/state", {"percentage": 0.245})],
-        messages=[evidence.Message(2.0, "sensor_fusion_data", {"battery_level": level})],
-    )  # fmt: skip
-    assert ask(checks.test_fuses_the_battery_in_percent, evidence_with(trials={"fusion": trial})).try_.startswith(try_)
+    published = [evidence.Message(1.0, "battery/state", {"percentage": 0.245})]
+    fused = [evidence.Message(2.0, "sensor_fusion_data", {"battery_level": level})]
+    said = said_of(checks.test_fuses_the_battery_in_percent, published=published, messages=fused)
+    assert said.try_.startswith(try_)
 
 
 def test_a_topic_that_is_not_subscribed_is_the_first_cause():
     """A subscription of `imu` was reported as a vector that had not been copied."""
     fused = {"linear_acceleration": dict.fromkeys("xyz", 0.0), "angular_velocity": dict.fromkeys("xyz", 0.0)}
-    trial = evidence.Trial(
-        "fusion", "sensor_processor", "open_field", 0, True, "lockstep", None, marks={"scans": 0.0},
+    imu = evidence.Endpoint("imu", "subscription", "sensor_processor", "Imu", "", "reliable")
+    said = said_of(
+        checks.test_fuses_the_latest_imu_message, graph=evidence.Graph(endpoints=[imu]),
         published=[evidence.Message(1.0, "imu/data", {field: [1.0, 0.0, 0.0] for field in fused})],
         messages=[evidence.Message(2.0, "sensor_fusion_data", fused)],
-        graph=evidence.Graph(
-            endpoints=[evidence.Endpoint("imu", "subscription", "sensor_processor", "Imu", "", "reliable")]
-        ),
     )  # fmt: skip
-    said = ask(checks.test_fuses_the_latest_imu_message, evidence_with(trials={"fusion": trial})).seen
-    assert said.startswith("the node does not subscribe to imu/data: linear_acceleration")
+    assert said.seen.startswith("the node does not subscribe to imu/data: linear_acceleration")

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
-from helpers.judging import Judged, ask, find
+from helpers.judging import Judged, ask, find, with_trials
 
 from grader.evidence import Evidence, Finding, Kind, Reason
 
@@ -26,7 +26,7 @@ def with_absolute(*names: str) -> Evidence:
         there = [replace(end, topic=name) for name in names for end in graph.endpoints if end.topic.endswith(name)]
         services = {n.removeprefix("robot7/") if n.endswith(names) else n: kind for n, kind in graph.services.items()}
         graphs[which] = replace(graph, endpoints=ends + there, services=services)
-    return replace(evidence, trials={**evidence.trials, trial.name: replace(trial, **graphs)})
+    return with_trials(evidence, replace(trial, **graphs))
 
 
 def test_the_reference_moves_with_its_namespace() -> None:
@@ -69,10 +69,8 @@ def test_a_node_that_ended_at_once_is_said_to_have_ended_and_by_which_line() -> 
     )  # fmt: skip
     text = "`create_timer` gets what `self._fuse()` returns, None: write `self._fuse`"
     habits = [Finding("ros2_robot_controller/sensor_processor.py", 105, "called-at-once", text)]
-    evidence = replace(
-        evidence, trials={**evidence.trials, trial.name: died}, quality=replace(evidence.quality, habits=habits)
-    )
-    said = ask(PROCESSOR, evidence)
+    evidence = replace(evidence, quality=replace(evidence.quality, habits=habits))
+    said = ask(PROCESSOR, with_trials(evidence, died))
     assert not said.reached
     assert said.seen == (
         f"the node ended at 0.05 s with exit status 1: ros2_robot_controller/sensor_processor.py:105 {text}"

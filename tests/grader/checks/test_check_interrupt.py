@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
-from helpers.judging import Judged, ask, find
+from helpers.judging import Judged, ask, find, with_trials
 
 CHECK = find("check_interrupt::test_ctrl_c_ends_each_node_cleanly")
 ALREADY = "rclpy._rclpy_pybind11.RCLError: failed to shutdown: rcl_shutdown already called on the given context\n"
@@ -19,7 +19,7 @@ def judged(output: str, exit_code: int = 0) -> Judged:
     trial = evidence.trials["interrupted_sensor_processor"]
     assert trial.process is not None
     changed = replace(trial, process=replace(trial.process, output_tail=output, exit_code=exit_code))
-    return ask(CHECK, replace(evidence, trials={**evidence.trials, trial.name: changed}))
+    return ask(CHECK, with_trials(evidence, changed))
 
 
 def test_a_race_inside_rclpys_try_shutdown_costs_nothing():

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from helpers.judging import Judged, ask, evidence_with, find
+from helpers.judging import Judged, ask, evidence_with, find, trial
 
-from grader.evidence import Graph, Kind, ProcessEnd, Reason, Trial
+from grader.evidence import Graph, Kind, ProcessEnd, Reason
 
 CHECK = find("check_launch::test_the_launch_files_start_the_nodes")
 DIED = """[INFO] [launch]: Default logging verbosity is set to INFO
@@ -21,12 +21,12 @@ NOT_UP = Reason(Kind.NOT_UP, "robot_controller", launch="robot_controller_launch
 
 
 def judged(ended: Reason, output: str, *nodes: str, by: str = "us") -> Judged:
-    trial = Trial(
-        "launch_robot_controller", "robot_controller", "lone_post", 1, False, "lockstep", ended,
-        graph=Graph(nodes=list(nodes)), launch="robot_controller_launch.py",
-        process=ProcessEnd(by, None if by == "us" else 1, 1.0, output),
+    end = ProcessEnd(by, None if by == "us" else 1, 1.0, output)
+    launched = trial(
+        "launch_robot_controller", ready=False, ended=ended, graph=Graph(nodes=list(nodes)),
+        launch="robot_controller_launch.py", process=end,
     )  # fmt: skip
-    return ask(CHECK, evidence_with(trials={"launch_robot_controller": trial}))
+    return ask(CHECK, evidence_with(trials={launched.name: launched}))
 
 
 def test_a_node_that_dies_is_told_in_the_launchs_own_words():

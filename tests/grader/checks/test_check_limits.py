@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from helpers.judging import trial
 
 from grader.courses.robot_controller.checks import check_limits as checks
 from grader.evidence import Command, ParameterAnswer, Trial
@@ -51,8 +50,7 @@ def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pyte
 def changed(accepted: bool, *speeds: tuple[float, float]) -> Trial:
     """Return a trial whose node was told at 1 s that 0.25 m/s is the limit, and its commands."""
     answer = ParameterAnswer(1.0, "max_linear_speed", 0.25, accepted, 0.25 if accepted else 0.5)
-    facts = Trial("changed_limits", "robot_controller", "lone_post", 0, True, "lockstep", None)
-    return replace(facts, parameters=[answer], commands=[Command(t, v, 0.0, 0.0) for t, v in speeds])
+    return trial("changed_limits", parameters=[answer], commands=[Command(t, v, 0.0, 0.0) for t, v in speeds])
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from helpers import judging
 
 from grader.courses.robot_controller.checks import motion
 from grader.courses.robot_controller.checks.check_navigation import again
@@ -22,8 +23,7 @@ def trial(*goals: Goal, calls: tuple[Call, ...] = ()) -> Trial:
     """Return a trial in which the robot stood until 4 s and was at x = 1.1 m from 6 s on."""
     way = [(0.0, 0.0), (4.0, 0.0), (6.0, 1.1), (7.0, 1.1)]
     samples = [Sample(t, x, 0.0, 0.0, 0.0, 0.0, x, 0.0, 0.0, 9.0) for t, x in way]
-    facts = Trial("navigate_again", "robot_controller", "lone_post", 0, True, "lockstep", None)
-    return replace(facts, goals=list(goals), samples=samples, calls=list(calls))
+    return judging.trial("navigate_again", goals=list(goals), samples=samples, calls=list(calls))
 
 
 def test_both_targets_reached_is_right():

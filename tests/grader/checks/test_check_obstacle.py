@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
-from helpers.judging import Judged, ask, find
+from helpers.judging import Judged, ask, find, with_trials
 
 from grader.evidence import Kind, Reason, Trial
 
@@ -29,7 +29,7 @@ def with_two_poles(stops_for: tuple[int, ...]) -> Trial:
 
 
 def judged(check: str, trial: Trial) -> Judged:
-    return ask(find(f"check_obstacle::{check}"), replace(REFERENCE, trials=REFERENCE.trials | {trial.name: trial}))
+    return ask(find(f"check_obstacle::{check}"), with_trials(REFERENCE, trial))
 
 
 @pytest.mark.parametrize("check", ["test_never_touches_the_obstacle", "test_stops_within_three_tenths_of_a_second"])

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
-from helpers.judging import ask, find
+from helpers.judging import ask, find, with_trials
 
 OVERRIDES = find("check_parameters::test_overrides_change_the_behaviour")
 
@@ -17,7 +17,6 @@ def test_a_robot_that_only_slows_down_between_the_default_threshold_and_the_one_
     evidence = recordings.load("reference")
     trial = evidence.trials["far_sighted_robot"]
     commands = [replace(c, v=v) if c.t > trial.marks["obstacle"] + 0.4 else c for c in trial.commands]
-    trials = {**evidence.trials, trial.name: replace(trial, commands=commands)}
-    answer = ask(OVERRIDES, replace(evidence, trials=trials))
+    answer = ask(OVERRIDES, with_trials(evidence, replace(trial, commands=commands)))
     assert answer.share == pytest.approx(share)
     assert ("the robot drove on with an obstacle 0.8" in answer.seen) is (share < 1)

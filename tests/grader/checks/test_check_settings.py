@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from helpers import recordings
-from helpers.judging import ask, find
+from helpers import judging, recordings
+from helpers.judging import ask, find, with_trials
 
 from grader.courses.robot_controller.checks.settings_effect import without_effect
 from grader.courses.robot_controller.trials.parameters import OTHER_SETTINGS
@@ -31,8 +31,7 @@ def trial(
             v = 0.0 if stops and t > MARKS["beside"] else 0.125
         turn = min(omega, turning_up * max(0.0, t - MARKS["goal"]))
         commands.append(Command(t, v if t <= MARKS["goal"] else 0.0, turn, 0.0))
-    facts = Trial("other_settings", "robot_controller", "lone_post", 0, True, pace, None)
-    return replace(facts, commands=commands, marks=MARKS, choices=dict(OTHER_SETTINGS))
+    return judging.trial("other_settings", pace=pace, commands=commands, marks=MARKS, choices=dict(OTHER_SETTINGS))
 
 
 def test_a_robot_that_obeys_its_settings_has_none_without_effect():
@@ -88,16 +87,9 @@ def test_a_rate_that_stays_the_same_when_it_is_changed_is_remarked_and_costs_not
     trial = evidence.trials["senseless_settings_sensor_processor"]
     end = trial.samples[-1].t
     samples = [replace(sample, t=sample.t + 2.1 - end) for sample in trial.samples]  # to 2.1 s: 1.5 s to look at
-    told = {
-        period: replace(
-            trial, marks={"changed": 0.1}, samples=samples,
-            messages=[Message(0.1 + n * 0.05, "sensor_fusion_data", {}) for n in range(1, 41, period)],
-        )
-        for period in (1, 2)
-    }  # fmt: skip
-    stays, follows = (
-        ask(REFUSED, replace(evidence, trials={**evidence.trials, trial.name: told[period]})) for period in (1, 2)
-    )
+    told = replace(trial, marks={"changed": 0.1}, samples=samples)
+    every = [Message(0.1 + n * 0.05, "sensor_fusion_data", {}) for n in range(1, 41)]
+    stays, follows = (ask(REFUSED, with_trials(evidence, replace(told, messages=m))) for m in (every, every[::2]))
     assert stays.share == follows.share == 1
     assert "fusion_frequency := 10.0 was accepted at run time, and fused data still came at 20.0 Hz" in stays.seen
     assert "costs no points" in stays.seen

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
-from helpers.judging import Judged, ask, find
+from helpers.judging import Judged, ask, find, with_trials
 
-from grader.evidence import Evidence, Kind, Reason
+from grader.evidence import Kind, Reason
 
 ASSERTION = (
     "python3: _get_robot_status_s.c:141: my_package__srv__get_robot_status__response__convert_from_py: "
@@ -28,11 +28,7 @@ def flagged(**flags: bool) -> Judged:
         replace(call, response={**(call.response or {}), "obstacle_detected": others[call.t]})
         if call.service == "get_status" and call.t in others else call for call in status.calls
     ]  # fmt: skip
-    return ask(FLAG, with_trial(evidence, replace(status, calls=calls)))
-
-
-def with_trial(evidence: Evidence, trial) -> Evidence:
-    return replace(evidence, trials={**evidence.trials, trial.name: trial})
+    return ask(FLAG, with_trials(evidence, replace(status, calls=calls)))
 
 
 @pytest.mark.parametrize(
@@ -57,7 +53,7 @@ def test_a_node_that_dies_of_the_first_question_after_a_goal_loses_points(check:
     again = evidence.trials["navigate_again"]
     process = replace(again.process, by="itself", exit_code=-6, output_tail=ASSERTION)
     dead = replace(again, ended=Reason(Kind.DIED, exit_code=-6, seconds=20.0), process=process)
-    said = ask(find(check), with_trial(evidence, dead))
+    said = ask(find(check), with_trials(evidence, dead))
     assert said.share == 0.5
     assert "with exit status -6; its last output was: Assertion" in said.seen
     assert "`0.0` for a float64" in said.try_
@@ -71,4 +67,4 @@ def test_a_robot_that_does_not_drive_backwards_is_judged_by_f2():
         replace(call, response={**(call.response or {}), "obstacle_detected": False})
         if call.t > status.marks["backwards"] else call for call in status.calls
     ]  # fmt: skip
-    assert ask(FLAG, with_trial(evidence, replace(status, samples=still, calls=wrong))).share == 1
+    assert ask(FLAG, with_trials(evidence, replace(status, samples=still, calls=wrong))).share == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from helpers import judging
 from helpers.course import COURSE
 from helpers.judging import evidence_with
 
@@ -29,7 +30,7 @@ FILES = [
 
 def trial(node: str, **functions: list[int]) -> Trial:
     ran = Ran({f"{P}/{name}.py": lines for name, lines in functions.items()})
-    return Trial(node, node, "lone_post", 0, True, "lockstep", None, ran=ran)
+    return judging.trial(node, node, ran=ran)
 
 
 DRIVES = trial("robot_controller", robot_controller=[5], driver=[5], running=[4], limits=[])
@@ -41,28 +42,18 @@ def measured(*trials: Trial, files: list[SourceFile] = FILES) -> Measured:
     return measure(evidence_with(quality=quality, trials={each.name: each for each in trials}), COURSE)
 
 
-def test_files_of_which_a_function_ran_count_whole_and_the_functions_module():
-    names = ("robot_controller", "driver", "running", "sensor_processor", "utils/conversions")
+def test_what_of_a_package_counts_by_what_ran_of_it():
+    """A file of which a function ran counts whole, one that was only imported where it is outside of functions."""
     found = measured(DRIVES, FUSES)
+    names = ("robot_controller", "driver", "running", "sensor_processor", "utils/conversions")
     assert found.whole == {f"{P}/{name}.py" for name in names}
     assert found.covers(f"{P}/driver.py", 17)
     assert not found.covers("test/test_driver.py", 1)
-
-
-def test_of_a_file_that_was_only_imported_what_is_outside_of_functions_counts():
-    found = measured(DRIVES, FUSES)
     assert found.imported == {f"{P}/limits.py"}
     assert [found.covers(f"{P}/limits.py", line) for line in (1, 4, 9, 10)] == [True, False, False, True]
     assert found.lines(FILES) == 30 + 20 + 40 + 9 + 20 + 3
-
-
-def test_files_of_which_nothing_ran_are_listed_and_do_not_count():
-    assert measured(DRIVES, FUSES).idle == [f"{P}/tidy.py"]
-
-
-def test_a_nodes_own_files_are_those_whose_functions_ran_in_no_other_nodes_trials():
-    found = measured(DRIVES, FUSES)
-    assert found.of_node == {
+    assert found.idle == [f"{P}/tidy.py"]
+    assert found.of_node == {  # what ran in no other node's trials
         "robot_controller": {f"{P}/robot_controller.py", f"{P}/driver.py"},
         "sensor_processor": {f"{P}/sensor_processor.py"},
     }

@@ -11,9 +11,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from helpers import recordings
+from helpers import judging, recordings
 from helpers.course import COURSE
-from helpers.judging import Judged, ask, evidence_with, find
+from helpers.judging import Judged, ask, evidence_with, find, with_trials
 from submissions.edits import REFERENCE
 
 from grader import tracebacks
@@ -52,9 +52,8 @@ Traceback (most recent call last):
 AttributeError: 'function' object has no attribute 'info'
 [WARN] [1.4] [robot_controller.action_server]: Goal state not set, assuming aborted. Goal ID: [242 207]
 """
-ASYNCIO = IN_GOAL.replace(
-    "AttributeError: 'function' object has no attribute 'info'", "RuntimeError: no running event loop"
-)
+NO_INFO = "AttributeError: 'function' object has no attribute 'info'"
+ASYNCIO = IN_GOAL.replace(NO_INFO, "RuntimeError: no running event loop")
 IN_THREAD = f"""Exception in thread Thread-1 (spin):
 Traceback (most recent call last):
   File "/usr/lib/python3.12/threading.py", line 1075, in _bootstrap_inner
@@ -79,11 +78,8 @@ TWIST = Endpoint("cmd_vel", "publisher", "robot_controller", "geometry_msgs/msg/
 
 def trial(name: str, output: str = "", **facts: Any) -> Trial:
     stands = [Sample(t / 20, 0, 0, 0, 0, 0, 0, 0, 0, 1) for t in range(200)]
-    usual = {
-        "node": "robot_controller", "world": "w", "seed": 0, "ready": True, "pace": "lockstep", "ended": None,
-        "samples": stands, "process": ProcessEnd("us", None, 9.0, output), "graph": Graph(endpoints=[TWIST]),
-    }  # fmt: skip
-    return Trial(name=name, **{**usual, **facts})
+    usual = {"samples": stands, "process": ProcessEnd("us", None, 9.0, output), "graph": Graph(endpoints=[TWIST])}
+    return judging.trial(name, **{**usual, **facts})
 
 
 def of(*trials: Trial, quality: Quality | None = None) -> Evidence:
@@ -285,8 +281,7 @@ def test_an_action_under_another_name_is_not_charged_for_its_type():
         idle = evidence.trials["idle_robot_controller"]
         assert idle.graph is not None
         graph = replace(idle.graph, actions={"go_to": idle.graph.actions["navigate_to_position"]})
-        trials = {**evidence.trials, idle.name: replace(idle, graph=graph)}
-        return ask(find(f"{module}::{test}"), replace(evidence, trials=trials))
+        return ask(find(f"{module}::{test}"), with_trials(evidence, replace(idle, graph=graph)))
 
     assert judged("check_interfaces", "test_nodes_use_the_contracts_types").share == 1
     named = judged("check_graph", "test_controller_shows_the_contracts_interfaces")

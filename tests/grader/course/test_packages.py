@@ -64,17 +64,10 @@ def test_what_is_not_installed_is_named_with_the_line_that_installs_it(tmp_path:
     said = (
         f"no-such-package 1.0 is not installed; beautifulsoup4 0.1 is not installed, but {SOUP}. Run: .venv/bin/python"
     )
-    assert said in str(error.value)
-    assert f"Run: .venv/bin/python -m pip install --no-deps -r {found.folder}/extra-requirements.txt" in str(
-        error.value
-    )
+    assert f"{said} -m pip install --no-deps -r {found.folder}/extra-requirements.txt" in str(error.value)
+    assert doctor.of_course("", "") == []
     (diagnosis,) = doctor.of_course(packages.missing(found), packages.install_line(found))
     assert (diagnosis.state, diagnosis.fix) == (doctor.State.BAD, packages.install_line(found))
-
-
-def test_what_is_installed_is_not_missed(tmp_path: Path):
-    packages.require(course(tmp_path, f"beautifulsoup4=={SOUP}\n"))
-    assert doctor.of_course("", "") == []
 
 
 def test_what_an_added_package_needs_itself_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -82,10 +75,8 @@ def test_what_an_added_package_needs_itself_is_named(tmp_path: Path, monkeypatch
     library.mkdir(parents=True)
     (library / "METADATA").write_text("Metadata-Version: 2.1\nName: arm-tools\nVersion: 1.0\nRequires-Dist: numpy<1\n")
     monkeypatch.syspath_prepend(library.parent)
-    assert (
-        packages.missing(course(tmp_path, "arm-tools==1.0\n"))
-        == "arm-tools needs numpy<1, which is not here; add a line for it"
-    )
+    missing = packages.missing(course(tmp_path, f"arm-tools==1.0\nbeautifulsoup4=={SOUP}\n"))
+    assert missing == "arm-tools needs numpy<1, which is not here; add a line for it"
 
 
 def test_nothing_is_graded_while_an_added_package_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -18,10 +18,7 @@ from grader.host.doctor import Diagnosis, State, examine, exit_status, mismatche
 from grader.host.machine import CommandResult, Machine, install_line
 from grader.sandbox.bwrap import Limits, with_limits
 
-HEALTHY_TOOLS = {
-    *("apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"),
-}
-
+HEALTHY_TOOLS = {"apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"}
 
 V1_FILES, V2_FILES = ["/sys/fs/cgroup/memory", "/sys/fs/cgroup/pids"], ["/sys/fs/cgroup/cgroup.controllers"]
 VERSION_1 = Hierarchy(1, {name: Path("/sys/fs/cgroup", name) for name in ("memory", "pids")})
@@ -125,9 +122,7 @@ def test_what_is_missing_or_broken_is_named_with_its_fix(
     [
         ("apt-get", "apt-get update && apt-get install -y build-essential"),
         ("dnf", "dnf install -y gcc gcc-c++"),
-        ("pacman", "pacman -Sy && pacman -S --needed --noconfirm base-devel"),
-        ("zypper", "zypper --non-interactive install gcc gcc-c++"),
-        ("apk", "apk update && apk add build-base"),
+        ("pacman", "install compiler with this system's package manager"),
     ],
 )
 def test_a_missing_compiler_is_installed_by_the_distributions_own_command(manager: str, line: str):
@@ -172,19 +167,20 @@ def test_a_fix_that_is_in_force_is_not_repeated(confined: dict[str, str], fix: s
     assert found(machine, "bubblewrap").fix.startswith(fix)
 
 
-def test_root_without_namespaces_grades_with_other_users():
+@pytest.mark.parametrize(
+    ("root", "instead", "status", "last"),
+    [
+        (True, "users: ", 0, "This machine can grade (confinement: users)."),
+        (False, "none: `grader check` works", 3, "This machine cannot grade yet: bubblewrap."),
+    ],
+)
+def test_without_namespaces_root_grades_with_other_users(root: bool, instead: str, status: int, last: str):
     """The doctor called a container bad in which a grading gave 100 points."""
-    machine = FakeMachine(root=True, fails={"bwrap": "bwrap: No permissions to create new namespace"})
+    machine = FakeMachine(root=root, fails={"bwrap": "bwrap: No permissions to create new namespace"})
     diagnoses = examine(machine)
-    assert found(machine, "instead of namespaces").found.startswith("users: ")
-    assert exit_status(diagnoses) == 0
-    assert render(diagnoses).endswith("This machine can grade (confinement: users).")
-
-
-def test_another_user_without_namespaces_gives_no_points():
-    machine = FakeMachine(fails={"bwrap": "bwrap: No permissions to create new namespace"})
-    assert found(machine, "instead of namespaces").found.startswith("none: `grader check` works")
-    assert exit_status(examine(machine)) == 3
+    assert found(machine, "instead of namespaces").found.startswith(instead)
+    assert exit_status(diagnoses) == status
+    assert render(diagnoses).endswith(last)
 
 
 @pytest.mark.parametrize(
@@ -229,11 +225,13 @@ def test_the_doctor_knows_the_limits_of_a_sandbox():
     assert {name: options[name.lower()] for name in doctor.LIMITS} == {n: str(v) for n, v in doctor.LIMITS.items()}
 
 
-def test_root_is_not_advised_to_become_root():
-    assert found(FakeMachine(files=dict.fromkeys(V1_FILES, ""), root=True), "cgroups").fix == ""
-    assert found(FakeMachine(files=dict.fromkeys(V1_FILES, "")), "cgroups").fix == ""  # a pod has no sudo
-    tools = HEALTHY_TOOLS | {"sudo"}
-    assert found(FakeMachine(tools, files=dict.fromkeys(V1_FILES, "")), "cgroups").fix.startswith("sudo -E ")
+@pytest.mark.parametrize(
+    ("tools", "root", "fix"), [({"sudo"}, True, ""), (set(), False, ""), ({"sudo"}, False, "sudo -E ")]
+)
+def test_only_who_can_become_root_is_advised_to(tools: set[str], root: bool, fix: str):
+    """A pod has no sudo."""
+    machine = FakeMachine(HEALTHY_TOOLS | tools, files=dict.fromkeys(V1_FILES, ""), root=root)
+    assert found(machine, "cgroups").fix.partition(".venv")[0] == fix
 
 
 def test_the_doctor_cuts_no_word():
@@ -339,12 +337,12 @@ def test_every_bad_diagnosis_has_a_fix():
 def test_the_console_shows_a_line_for_each_and_one_for_its_fix():
     diagnoses = [
         Diagnosis("make", State.OK, "/usr/bin/make"),
-        Diagnosis("bubblewrap", State.BAD, "not found", "apk add it"),
+        Diagnosis("bubblewrap", State.BAD, "not found", "dnf add it"),
     ]
     assert render(diagnoses) == (
         "ok    make        /usr/bin/make\n"
         "bad   bubblewrap  not found\n"
-        "                  fix: apk add it\n"
+        "                  fix: dnf add it\n"
         "This machine cannot grade yet: bubblewrap."
     )
     assert exit_status(diagnoses) == 3

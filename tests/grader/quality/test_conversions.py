@@ -29,15 +29,12 @@ OWN_WRAP_BY_ARCTAN = "\n\ndef wrap(a):\n    return math.atan2(math.sin(a), math.
 OWN_SHORT_YAW = "\n\ndef heading(pose):\n    return 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)\n"
 
 
-def test_a_package_without_conversions_gets_nothing(tmp_path: Path):
-    """Blatant."""
-    result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: None})))
-    assert result.share == 0.0
-    assert "does not define yaw_from_quaternion" in result.seen
+BEARING = "\n\ndef bearing(a, b):\n    return math.atan2(b.y - a.y, b.x - a.x)\n"
+RENAMED = (REFERENCE / CONVERSIONS).read_text().replace("def quaternion_from_yaw", "def yaw_to_quaternion")
 
 
 def test_unused_conversions_lose_half(tmp_path: Path):
-    """Blatant: written only for the layout."""
+    """They are written only for the layout."""
     node = "import math\n\n\nclass RobotController:\n    def turn(self):\n        return math.pi\n"
     result = only_nodes_ran(reference(tmp_path, files={CONTROLLER: node, PROCESSOR: node}))
     assert result.share == 0.5
@@ -55,23 +52,30 @@ def only_nodes_ran(package: Path) -> Judged:
 
 
 @pytest.mark.parametrize(
-    "own", [OWN_YAW, OWN_SHORT_YAW, OWN_WRAP, OWN_WRAP_BY_ARCTAN], ids=["yaw", "short", "while", "atan2"]
+    ("own", "share"),
+    [(OWN_YAW, 0.75), (OWN_SHORT_YAW, 0.75), (OWN_WRAP, 0.75), (OWN_WRAP_BY_ARCTAN, 0.75), (BEARING, 1.0)],
+    ids=["yaw", "short", "while", "atan2", "a bearing is none"],
 )
-def test_a_conversion_made_by_hand_in_a_node_costs_a_quarter(tmp_path: Path, own: str):
-    """Subtle: the helpers exist and are used, except in one place."""
+def test_a_conversion_made_by_hand_in_a_node_costs_a_quarter(tmp_path: Path, own: str, share: float):
+    """The helpers exist and are used, except in one place. Navigation needs atan2 of two differences."""
     text = (REFERENCE / CONTROLLER).read_text() + own
     result = judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text})))
-    assert result.share == 0.75
-    assert f"{CONTROLLER}:" in result.seen
-    assert "by hand" in result.seen
+    assert result.share == share
+    assert share == 1.0 or (f"{CONTROLLER}:" in result.seen and "by hand" in result.seen)
 
 
-def test_a_conversion_under_another_name_costs_an_eighth(tmp_path: Path):
-    """Subtle."""
-    text = (REFERENCE / CONVERSIONS).read_text().replace("def quaternion_from_yaw", "def yaw_to_quaternion")
+@pytest.mark.parametrize(
+    ("text", "share", "said"),
+    [
+        (None, 0.0, "does not define yaw_from_quaternion"),
+        (RENAMED, 0.875, "quaternion_from_yaw"),
+    ],
+    ids=["not there", "under another name"],
+)
+def test_a_conversion_that_is_not_there_costs_an_eighth(tmp_path: Path, text: str | None, share: float, said: str):
     result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: text})))
-    assert result.share == 0.875
-    assert "quaternion_from_yaw" in result.seen
+    assert result.share == share
+    assert said in result.seen
 
 
 _FOUR = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
@@ -102,11 +106,3 @@ def test_every_way_to_import_conversions_is_a_use(tmp_path: Path, use: str):
         "ros2_robot_controller/__init__.py": "",
     }
     assert judged(conversions, facts(written(tmp_path, files))).share == 1.0
-
-
-def test_a_bearing_is_not_a_conversion(tmp_path: Path):
-    """Navigation needs atan2 of two differences."""
-    text = (
-        REFERENCE / CONTROLLER
-    ).read_text() + "\n\ndef bearing(a, b):\n    return math.atan2(b.y - a.y, b.x - a.x)\n"
-    assert judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text}))).share == 1.0

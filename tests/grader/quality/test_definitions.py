@@ -8,14 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE, PACKAGE
-from helpers.quality_examples import (
-    REFERENCE,
-    facts,
-    judged,
-    reference,
-    untouched,
-    written,
-)
+from helpers.quality_examples import REFERENCE, facts, judged, reference, untouched, written
 
 from grader.checks.check_docstrings import test_docstrings_follow_ament_pep257 as rules
 from grader.checks.check_docstrings import test_public_things_have_docstrings as coverage
@@ -52,9 +45,10 @@ def test_what_is_public_needs_a_docstring(path: str, text: str, names: set[str])
     assert set(named(text, path)) == names
 
 
-def test_a_property_and_its_setter_count_once():
+def test_a_property_and_its_setter_count_once_and_a_blank_docstring_not_at_all():
     text = "class A:\n  @property\n  def x(self): 'X.'\n  @x.setter\n  def x(self, value): pass\n"
     assert named(text)["A.x"].documented
+    assert not named("def f():\n  '''  '''\n")["f"].documented
 
 
 # -- coverage ---------------------------------------------------------------------------------------------------------
@@ -65,10 +59,6 @@ def test_docstrings_for_nine_of_ten_are_enough():
     things = [Definition("m/a.py", n, "function", f"f{n}", documented=n > 0) for n in range(10)]
     assert judged(coverage, with_things(things)).share == 1.0
     assert judged(coverage, with_things(things[:9])).share < 1.0
-
-
-def test_a_blank_docstring_does_not_count():
-    assert not named("def f():\n  '''  '''\n")["f"].documented
 
 
 def with_docstring(path: str, text: str) -> str:
@@ -119,13 +109,8 @@ def test_ament_pep257s_rules_hold_whatever_a_comment_says(tmp_path: Path):
     text = "\n\n".join(f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items())
     quality = facts(written(tmp_path, {"m/a.py": f'"""A module."""\n\n\n{text}'}), lint=True)
     found = {thing.name: {violation.rule for violation in thing.violations} for thing in quality.definitions}
-    assert found == {
-        "m.a": set(),
-        "good": set(),
-        "no_period": {"D400", "D415"},
-        "not_imperative": {"D401"},
-        "noqa": {"D400", "D415"},
-    }
+    period = {"D400", "D415"}
+    assert found == {"m.a": set(), "good": set(), "no_period": period, "not_imperative": {"D401"}, "noqa": period}
 
 
 def test_one_good_docstring_among_twenty_earns_little():

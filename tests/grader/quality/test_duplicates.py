@@ -81,20 +81,19 @@ def found(**texts: str) -> list[int]:
     return [copy.lines for copy in duplicated_blocks(parsed)]
 
 
-def test_a_block_in_two_modules_is_found():
-    assert found(a=BLOCK, b="import math\n\n\n" + BLOCK) == [8]
-
-
-def test_spaces_comments_docstrings_and_line_breaks_do_not_hide_a_copy():
-    assert found(a=BLOCK, b=RESTYLED) == [8]
-
-
-def test_a_block_twice_in_one_module_is_found():
-    assert found(a=BLOCK + "\n\nX = 1\n\n\n" + BLOCK.replace("def measure", "def again")) == [7]
-
-
-def test_a_copy_under_another_name_is_found():
-    assert found(a=BLOCK, b=BLOCK.replace("def measure(scan)", "def nearest(self, scan)")) == [7]
+@pytest.mark.parametrize(
+    ("texts", "lengths"),
+    [
+        ({"a": BLOCK, "b": "import math\n\n\n" + BLOCK}, [8]),
+        ({"a": BLOCK, "b": RESTYLED}, [8]),
+        ({"a": BLOCK + "\n\nX = 1\n\n\n" + BLOCK.replace("def measure", "def again")}, [7]),
+        ({"a": BLOCK, "b": BLOCK.replace("def measure(scan)", "def nearest(self, scan)")}, [7]),
+        ({"a": BLOCK, "b": BLOCK, "c": BLOCK}, [8]),
+    ],
+    ids=["in two modules", "spaces, comments, line breaks", "in one module", "another name", "in three places"],
+)
+def test_a_block_that_occurs_again_is_found_once(texts: dict[str, str], lengths: list[int]):
+    assert found(**texts) == lengths
 
 
 @pytest.mark.parametrize(
@@ -117,23 +116,13 @@ def test_tests_may_repeat_themselves():
     assert duplicated_blocks(parsed) == []
 
 
-def test_three_places_are_one_copy():
-    assert found(a=BLOCK, b=BLOCK, c=BLOCK) == [8]
-
-
 def test_3000_equal_lines_are_found_in_finite_time():
     assert len(found(a="x.append(1)\n" * 3000)) >= 1
 
 
-def test_six_lines_are_the_shortest_copy(tmp_path: Path):
-    """Subtle."""
+@pytest.mark.parametrize(("end", "share"), [("e * 7", 0.75), ("e", 1.0)])
+def test_six_lines_are_the_shortest_copy(tmp_path: Path, end: str, share: float):
     block = "    a = x + 1\n    b = a * 2\n    c = b - x\n    d = c / 3\n    e = d + a\n"
-    one = f"def one(x):\n{block}    return e * 7\n"
-    for text, share in (
-        (one + f"\n\ndef two(x):\n{block}    return e * 7\n", 0.75),
-        (one + f"\n\ndef two(x):\n{block}    return e\n", 1.0),
-    ):
-        folder = tmp_path / str(share)
-        assert (
-            judged(copies, facts(reference(folder, files={"ros2_robot_controller/utils/more.py": text}))).share == share
-        )
+    text = f"def one(x):\n{block}    return e * 7\n\n\ndef two(x):\n{block}    return {end}\n"
+    found = facts(reference(tmp_path, files={"ros2_robot_controller/utils/more.py": text}))
+    assert judged(copies, found).share == share

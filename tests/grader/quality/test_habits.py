@@ -6,12 +6,7 @@ from pathlib import Path
 
 import pytest
 from helpers.course import PACKAGE
-from helpers.quality_examples import (
-    CONTROLLER,
-    facts,
-    judged,
-    reference,
-)
+from helpers.quality_examples import CONTROLLER, facts, judged, reference
 
 from grader.checks.check_habits import test_callbacks_do_not_sleep as sleeping
 from grader.checks.check_habits import test_no_bare_except_print_or_mutable_default as habits

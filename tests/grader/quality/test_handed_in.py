@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.judging import trial
 from helpers.quality_examples import Judged, facts, judged, untouched, written
 
 from grader import evidence
@@ -24,16 +25,18 @@ WELL = evidence.ProcessEnd("itself", 0, 4.0, "arrived\n")
 def seen(
     end: evidence.ProcessEnd | None, *, calls: bool = True, goals: bool = True, ended: Reason | None = None
 ) -> Judged:
-    trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=end is not None, pace="real time", ended=ended,
-        calls=[CALLED] * calls + [SENT] * goals, messages=[GOAL] if goals else [],
-        others={"demo.py": end} if end else {},
-    )  # fmt: skip
-    return judged(demonstration, untouched(), trials={"demo": trial})
+    told = [CALLED] * calls + [SENT] * goals
+    return of_demo(end, ended=ended, calls=told, messages=[GOAL] if goals else [])
+
+
+def of_demo(end: evidence.ProcessEnd | None, build: evidence.Build | None = None, **facts: object) -> Judged:
+    """Return what is said of a demonstration that ended so, in a trial with these facts."""
+    others = {"demo.py": end} if end else {}
+    run = trial("demo", ready=end is not None, pace="real time", others=others, **facts)
+    return judged(demonstration, untouched(), trials={"demo": run}, **({"build": build} if build else {}))
 
 
 def test_a_missing_script_gets_nothing(tmp_path: Path):
-    """Blatant."""
     result = judged(demonstration, facts(written(tmp_path, {"scripts/show.py": "X = 1\n"})))
     assert result.share == 0.0
     assert "there is no scripts/demo.py" in result.seen
@@ -61,11 +64,7 @@ def test_each_part_of_a_demonstration_counts(end, calls: bool, goals: bool, shar
 @pytest.mark.parametrize("calls", [[], [replace(SENT, response={"accepted": False})], [replace(SENT, response=None)]])
 def test_a_status_without_a_goal_that_the_node_accepted_is_no_goal(calls: list[evidence.Call]):
     """A script published it itself, and no node offered the action."""
-    trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended=None,
-        calls=[CALLED, *calls], messages=[GOAL], others={"demo.py": WELL},
-    )  # fmt: skip
-    result = judged(demonstration, untouched(), trials={"demo": trial})
+    result = of_demo(WELL, calls=[CALLED, *calls], messages=[GOAL])
     assert result.share == 0.75
     assert "it sent no goal to navigate_to_position" in result.seen
 
@@ -120,27 +119,26 @@ def test_a_crash_before_the_goal_has_ended_costs_half(monkeypatch: pytest.Monkey
     assert seen(replace(WELL, exit_code=-11)).share == 0.5
 
 
-def test_a_node_that_dies_meanwhile_is_not_held_against_the_demonstration():
-    result = seen(replace(WELL, by="us", exit_code=None), ended=Reason(Kind.DIED, exit_code=1, seconds=3.0))
+@pytest.mark.parametrize(
+    ("end", "ended"),
+    [
+        (replace(WELL, by="us", exit_code=None), Reason(Kind.DIED, exit_code=1, seconds=3.0)),
+        (None, Reason(Kind.DIED_EARLY, exit_code=1)),
+    ],
+    ids=["dies meanwhile", "does not come up"],
+)
+def test_a_node_that_dies_is_not_held_against_the_demonstration(end: evidence.ProcessEnd | None, ended: Reason):
+    result = seen(end, ended=ended)
     assert result.reached is False
-    assert "the node ended at 3.00 s" in result.seen
+    assert end is None or "the node ended at 3.00 s" in result.seen
 
 
 def test_services_of_other_types_cannot_be_judged():
     """They cost points in I3; the observer cannot see calls of another type."""
     build = evidence.Build(True, True, 0, 0, False, "", contract_hashes={"srv/SetSpeed": "RIHS01_a"})
-    trial = evidence.Trial(
-        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended=None,
-        others={"demo.py": replace(WELL, exit_code=1)},
-    )  # fmt: skip
-    result = judged(demonstration, untouched(), trials={"demo": trial}, build=build)
+    result = of_demo(replace(WELL, exit_code=1), build)
     assert result.reached is False
     assert "srv/SetSpeed" in result.seen
-
-
-def test_a_node_that_does_not_come_up_is_not_held_against_the_demonstration():
-    result = seen(None, ended=Reason(Kind.DIED_EARLY, exit_code=1))
-    assert result.reached is False
 
 
 # -- test_results.xml -------------------------------------------------------------------------------------------------
@@ -179,14 +177,13 @@ def test_the_folder_where_pytest_was_started_does_not_matter(tmp_path: Path, cas
     assert result_of(tmp_path, report(*cases)).share == 1.0, way
 
 
-def test_a_bare_testsuite_is_a_report_too(tmp_path: Path):
-    inner = "".join(f'<testcase classname="{where}" name="{name}" />' for where, name in CASES)
-    assert result_of(tmp_path, f"<testsuite>{inner}</testsuite>").share == 1.0
+BARE = "".join(f'<testcase classname="{where}" name="{name}" />' for where, name in CASES)
+FAILED = report(*CASES).replace('name="test_a" time="0.1" />', 'name="test_a"><failure message="no"/></testcase>')
 
 
-def test_a_failed_test_costs_nothing_here(tmp_path: Path):
+@pytest.mark.parametrize("xml", [f"<testsuite>{BARE}</testsuite>", FAILED], ids=["a bare testsuite", "a failed test"])
+def test_other_reports_count_too(tmp_path: Path, xml: str):
     """T1 judges whether the tests pass."""
-    xml = report(*CASES).replace('name="test_a" time="0.1" />', 'name="test_a"><failure message="no"/></testcase>')
     assert result_of(tmp_path, xml).share == 1.0
 
 

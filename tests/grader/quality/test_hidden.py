@@ -65,6 +65,7 @@ def problems(package: Path, path: str) -> set[str]:
     return habits | copied | bare
 
 
+BROKEN = "is not valid Python: line 2"
 EVERYTHING = {"print", "bare-except", "mutable-default", "copy", "undocumented"}
 
 
@@ -164,13 +165,6 @@ def test_an_unreadable_module_counts_as_many_findings(check: Check):
     assert "m/b.py nests brackets more than 100 deep" in result.seen
 
 
-def test_a_small_unreadable_file_costs_little(tmp_path: Path):
-    """One finding, and not the whole rule."""
-    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 3, "is not valid Python: line 2"))
-    assert judged(COMPLEXITY, quality).share == 0.75
-    assert {judged(check, quality).share for check in (DOCSTRINGS, RULES, ANNOTATIONS)} == {400 / 403}
-
-
 @pytest.mark.parametrize("check", [COMPLEXITY, DOCSTRINGS, RULES, CONVERSIONS, ANNOTATIONS, STYLE])
 def test_a_line_that_keeps_a_module_from_being_read_is_to_be_fixed_first(check: Check):
     """Q3 said "move each decision into a function of its own", and that no node calls a conversion."""
@@ -181,10 +175,19 @@ def test_a_line_that_keeps_a_module_from_being_read_is_to_be_fixed_first(check: 
     assert "no node calls" not in result.seen
 
 
-def test_an_unreadable_test_costs_no_points_for_quality():
-    """No node runs it; T1 says that it cannot be run."""
-    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("test/test_b.py", 300, "is not valid Python: line 2"))
-    assert {judged(check, quality).share for check in (COMPLEXITY, DOCSTRINGS, STYLE)} == {1.0}
+@pytest.mark.parametrize(
+    ("unread", "checks", "share"),
+    [
+        (SourceFile("m/b.py", 3, BROKEN), (COMPLEXITY,), 0.75),
+        (SourceFile("m/b.py", 3, BROKEN), (DOCSTRINGS, RULES, ANNOTATIONS), 400 / 403),
+        # No node runs it; T1 says that it cannot be run.
+        (SourceFile("test/test_b.py", 300, BROKEN), (COMPLEXITY, DOCSTRINGS, STYLE), 1.0),
+    ],
+    ids=["one finding", "its lines", "a test"],
+)
+def test_a_small_unreadable_file_costs_little_and_a_test_nothing(unread: SourceFile, checks, share: float):
+    quality = facts_with(SourceFile("m/a.py", 400), unread)
+    assert {judged(check, quality).share for check in checks} == {share}
 
 
 def facts_with(*files: SourceFile) -> Quality:
@@ -280,6 +283,3 @@ def test_the_counted_lines_of_files_and_packages_are_limited():
     findings = [Finding("m/a.py", line, "E501", "long") for line in range(50)]
     quality = replace(facts_with(SourceFile("m/a.py", 40_000)), style=findings)
     assert judged(STYLE, quality).share == 0.5
-
-
-# -- honest packages --------------------------------------------------------------------------------------------------

@@ -109,24 +109,18 @@ def test_modules_in_a_folder_called_log_are_read_and_built(tmp_path: Path):
 # -- tools that break -------------------------------------------------------------------------------------------------
 
 
-def test_a_file_that_breaks_the_tool_is_named_and_the_rest_read():
-    def run(items):
+def test_files_that_break_a_tool_are_named_and_the_rest_is_read():
+    runs: list[list[str]] = []
+
+    def run(items: list[str]) -> str | None:
+        runs.append(items)
         return None if "bad" in items else f"read {len(items)}"
 
-    assert analyse.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
-
-
-def test_one_run_is_enough_if_nothing_breaks():
-    runs = []
-    assert analyse.run_without_culprits(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
+    assert analyse.run_without_culprits(run, ["a", "b"]) == ("read 2", [])
     assert len(runs) == 1
-
-
-def test_files_that_break_it_only_together_are_all_named():
-    assert analyse.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"]) == (
-        None,
-        ["a", "b"],
-    )
+    assert analyse.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
+    together = analyse.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"])
+    assert together == (None, ["a", "b"])
 
 
 def test_memory_is_limited(tmp_path: Path):

@@ -23,15 +23,15 @@ from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.selftest.attacks import attack_run, command
 from grader.selftest.attacks.attack import attack
-from grader.selftest.attacks.catalogue import ATTACKS
+from grader.selftest.attacks.attack_run import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
-KNOWN = 43  # the list of known attacks on autograders from which this one started; each number occurs here
+KNOWN = 43  # the list of known attacks on autograders from which this one started
+NOT_APPLICABLE = {18}  # it edits or locks a gradebook's database; a grading here is a folder of files
 RUBRIC = rubric.load(COURSE.rubric)
 ALL = [each.on(COURSE, RUBRIC) for each in (*ATTACKS.values(), *attacks.ATTACKS)]
-RUN = [each for each in ALL if not each.not_applicable]
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
 
 
@@ -51,9 +51,9 @@ def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, .
 # -- the catalogue ------------------------------------------------------------------------------------------------
 
 
-def test_every_known_attack_is_listed_or_has_a_reason_why_not():
-    assert {each.number for each in ALL} >= set(range(1, KNOWN + 1))
-    assert all(each.not_applicable or (each.needs and each.stopped) for each in ALL)
+def test_every_known_attack_is_listed():
+    assert {each.number for each in ALL} >= set(range(1, KNOWN + 1)) - NOT_APPLICABLE
+    assert all(each.needs and each.stopped for each in ALL)
 
 
 def test_every_attack_refers_to_known_requirements(settings: pipeline.Settings):
@@ -63,7 +63,7 @@ def test_every_attack_refers_to_known_requirements(settings: pipeline.Settings):
         assert each.costs <= set(each.needs), each.name
 
 
-@pytest.mark.parametrize("each", RUN, ids=lambda each: each.name)
+@pytest.mark.parametrize("each", ALL, ids=lambda each: each.name)
 def test_an_attack_changes_the_reference(each, tmp_path: Path):
     """An attack whose edits no longer apply must not pass silently."""
     package = copy(REFERENCE, tmp_path)
@@ -77,13 +77,9 @@ def test_an_attack_changes_the_reference(each, tmp_path: Path):
 # -- honeytokens --------------------------------------------------------------------------------------------------
 
 
-def test_untouched_honeytokens_are_undamaged():
-    with planted() as tokens:
-        assert tokens.damage() == []
-
-
 def test_a_changed_report_of_another_submission_is_damage():
     with planted() as tokens:
+        assert tokens.damage() == []
         (tokens.neighbour / "report.json").write_text("{}")
         assert tokens.damage() == ["the neighbour's report changed"]
 
@@ -136,24 +132,24 @@ def test_a_mark_in_a_shared_build_tree_is_found_unless_it_is_in_the_key(tmp_path
         assert tokens.marks(tmp_path / "cache", key) == ["its mark is in cmake_install.cmake of a shared build tree"]
 
 
-def test_points_that_rise_are_a_problem(settings: pipeline.Settings):
-    grading = graded(settings, Outcome.PASSED, Outcome.PASSED)
-    problems = attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 1.5})
-    assert problems == ["F1 rose from 1.5 to 3 points"]
+PASSED, FAILED, ERROR = Outcome.PASSED, Outcome.FAILED, Outcome.ERROR
 
 
-def test_points_that_fall_are_a_problem_unless_the_attack_costs_them(settings: pipeline.Settings):
-    grading = graded(settings, Outcome.PASSED, Outcome.FAILED)
-    assert attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 3.0}) == []
-    problems = attack_run._point_problems(attack("a", "x", needs="F1"), grading, {"F1": 3.0})
-    assert problems == ["F1 fell from 3 to 1.5 points"]
-
-
-def test_an_error_of_the_grader_is_a_problem(settings: pipeline.Settings):
-    """An error costs no points, so an attack that causes one would have avoided a check."""
-    grading = graded(settings, Outcome.PASSED, Outcome.ERROR)
-    problems = attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 3.0})
-    assert problems == ["F1 could not be judged: seen"]
+@pytest.mark.parametrize(
+    ("second", "costs", "before", "problems"),
+    [
+        (PASSED, "F1", 1.5, ["F1 rose from 1.5 to 3 points"]),
+        (FAILED, "F1", 3.0, []),
+        (FAILED, "", 3.0, ["F1 fell from 3 to 1.5 points"]),
+        # It costs no points, so an attack that causes one would have avoided a check.
+        (ERROR, "F1", 3.0, ["F1 could not be judged: seen"]),
+    ],
+)
+def test_points_that_change_are_a_problem_unless_the_attack_costs_them(
+    settings: pipeline.Settings, second: Outcome, costs: str, before: float, problems: list[str]
+):
+    tried = attack("a", "x", needs="F1", costs=costs)
+    assert attack_run._point_problems(tried, graded(settings, PASSED, second), {"F1": before}) == problems
 
 
 def test_a_missing_flag_and_a_missing_proof_are_problems(settings: pipeline.Settings):
@@ -200,15 +196,6 @@ def test_the_documentation_lists_what_the_users_sandbox_does_not_hold():
     }
 
 
-@pytest.mark.slow  # collects evidence once more
-def test_an_attack_that_does_not_apply_is_named_with_its_reason(capsys: pytest.CaptureFixture[str]):
-    assert cli.main(["self-test", "--only", "edits_the_database"]) == 0
-    printed = capsys.readouterr()
-    assert "not applicable" in printed.out
-    assert "has no database" in printed.out
-    assert printed.err == "[1 of 1] edits_the_database\n"
-
-
 def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["self-test", "--only", "magic"]) == 2
     assert "--list shows all names" in capsys.readouterr().err
@@ -220,7 +207,7 @@ def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
 @pytest.mark.skipif(
     os.geteuid() != 0 or bool(submission_user.lacks()), reason="needs root, proot and Python outside /root"
 )
-@pytest.mark.parametrize("name", [name for name, each in ATTACKS.items() if not each.not_applicable])
+@pytest.mark.parametrize("name", ATTACKS)
 def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Settings, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ROS2_COURSE_KIT_NAMESPACES", "this test forbids them")
     [result] = attack_run.run([ATTACKS[name].on(COURSE, settings.rubric)], REFERENCE, settings)
@@ -231,7 +218,7 @@ def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Sett
 @pytest.mark.sandbox
 @pytest.mark.ros
 @pytest.mark.slow  # a grading for each attack
-@pytest.mark.parametrize("each", RUN, ids=lambda each: each.name)
+@pytest.mark.parametrize("each", ALL, ids=lambda each: each.name)
 def test_an_attack_is_contained(each, settings: pipeline.Settings):
     [result] = attack_run.run([each], REFERENCE, settings)
     assert result.problems == ()
