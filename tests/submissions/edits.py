@@ -9,14 +9,16 @@ are the example for a check is recorded in tests/evidence (`python -m submission
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from grader import KIT
-from grader.authoring.package_edits import Change, copy, remove, rename, replace
+from grader.authoring.package_edits import Change, copy, put, remove, rename, replace
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 
@@ -31,7 +33,7 @@ class Edit:
     costs: frozenset[str]
     fails: tuple[str, ...]
     says: tuple[str, ...]
-    why: str
+    why: str = ""
 
 
 def apply(edit: Edit | None, folder: Path) -> Path:
@@ -42,11 +44,9 @@ def apply(edit: Edit | None, folder: Path) -> Path:
     return package
 
 
-def _edit(
-    name: str, wrong: str, costs: str, changes: list[dict[str, str]], fails: str = "", says: Any = (), why: str = ""
-) -> Edit:
-    made = tuple(map(_change, changes))
-    return Edit(name, wrong, made, frozenset(costs.split()), tuple(fails.split()), tuple(says), why)
+def changes(listed: Iterable[dict[str, str]]) -> tuple[Change, ...]:
+    """Return changes of a package that are listed as in known_bad.yaml."""
+    return tuple(map(_change, listed))
 
 
 def _change(given: dict[str, str]) -> Change:
@@ -55,11 +55,25 @@ def _change(given: dict[str, str]) -> Change:
             return replace(file, old, new)
         case {"rename": old, "to": new}:
             return rename(old, new)
+        case {"move": old, "to": new}:
+            return partial(_move, old, new)
+        case {"put": file, "text": text}:
+            return put(file, text)
         case _:
             return remove(given["remove"])
 
 
-_READ = yaml.safe_load(Path(__file__).with_name("known_bad.yaml").read_text())
-EDITS = {name: _edit(name, **fields) for name, fields in _READ.items()}
+def _move(old: str, new: str, package: Path) -> None:
+    (package / old).rename(package / new)
+
+
+def _read(name: str, given: dict[str, Any]) -> Edit:
+    costs, fails = (given.pop(key, "").split() for key in ("costs", "fails"))
+    made, says = changes(given.pop("changes")), tuple(given.pop("says", ()))
+    return Edit(name, changes=made, costs=frozenset(costs), fails=tuple(fails), says=says, **given)
+
+
+_LISTED = yaml.safe_load(Path(__file__).with_name("known_bad.yaml").read_text())
+EDITS = {name: _read(name, given) for name, given in _LISTED.items()}
 FAILS_ON = {check: edit.name for edit in EDITS.values() for check in edit.fails}
 """Check id -> the known-bad submission that does not get all its points."""
