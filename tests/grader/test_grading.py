@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.report_examples import TOUCHED, grading, results, small_rubric
 from submissions.edits import EDITS, apply
 from submissions.reports import lost, words
 from submissions.table import judged_by_trial
@@ -20,6 +21,7 @@ from submissions.table import judged_by_trial
 from grader import cli, pipeline
 from grader.checks import checks_run
 from grader.errors import SubmissionError
+from grader.report import console
 from grader.settings import MUTATION_BUDGET_S
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
@@ -138,6 +140,14 @@ def test_every_requirement_that_trials_judge_has_two_edits_or_more(by_trial: tup
 
 def test_an_edit_that_costs_more_than_one_requirement_says_why():
     assert all(edit.why for edit in EDITS.values() if len(edit.costs) > 1)
+
+
+def test_a_check_answers_with_seen_expected_and_try(tmp_path: Path):
+    """`grader check F4`, as a notebook asks it."""
+    rubric = small_rubric(tmp_path)
+    said = console.render_checks(grading(rubric, results(rubric, TOUCHED)))
+    for word in ("F4", "seen", "touched the wall", "expected", "no contact", "try", "learn", "05_moving_safely"):
+        assert word in said
 
 
 def test_a_check_of_nothing_is_wrong_usage(reference: Path, capsys: pytest.CaptureFixture[str]):
