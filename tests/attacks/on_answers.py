@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from attacks.weaknesses import CLAMPS_WRONG
 from grader.authoring.package_edits import append, put
 from grader.selftest.attacks.attack import Attack, attack
@@ -28,30 +30,42 @@ ParameterService._get_parameters_callback = odd
 """
 
 
-def _when_asked(name: str, tries: str, lines: str, stopped: str) -> Attack:
-    """Return an attack that runs `lines` instead of answering when the conversions are called."""
+def instead_of_answers(lines: str) -> str:
+    """Return text for a module that runs `lines` instead of answering when its functions are called."""
     body = "".join(f"    {line}\n" for line in [*lines.splitlines(), "os._exit(0)"])
-    probed = f"\n\nimport os\nimport sys\n\nif 'conversions_worker.py' in sys.argv[0]:\n{body}"
-    return attack(name, tries, append(_CONVERSIONS, probed), needs="F14", costs="F14", stopped=stopped)
+    return f"\n\nimport os\nimport sys\n\nif 'functions_worker.py' in sys.argv[0]:\n{body}"
+
+
+def _when_asked(name: str, tries: str, stopped: str, **others: Any) -> Attack:
+    change = append(_CONVERSIONS, instead_of_answers(LINES[name]))
+    return attack(name, tries, change, costs="F14", stopped=stopped, **{"needs": "F14"} | others)
+
+
+LINES = {
+    "answers_through_a_pipe": "os.mkfifo('/ws/out/answers.json')",
+    "answers_with_an_endless_number": (
+        "with open('/ws/out/answers.json', 'w') as found:\n    found.write('[{\"answer\": 1' + '0' * 400 + '}]')"
+    ),
+    "folders_in_folders": "os.chdir('/ws/out')\nfor _ in range(1500):\n    os.mkdir('d')\n    os.chdir('d')",
+    "exits_at_import": "",
+}
+"""What they do, by the attack's name; tests/grader/functions/test_call.py shows that each bites."""
 
 
 ATTACKS: tuple[Attack, ...] = (
     _when_asked(
         "answers_through_a_pipe",
         "In place of the file with the conversions' answers there is a pipe that is never written to.",
-        "os.mkfifo('/ws/out/answers.json')",
         "files that a submission may have made are opened without blocking, and read only if they are regular files",
     ),
     _when_asked(
         "answers_with_an_endless_number",
         "A conversion's answer is an integer of 400 digits.",
-        "with open('/ws/out/answers.json', 'w') as found:\n    found.write('[{\"answer\": 1' + '0' * 400 + '}]')",
         "a number that no float can represent is not an answer",
     ),
     _when_asked(
         "folders_in_folders",
         "The folder for the answers gets 1500 nested folders, over which the recursive rmtree gives up.",
-        "os.chdir('/ws/out')\nfor _ in range(1500):\n    os.mkdir('d')\n    os.chdir('d')",
         "more than 200 nested folders count as too many files, and they are removed without recursion",
     ),
     attack(
@@ -75,12 +89,11 @@ ATTACKS: tuple[Attack, ...] = (
         needs="I5 I6", costs="I5 I6",
         stopped="a file that cannot be written back is given to the node unchanged",
     ),
-    attack(
+    _when_asked(
         "exits_at_import",
         "The conversions module exits the process that imports it with status 0.",
-        append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'conversions_worker.py' in sys.argv[0]:\n    os._exit(0)\n"),
-        number=2, needs="F14 F1", weak=CLAMPS_WRONG, costs="F14",
-        stopped="a missing answer is not a right answer; the other requirements are judged nevertheless",
+        "a missing answer is not a right answer; the other requirements are judged nevertheless",
+        number=2, needs="F14 F1", weak=CLAMPS_WRONG,
     ),
     attack(
         "answers_that_equal_everything",

@@ -4,7 +4,8 @@ checks read.
     PYTHONPATH=.:tests python -m submissions.record [--trial TRIAL ...] [NAME ...]
 
 Without names all are recorded, which takes about half an hour on two cores; `reference` is one of the names. A
-recording on which a check does not answer as submissions/known_bad.py says is not written, and the exit status is 1.
+recording on which a check does not answer as submissions/known_bad.yaml says is not written, and the exit
+status is 1.
 
 With --trial only these trials are run, and added to recordings that are there, in two to twenty seconds each. Of a
 known-bad submission a trial is kept if its checks read it, or say something else of it than of the reference's: what
@@ -28,8 +29,7 @@ from grader.evidence import Evidence, Trial, load
 from grader.scoring import rubric
 from grader.trials import catalog
 from grader.trials import source as trial_source
-from submissions.edits import EDITS, apply
-from submissions.known_bad import FAILS_ON
+from submissions.edits import EDITS, FAILS_ON, apply
 
 REFERENCE = "reference"
 
