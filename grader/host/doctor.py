@@ -328,7 +328,7 @@ def _dds(machine: Machine) -> Diagnosis:
     """Run two nodes in a network of their own, the listener in a sandbox like a student's node."""
     name = "DDS in a network namespace"
     logs = ("--setenv", "ROS_LOG_DIR", "/run/ros-log")
-    listener = [*namespaces.NODE_SANDBOX[:-1], *logs, "--", sys.executable, "-c", _LISTENER]
+    listener = [*namespaces.NODE_SANDBOX[:-1], *logs, "--", sys.executable, "-P", "-c", _LISTENER]
     with tempfile.TemporaryDirectory() as home:
         ran = machine.run(
             namespaces.private_network([sys.executable, "-P", "-c", _TALKER, *listener]),

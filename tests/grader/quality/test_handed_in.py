@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.judging import trial
@@ -29,7 +30,7 @@ def seen(
     return of_demo(end, ended=ended, calls=told, messages=[GOAL] if goals else [])
 
 
-def of_demo(end: evidence.ProcessEnd | None, build: evidence.Build | None = None, **facts: object) -> Judged:
+def of_demo(end: evidence.ProcessEnd | None, build: evidence.Build | None = None, **facts: Any) -> Judged:
     """Return what is said of a demonstration that ended so, in a trial with these facts."""
     others = {"demo.py": end} if end else {}
     run = trial("demo", ready=end is not None, pace="real time", others=others, **facts)

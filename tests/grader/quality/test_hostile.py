@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -112,8 +113,8 @@ def test_modules_in_a_folder_called_log_are_read_and_built(tmp_path: Path):
 def test_files_that_break_a_tool_are_named_and_the_rest_is_read():
     runs: list[list[str]] = []
 
-    def run(items: list[str]) -> str | None:
-        runs.append(items)
+    def run(items: Sequence[str]) -> str | None:
+        runs.append([*items])
         return None if "bad" in items else f"read {len(items)}"
 
     assert analyse.run_without_culprits(run, ["a", "b"]) == ("read 2", [])
