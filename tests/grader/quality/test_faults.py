@@ -11,7 +11,7 @@ from submissions.edits import REFERENCE, apply
 from variants import VARIANTS, make
 
 from grader.evidence import Fault, SourceFile
-from grader.quality import cmake_text, source_files
+from grader.quality import package_sources, source_files
 from grader.quality.faults import find_faults
 from grader.quality.package_sources import read_sources
 from grader.quality.parsed_module import Module
@@ -164,7 +164,7 @@ def test_the_fields_of_a_package_of_interfaces_are_compared_too(tmp_path: Path):
 
 def test_cmake_is_read_with_comments_strings_and_blocks():
     text = '#[[ a (\n]]\nproject(robot) # (\nset(FILES a b)\nif(X)\n  install(FILES ${FILES} "c (d")\nendif()\n'
-    found = cmake_text.read(text)
+    found = package_sources.commands(text)
     assert [(command.name, command.line) for command in found] == [
         ("project", 3), ("set", 4), ("if", 5), ("install", 6), ("endif", 7),
     ]  # fmt: skip
