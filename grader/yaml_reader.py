@@ -135,6 +135,15 @@ class YamlReader:
             self.fail(node, "a plain text or number is expected here")
         return str(node.value)
 
+    def texts(self, node: yaml.Node) -> tuple[str, ...]:
+        """Return a list of scalars as they are written."""
+        return tuple(map(self.text, self.items(node)))
+
+    def one_of(self, node: yaml.Node, known: Collection[str], what: str) -> str:
+        """Return a text that is one of the `known` names."""
+        self.require_known(self.text(node), node, known, what)
+        return self.text(node)
+
     def points(self, node: yaml.Node, most: float | None = None, whose: str = "") -> Decimal:
         """Return a number; with `most` one from 0 to the points that `whose` is worth."""
         text = self.text(node)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from grader.course.foreign_packages import absent
+from grader.course.packages import absent
 from grader.words import mark, say
 
 _MARKED = re.compile(r"\bError\b|\berror:|\bERROR\b|\bError\(s\)")

@@ -52,15 +52,9 @@ def _wrong_offers(course: Course, graph: Graph, node: Node) -> list[str]:
         # Another check judges which package the type is from.
         if not any(found.rpartition("/")[2] == short for found in offered.get(name, [])):
             what = "action" if name in node.actions else "service"
-            wrong.append(
-                say(
-                    "expected {what} {name} ({short}){near_miss}",
-                    what=what,
-                    name=name,
-                    short=short,
-                    near_miss=near_miss(graph, name, course.offered),
-                )
-            )
+            words = mark("expected {what} {name} ({short}){near_miss}")
+            near = near_miss(graph, name, course.offered)
+            wrong.append(say(words, what=what, name=name, short=short, near_miss=near))
     return wrong
 
 

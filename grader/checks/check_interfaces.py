@@ -33,36 +33,22 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
         # Under whatever name: another check judges the names.
         used = {type_ for types in (*graph.services.values(), *graph.actions.values()) for type_ in types}
         used |= {end.type for end in graph.endpoints if end.kind == "publisher"}
-        own = {name: type_ for name, type_ in node.offers.items() if type_ in course.interfaces}
-        published = {name: type_ for name, type_ in node.publishes.items() if type_ in course.interfaces}
-        count += len(own) + len(published)
-        for name, type_ in own.items():
-            if course.full_type(type_) not in used:
-                short = type_.rpartition("/")[2]
-                wrong.append(
-                    say(
-                        "expected {name} ({short}){near_miss}",
-                        name=name,
-                        short=short,
-                        near_miss=near_miss(graph, name, course.offered),
-                    )
-                )
-        for name, type_ in published.items():
-            types = {e.type for e in graph.endpoints if e.topic == name and e.kind == "publisher"}
-            if course.full_type(type_) not in used:
-                found = (
-                    say("found type {short_types}", short_types=short_types(sorted(types)))
-                    if types
-                    else say("found no such publisher")
-                )
-                wrong.append(
-                    say(
-                        "expected {name} ({type}); {found}",
-                        name=name,
-                        type=type_.rpartition("/")[2],
-                        found=found,
-                    )
-                )
+        wanted = {
+            name: type_ for name, type_ in {**node.offers, **node.publishes}.items() if type_ in course.interfaces
+        }
+        count += len(wanted)
+        for name, type_ in wanted.items():
+            short = type_.rpartition("/")[2]
+            if course.full_type(type_) in used:
+                continue
+            if name in node.offers:
+                near = near_miss(graph, name, course.offered)
+                wrong.append(say("expected {name} ({short}){near_miss}", name=name, short=short, near_miss=near))
+            else:
+                types = sorted({e.type for e in graph.endpoints if e.topic == name and e.kind == "publisher"})
+                there = say("found type {short_types}", short_types=short_types(types)) if types else ""
+                found = there or say("found no such publisher")
+                wrong.append(say("expected {name} ({type}); {found}", name=name, type=short, found=found))
     if wrong:
         kinds = [f".{kind}" for kind in ("srv", "action", "msg") if any(i.startswith(kind) for i in course.interfaces)]
         names = say(" and ").join(filter(None, [", ".join(kinds[:-1]), kinds[-1]]))

@@ -1,10 +1,13 @@
-"""What a submission can import: the packages that the kit installs, and those of a course's extra-requirements.txt."""
+"""What a submission can import: the packages that the kit installs, and those of a course's extra-requirements.txt.
+
+And what to say of one that is not here, and which key in package.xml declares one.
+"""
 
 from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -24,6 +27,41 @@ EXTRA = "extra-requirements.txt"
 
 _MORE_OF_ROS = ("rcl_interfaces", "ament_index_python", "launch", "launch_ros")
 _NO_REQUIREMENT = re.compile(r"\s--hash=\S+|#.*|\\\s*$")
+
+
+_CPP = re.compile(r"rclcpp\w*|\w+_cpp|ament_cmake_auto|pluginlib|class_loader|Eigen3|PCL|pcl_\w+|OpenCV|tf2_eigen")
+_PORT = "write it with rclpy: a class derived from rclpy.node.Node, and rclpy.spin in main()"
+ROS_1 = {
+    **dict.fromkeys(("rospy", "roslib", "actionlib", "dynamic_reconfigure"), _PORT),
+    "catkin": "find_package(ament_cmake REQUIRED) and ament_package() instead",
+    "genmsg": "rosidl_default_generators makes interfaces in ROS 2",
+    "message_generation": "rosidl_default_generators makes interfaces in ROS 2",
+    "message_runtime": "rosidl_default_runtime is what interfaces need in ROS 2",
+    "roscpp": _PORT,
+    "tf": "tf2_ros is what ROS 2 has instead",
+}
+"""The packages of ROS 1 that students' code asks for, each with what to do in ROS 2."""
+NOT_BUILT = "a package of interfaces that is neither installed here nor built with this one"
+ONE_ZIP = "if it is yours, hand its interfaces in with the package, in it or beside it in one zip"
+# Names in code whose rosdep keys are more than "python3-" and the name.
+_ALSO = {
+    "yaml": ("pyyaml",),
+    "cv2": ("opencv", "libopencv-dev", "cv-bridge", "vision-opencv"),
+    "PIL": ("pil", "pillow"),
+    "serial": ("pyserial",),
+    "sklearn": ("sklearn", "scikit-learn"),
+    "skimage": ("skimage", "scikit-image"),
+    "usb": ("usb", "pyusb"),
+    "pkg_resources": ("pkg-resources", "setuptools"),
+    # A package's linter tests may also be declared by the two packages that bring all linters.
+    "ament_copyright": ("ament-lint-common", "ament-lint-auto", "ament-cmake-copyright"),
+    "ament_flake8": ("ament-lint-common", "ament-lint-auto", "ament-cmake-flake8"),
+    "ament_pep257": ("ament-lint-common", "ament-lint-auto", "ament-cmake-pep257"),
+    "pytest": ("ament-cmake-pytest",),
+    # ROS's tutorial on launch files declares the command, which depends on both.
+    "launch": ("ros2launch",),
+    "launch_ros": ("ros2launch",),
+}
 
 
 @dataclass(frozen=True)
@@ -143,3 +181,28 @@ def _distributions() -> dict[str, list[str]]:
 def _project() -> dict[str, Any]:
     found: dict[str, Any] = tomllib.loads((KIT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     return found
+
+
+def absent(name: str) -> tuple[str, str]:
+    """Return what to say of CMakeLists.txt asking for a package that is not here, and what to do."""
+    remove = f"remove find_package({name} ...) from CMakeLists.txt and {name} from package.xml"
+    if name in ROS_1:
+        return f"it asks for `{name}`, which is part of ROS 1", ROS_1[name]
+    if _CPP.fullmatch(name):
+        return f"it asks for `{name}`, which is for C++; this kit is for Python only", remove
+    if re.search(r"(_interfaces|_msgs|_msg|_srvs)$", name):
+        return f"it asks for `{name}`, {NOT_BUILT}", f"{ONE_ZIP}; else {remove}"
+    return f"it asks for `{name}`, which is not installed here", f"if the nodes do not use it, {remove}"
+
+
+def is_declared(name: str, declared: Sequence[str], packages: Sequence[str] = ()) -> bool:
+    """Return whether one of the `declared` keys declares the package or module `name`: python3-numpy does numpy.
+
+    `packages` are those of pip that have the module, where they have other names.
+    """
+    wanted = {_key(name), *_ALSO.get(name, ()), *map(_key, packages)}
+    return bool(wanted & {_key(other) for other in declared})
+
+
+def _key(name: str) -> str:
+    return re.sub(r"^python3?-|-pip$", "", name.lower().replace("_", "-"))

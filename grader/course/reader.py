@@ -176,8 +176,7 @@ class _Reader(YamlReader):
 
     def language(self, node: yaml.Node) -> str:
         """Return the code of a language that the kit has words in."""
-        self.require_known(code := self.text(node), node, words.languages(), "a language that the kit has words in")
-        return code
+        return self.one_of(node, words.languages(), "a language that the kit has words in")
 
     def place(self, folder: Path, node: yaml.Node) -> Path:
         """Return a path that is written relative to the course's folder, if it is there."""
@@ -190,15 +189,15 @@ class _Reader(YamlReader):
         """Return the course that this one extends."""
         if node is None:
             return None
-        self.require_known(self.text(node), node, ("kit",), "a course that can be extended")
+        self.one_of(node, ("kit",), "a course that can be extended")
         return kits_own()
 
     def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
         """Return the fields of a Course that its contract decides."""
         optional = ("interfaces", "launch", "functions", "goal", "demonstration", "words")
         fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
-        layout = self._texts(fields["layout"])
-        interfaces = self._texts(fields["interfaces"]) if "interfaces" in fields else ()
+        layout = self.texts(fields["layout"])
+        interfaces = self.texts(fields["interfaces"]) if "interfaces" in fields else ()
         nodes = {}
         wrong: list[str] = []
         with yaml_reader.noted(wrong):
@@ -211,22 +210,19 @@ class _Reader(YamlReader):
             found["launch"] = {}
             for path, key, value in self.mapping(fields["launch"]):
                 self.require_known(path, key, layout, "a path of the layout")
-                for item in self.items(value):
-                    self.require_known(self.text(item), item, nodes, "a node of the contract")
-                found["launch"][path] = self._texts(value)
+                started = (self.one_of(item, nodes, "a node of the contract") for item in self.items(value))
+                found["launch"][path] = tuple(started)
         if "functions" in fields:
             functions = self.fields(fields["functions"], fields["functions"], ("module", "names"), "functions")
-            module = self.text(functions["module"])
-            self.require_known(module, functions["module"], layout, "a path of the layout")
-            found["functions"] = Functions(module, self._texts(functions["names"]))
+            module = self.one_of(functions["module"], layout, "a path of the layout")
+            found["functions"] = Functions(module, self.texts(functions["names"]))
         if "goal" in fields:
             goal = self.fields(fields["goal"], fields["goal"], _GOAL, "a goal")
             found["goal"] = GoalFields(**{name: self.text(value) for name, value in goal.items()})
         if "demonstration" in fields:
-            found["demonstration"] = self.text(fields["demonstration"])
-            self.require_known(found["demonstration"], fields["demonstration"], layout, "a path of the layout")
+            found["demonstration"] = self.one_of(fields["demonstration"], layout, "a path of the layout")
         if "words" in fields:
-            found["words"] = self._texts(fields["words"])
+            found["words"] = self.texts(fields["words"])
         return found
 
     def _node(
@@ -237,20 +233,15 @@ class _Reader(YamlReader):
         roles = {role: self._types(fields[role], interfaces) for role in _ROLES if role in fields}
         module = f"{package}/{name}.py"
         self.require_known(module, key, layout, "a path of the layout")
-        config = self.text(fields["config"]) if "config" in fields else ""
-        if config:
-            self.require_known(config, fields["config"], layout, "a path of the layout")
-        answers_on = self.text(fields["answers_on"]) if "answers_on" in fields else ""
-        if answers_on:
-            self.require_known(
-                answers_on, fields["answers_on"], roles.get("publishes", {}), "a topic that it publishes"
-            )
+        config = self.one_of(fields["config"], layout, "a path of the layout") if "config" in fields else ""
+        answers_on, topics = fields.get("answers_on"), roles.get("publishes", {})
+        answer = self.one_of(answers_on, topics, "a topic that it publishes") if answers_on else ""
         every_s = self._number(fields["answers_every"]) if "answers_every" in fields else 0.05
         ahead = self._number(fields["ahead"]) if "ahead" in fields else 90.0
         test = f"test/test_{name}.py"
         parameters = self.mapping(fields["parameters"]) if "parameters" in fields else ()
         return Node(
-            name, module, test if test in layout else "", config, answers_on, every_s, ahead,
+            name, module, test if test in layout else "", config, answer, every_s, ahead,
             parameters={name: self._parameter(key, value) for name, key, value in parameters}, **roles,
         )  # fmt: skip
 
@@ -278,6 +269,3 @@ class _Reader(YamlReader):
             return float(self.text(node))
         except ValueError:
             self.fail(node, f"{self.text(node)} is not a number")
-
-    def _texts(self, node: yaml.Node) -> tuple[str, ...]:
-        return tuple(map(self.text, self.items(node)))

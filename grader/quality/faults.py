@@ -6,6 +6,7 @@ Only what is certain, or nearly so, is a fault: an import that may come from els
 from __future__ import annotations
 
 import ast
+import difflib
 import importlib.util
 import itertools
 import re
@@ -14,14 +15,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
-from grader.course import Course, definition, packages, role
-from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
+import yaml
+
+from grader.course import Course, Node, definition, packages, role
+from grader.course.packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
 from grader.quality.manifest import optional_imports
 from grader.quality.package_sources import PackageSources, read_sources
-from grader.quality.parameter_faults import parameter_faults
 from grader.quality.parsed_module import Module, absolute
 from grader.sanitize import printable
+from grader.yaml_reader import PARAMETERS, ParameterFileError, line_of, parameter_blocks, scalar, scalar_of
 
 _ORDER = ("build", "install", "start", "parameters", "interfaces")
 _MAX_FAULTS = 50
@@ -30,6 +33,8 @@ _MAX_IMPORTS = 2000
 _RUNS = ("module", "script")
 _LAUNCH = {"launch", "launch_ros"}
 """The kit has its own of these, and launch files need them."""
+_SIM_TIME = "use_sim_time"
+_TYPES: dict[type, str] = {bool: "true or false", int: "an integer", float: "a float", str: "a text"}
 
 
 def find_faults(
@@ -41,7 +46,7 @@ def find_faults(
     """
     every = itertools.chain(
         _beside(interfaces, sources.course), _in_python(sources, modules, unreadable), _without_nodes(sources, modules),
-        _of_the_build(sources), _first_lines(sources), parameter_faults(sources), _interface_faults(sources),
+        _of_the_build(sources), _first_lines(sources), _of_parameters(sources), _interface_faults(sources),
     )  # fmt: skip
     found = itertools.islice(every, 2 * _MAX_FAULTS)
     return [_printable(fault) for fault in sorted(found, key=lambda fault: _ORDER.index(fault.stops))[:_MAX_FAULTS]]
@@ -174,6 +179,58 @@ def _first_lines(sources: PackageSources) -> Iterator[Fault]:
             text = "its lines end as on Windows, so the system looks for a program called `python3\\r`"
             cure = f"save it with Unix line ends (LF): sed -i 's/\\r$//' {path}"
             yield Fault(path, 1, "start", text, cure, shown_as=["python3\\r", "python3\r"])
+
+
+def _of_parameters(sources: PackageSources) -> Iterator[Fault]:
+    """Yield what is wrong with the parameter files."""
+    for node in sources.course.nodes.values():
+        if node.config in sources.paths:
+            for fault in _in_parameters(sources, node.config, node):
+                yield fault if fault.shown_as else replace(fault, shown_as=[node.config])
+
+
+def _in_parameters(sources: PackageSources, path: str, node: Node) -> Iterator[Fault]:
+    """Yield why a parameter file does not reach its node: rcl refuses it, or its key, names or types are others."""
+    try:
+        blocks = parameter_blocks(sources.read(path))
+    except ParameterFileError as error:
+        yield Fault(path, error.line, "parameters", error.problem, error.cure)
+        return
+    except (ValueError, RecursionError):
+        return
+    if not blocks:
+        cure = f"{node.name}: / {PARAMETERS}: / name: value, each further indented"
+        yield Fault(path, 0, "parameters", "it sets nothing", cure)
+    reached = [block for block in blocks if not block.keys or block.keys[-1] in (node.name, "*", "**")]
+    for block in blocks:
+        absent = {*node.parameters, _SIM_TIME} - block.values.keys()
+        for name, value in block.values.items():
+            near = difflib.get_close_matches(name.lower(), sorted(absent), 1, 0.75)
+            if near and name not in {*node.parameters, _SIM_TIME}:
+                text = f"it sets `{name}`, and the parameter is called `{near[0]}`"
+                yield Fault(path, line_of(value), "parameters", text, f"{near[0]}:")
+            elif block in reached and isinstance(value, yaml.ScalarNode):
+                yield from _other_type(path, line_of(value), node, name, scalar_of(value))
+    if blocks and not reached:
+        text = f"its key is `{'/'.join(blocks[0].keys)}`, and the node is called `{node.name}`"
+        cure = f"{node.name}: or /**: as the key above {PARAMETERS}"
+        yield Fault(path, blocks[0].line, "parameters", text, cure)
+
+
+def _other_type(path: str, line: int, node: Node, name: str, value: object) -> Iterator[Fault]:
+    """Yield that a parameter's value has another type than the node declares, which ends the node as it starts."""
+    usual: object = False if name == _SIM_TIME else node.parameters[name].default if name in node.parameters else None
+    if usual is None or type(value) is type(usual) or type(value) not in _TYPES:
+        return
+    meant = scalar(value.replace(",", ".")) if isinstance(value, str) else value
+    if isinstance(usual, float) and isinstance(meant, int) and not isinstance(meant, bool):
+        meant = float(meant)
+    meant = meant if type(meant) is type(usual) else usual
+    said = f"'{value}'" if isinstance(value, str) else f"{value}"
+    right = str(meant) if path.endswith(".py") else str(meant).lower()
+    cure = f"write {right}" + " without quotation marks" * isinstance(value, str)
+    text = f"`{name}` is {said}, {_TYPES[type(value)]}, and the node declares {_TYPES[type(usual)]}"
+    yield Fault(path, line, "parameters", text, cure, shown_as=[f"Trying to set parameter '{name}'"])
 
 
 def _interface_faults(sources: PackageSources) -> Iterator[Fault]:

@@ -13,7 +13,7 @@ from catkin_pkg.package import InvalidPackage, parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
 from grader.course import definition
-from grader.course.foreign_packages import ROS_1
+from grader.course.packages import ROS_1
 from grader.evidence import Manifest
 from grader.python_ast import argument, called, is_docstring, last_name, literal_string
 from grader.quality.package_sources import PackageSources

@@ -215,8 +215,8 @@ class _Reader(YamlReader):
         criteria = self.every(given["criteria"], self._criterion)
         scale = self._scale(given["scale"]) if "scale" in given else ()
         league = self.every(given["league"], self._figure) if "league" in given else ()
-        dropped = tuple(map(self.text, self.items(given["dropped"]))) if "dropped" in given else ()
-        withholds = "flags" in given and self._one_of(given["flags"], "flags", *FLAGS) == FLAGS[1]
+        dropped = self.texts(given["dropped"]) if "dropped" in given else ()
+        withholds = "flags" in given and self.one_of(given["flags"], FLAGS, "a value of `flags`") == FLAGS[1]
         title, version = self._said(given["title"]), self.text(given["version"])
         return Rubric(title, version, criteria, scale, league, dropped=dropped, withholds=withholds)
 
@@ -235,23 +235,19 @@ class _Reader(YamlReader):
 
     def _figure(self, node: yaml.Node) -> Figure:
         given = self.fields(node, node, ("figure", "unit", "best"), "a figure of the league")
-        most = self._one_of(given["best"], "best", "most", "least") == "most"
+        most = self.one_of(given["best"], ("most", "least"), "a value of `best`") == "most"
         return Figure(self.text(given["figure"]), self.text(given["unit"]), most)
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))
         name = self._id(given)
         requirements = self.every(given["requirements"], lambda item: self._requirement(item, name))
+        levels = self.fields(given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion")
         return Criterion(
             id=name,
             title=self._said(given["title"]),
             points=self._points(given["points"]) if "points" in given else _sum(requirements),
-            levels={
-                level: self._said(words)
-                for level, words in self.fields(
-                    given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion"
-                ).items()
-            },
+            levels={level: self._said(words) for level, words in levels.items()},
             requirements=requirements,
         )
 
@@ -272,16 +268,15 @@ class _Reader(YamlReader):
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self._said(given["title"]) if "title" in given else name,
-            held_back="held_back" in given and self._one_of(given["held_back"], "held_back", "true", "false") == "true",
+            held_back="held_back" in given and self._is_true(given["held_back"], "held_back"),
         )
 
     def _said(self, node: yaml.Node) -> str:
         """Return a text in the language in use."""
         return say(" ".join(self.text(node).split()))
 
-    def _one_of(self, node: yaml.Node, key: str, *values: str) -> str:
-        self.require_known(self.text(node), node, values, f"a value of `{key}`")
-        return self.text(node)
+    def _is_true(self, node: yaml.Node, key: str) -> bool:
+        return self.one_of(node, ("true", "false"), f"a value of `{key}`") == "true"
 
     def _check(self, node: yaml.Node) -> Check:
         given = self.fields(node, node, ("id", "points"), "a check", ("level",))
@@ -290,8 +285,7 @@ class _Reader(YamlReader):
             module = name.partition("::")[0]
             same = [each for each in self._checks if each.partition("::")[0] == module]
             self.require_known(name, given["id"], sorted(same or self._checks), "a check of the kit")
-        level = self.text(given["level"]) if "level" in given else "core"
-        self.require_known(level, given.get("level", node), ("core", "advanced"), "a level")
+        level = self.one_of(given["level"], ("core", "advanced"), "a level") if "level" in given else "core"
         return Check(name, self._points(given["points"]), level)
 
     def _id(self, given: dict[str, yaml.Node]) -> str:

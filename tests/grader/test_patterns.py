@@ -14,7 +14,7 @@ from helpers.backtracking import slow
 from grader import KIT, tracebacks
 from grader.checks import build_log
 from grader.courses.robot_controller.checks import check_set_speed
-from grader.quality import cmake_text
+from grader.quality import package_sources
 
 # They read the kit's own texts, what a student types, or /proc; `ros2` runs on a student's side.
 ELSEWHERE = ("authoring", "host", "notebook", "ros2", "selftest")
@@ -123,6 +123,6 @@ def test_every_pattern_takes_linear_time():
 
 def test_texts_made_to_be_slow_are_read():
     """Each took minutes, or longer than anybody waits."""
-    assert cmake_text.read("project(a)\n" + "#[[\n" * 100_000)[0].name == "project"
+    assert package_sources.commands("project(a)\n" + "#[[\n" * 100_000)[0].name == "project"
     assert tracebacks.without_ignored("Exception ignored in: x\nTraceback (most recent call last):\n" + "\t" * 500_000)
     assert not check_set_speed.states("1" * 100_000 + "x", 0.5)

@@ -11,7 +11,7 @@ from submissions.edits import REFERENCE, apply
 from variants import VARIANTS, make
 
 from grader.evidence import Fault, SourceFile
-from grader.quality import cmake_text, source_files
+from grader.quality import package_sources, source_files
 from grader.quality.faults import find_faults
 from grader.quality.package_sources import read_sources
 from grader.quality.parsed_module import Module
@@ -57,6 +57,9 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
         ("srv/SetSpeed.srv", "---\n", "", "srv/SetSpeed.srv", "has 0 of the lines `---` between its parts", ""),
         ("srv/SetSpeed.srv", "float32 speed", "float64 speed",
          "srv/SetSpeed.srv:2", "`float64 speed` should be `float32 speed`", "compare it with the contract"),
+        ("ros2_robot_controller/extra.py", "", "import no_such_filters\n\nprint(no_such_filters)\n",
+         "ros2_robot_controller/extra.py:1", "it imports `no_such_filters`, which is not among the packages that",
+         "ask your instructor to add it to extra-requirements.txt"),
         (NODE, "def main(", "de f main(",
          f"{NODE}:43", "it is not valid Python: invalid syntax", "look at that line"),
         ("scripts/robot_controller", "#!/usr/bin/env python3\n", "",
@@ -164,7 +167,7 @@ def test_the_fields_of_a_package_of_interfaces_are_compared_too(tmp_path: Path):
 
 def test_cmake_is_read_with_comments_strings_and_blocks():
     text = '#[[ a (\n]]\nproject(robot) # (\nset(FILES a b)\nif(X)\n  install(FILES ${FILES} "c (d")\nendif()\n'
-    found = cmake_text.read(text)
+    found = package_sources.commands(text)
     assert [(command.name, command.line) for command in found] == [
         ("project", 3), ("set", 4), ("if", 5), ("install", 6), ("endif", 7),
     ]  # fmt: skip

@@ -213,7 +213,6 @@ def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
     assert found["launch/robot_controller_launch.py"].data
 
 
-@pytest.mark.slow  # reads megabytes
 @pytest.mark.parametrize(
     ("files", "said"),
     [
@@ -234,7 +233,6 @@ def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: di
         assert said in result.seen
 
 
-@pytest.mark.slow  # reads megabytes
 @pytest.mark.parametrize("line", ["x=f( 1)\n", "x=f( 1);" * 100 + "\n"], ids=["lines", "long lines"])
 def test_a_module_too_large_to_be_read_costs_more_than_its_start(tmp_path: Path, line: str):
     """Nobody gains by making a bad module larger: a file cut to the limit is judged by its findings."""
@@ -253,7 +251,6 @@ def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:
     return replace(quality, files=[*quality.files, *unread])
 
 
-@pytest.mark.slow  # the linters once more
 def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):
     bad = "x = [1,2 ]\n" * 45
     quality = with_flake8(written(tmp_path, {"m/a.py": NUMBERS_ONLY, "m/b.py": NUMBERS_ONLY, "m/c.py": bad}))

@@ -9,7 +9,7 @@ from helpers.course import COURSE
 from helpers.quality_examples import CONTROLLER, DRIVER, REFERENCE, Judged, judged, reference, with_manifest_of
 
 from grader.checks import check_package_xml as checks
-from grader.course.rosdep_keys import is_declared
+from grader.course.packages import is_declared
 from grader.quality.analyse import analyse_package
 
 XML = (REFERENCE / "package.xml").read_text()
