@@ -24,6 +24,9 @@ MODULES = (
     "rclpy.node", "rclpy.parameter", "rclpy.qos", "rclpy.time",
     "action_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "rcl_interfaces.msg", "rcl_interfaces.srv",
     "rosgraph_msgs.msg", "sensor_msgs.msg", "std_msgs.msg", "std_srvs.srv", "unittest.mock",
+    # What these import.
+    "ament_index_python", "builtin_interfaces", "rosidl_parser", "rpyutils", "type_description_interfaces",
+    "unique_identifier_msgs",
 )  # fmt: skip
 _SET_DUMPABLE = 4  # <linux/prctl.h>
 

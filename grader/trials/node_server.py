@@ -11,6 +11,7 @@ import json
 import re
 import secrets
 import signal
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -36,12 +37,14 @@ _POLL_S = 0.002
 def can_fork(install: Path, program: Path) -> bool:
     """Return whether a fork of a process that has imported rclpy is what Python would make of a program.
 
-    It is if the program is a Python script, and nothing that is installed would be imported in place of what is there.
+    It is if the program is a Python script, and nothing that is installed, or lies beside the program, would be
+    imported in place of what is there by then.
     """
     if namespaces.confinement() is not namespaces.Confinement.NAMESPACES or namespaces.sandbox_disabled():
         return False
-    modules = {name.partition(".")[0] for name in (*MODULES, "usercustomize")}
-    installed = {path.name.partition(".")[0] for path in (install / ros_env.SITE_IN_PREFIX).glob("*")}
+    modules = {*sys.stdlib_module_names, *(name.partition(".")[0] for name in (*MODULES, "usercustomize"))}
+    found = [*(install / ros_env.SITE_IN_PREFIX).glob("*"), *program.parent.glob("*.*")]
+    installed = {path.name.partition(".")[0] for path in found}
     text = untrusted.read_bytes(program, _PROGRAM_BYTES)
     return text is not None and bool(_PYTHON.match(text)) and installed.isdisjoint(modules)
 

@@ -13,6 +13,7 @@ import pytest
 
 from grader import sandbox
 from grader.host import namespaces, ros_env
+from grader.sandbox.first_process import MODULES
 from grader.trials.node_server import ForkedNode, NodeServer, can_fork
 from grader.trials.request import node_environment
 
@@ -78,6 +79,13 @@ def test_a_fork_is_the_program_that_python_would_start(run):
     assert told["first"] == ["/ws/install/lib/p", "/ws/at_start"]
     assert (told["domain"], told["loaded"], told["kit"], told["input"]) == ("7", True, False, "")
     assert node.exit_code() == 0
+
+
+def test_all_that_is_there_by_then_is_known(run):
+    node = run("import sys; print(*{name.partition('.')[0] for name in sys.modules} - set(sys.stdlib_module_names))")
+    known = {name.partition(".")[0] for name in MODULES}
+    others = {name for name in node.output.split() if not name.startswith(("_", "__editable__"))} - known
+    assert others <= {"sitecustomize", "cython_runtime", "ros_wheels_bootstrapper"}
 
 
 @pytest.mark.parametrize(
@@ -187,6 +195,7 @@ def test_what_runs_in_a_fork_is_noted_and_a_second_program_in_its_place_is_seen(
         ("#!/usr/bin/env python3\n", "rclpy", False),
         ("#!/usr/bin/env python3\n", "numpy.py", False),
         ("#!/usr/bin/env python3\n", "usercustomize.py", False),
+        ("#!/usr/bin/env python3\n", "queue", False),
         ("#!/usr/bin/python3 -I\n", "p", False),
         ("#!/bin/sh\n", "p", False),
         ("\x7fELF", "p", False),
