@@ -183,13 +183,30 @@ class NodeUnderTest:
         before, idle, heard = self._clock.seconds(), self._clock.idle, self._signs_of_life()
         self.bridge.tick(dt, further_rounds=_GOAL_ROUNDS if busy else 0)
         # Only within ticks: in a notebook, minutes may pass between two of them.
+        self._note_silence(before, heard)
+        self._waited_s += self._clock.idle - idle
+        if self.behind_s > BEHIND_S:
+            raise TrialOver(self._stopped(Kind.WAITS, BEHIND_S))
+
+    def finish(self) -> None:
+        """Wait, at a trial's end, for a node that answers nothing, as long as it may.
+
+        Simulated time that goes by the wall may be over before that, if the node waits for a CPU.
+
+        Raises:
+            TrialOver: the node answers nothing any more.
+        """
+        while self._deaf_s and self.process.exit_code() is None:
+            before, heard = self._clock.seconds(), self._signs_of_life()
+            self.bridge.drain()
+            self._note_silence(before, heard)
+
+    def _note_silence(self, before: float, heard: int) -> None:
+        """Count how long the node has answered nothing since `before`, when it had given these signs of life."""
         silent = self.bridge.can_ask and self._signs_of_life() == heard
         self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0
         if self._deaf_s > DEAF_S:
             raise TrialOver(self._stopped(Kind.HANGS, DEAF_S))
-        self._waited_s += self._clock.idle - idle
-        if self.behind_s > BEHIND_S:
-            raise TrialOver(self._stopped(Kind.WAITS, BEHIND_S))
 
     @property
     def behind_s(self) -> float:

@@ -177,6 +177,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: For
             stage.open()
             notes.look_at(process.pids())
             plan.script(stage)
+            node.finish()
         except TrialOver as over:
             ended = over.reason
         except Exception as error:
