@@ -369,10 +369,8 @@ def _cgroups(machine: Machine) -> list[Diagnosis]:
         fix = f"systemd-run --user --scope -p Delegate=yes {grade}"
         return [_warn(name, f"version 2, memory and pids are not delegated; {instead}", fix)]
     missing = [each for each in ("memory", "pids") if not machine.exists(f"/sys/fs/cgroup/{each}")]
-    if len(missing) == 2:
-        return [_warn(name, f"none; {instead}")]
     if missing:
-        return [_warn(name, f"version 1, without the controller {missing[0]}; {instead}")]
+        return [_warn(name, f"none for {' and '.join(missing)}; {instead}")]
     fix = f"sudo -E {grade}" if machine.which("sudo") and not machine.root else ""
     return [_warn(name, f"version 1, not writable; {instead}", fix)]
 

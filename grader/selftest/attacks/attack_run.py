@@ -21,11 +21,11 @@ from grader.report import console
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import Outcome
-from grader.selftest.attacks import on_build, on_host, on_nodes
+from grader.selftest.attacks import on_host, on_nodes
 from grader.selftest.attacks.attack import Attack, fill_in
 from grader.selftest.attacks.honeytokens import Honeytokens, planted
 
-ATTACKS: dict[str, Attack] = {each.name: each for each in (*on_build.ATTACKS, *on_nodes.ATTACKS, *on_host.ATTACKS)}
+ATTACKS: dict[str, Attack] = {each.name: each for each in (*on_host.ATTACKS, *on_nodes.ATTACKS)}
 """All attacks whose success depends on the host, by name; the others are run by the kit's own tests."""
 Points = dict[str, float]
 

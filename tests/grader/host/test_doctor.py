@@ -246,8 +246,8 @@ def test_the_doctor_cuts_no_word():
         (V1_FILES, VERSION_1, State.OK, "version 1, below /sys/fs/cgroup/memory, /sys/fs/cgroup/pids"),
         (V2_FILES, None, State.WARN, "version 2, memory and pids are not delegated; resource limits are used instead"),
         (V1_FILES, None, State.WARN, "version 1, not writable; resource limits are used instead"),
-        (V1_FILES[:1], None, State.WARN, "version 1, without the controller pids; resource limits are used instead"),
-        ([], None, State.WARN, "none; resource limits are used instead"),
+        (V1_FILES[:1], None, State.WARN, "none for pids; resource limits are used instead"),
+        ([], None, State.WARN, "none for memory and pids; resource limits are used instead"),
     ],
 )
 def test_cgroups_are_named_by_version_and_never_required(
