@@ -177,19 +177,14 @@ class Progress:
             self._clock.start()
         self._show()
 
-    def done(self) -> None:
-        """Remove the line."""
-        if self._handle is not None:
-            self._ended.set()
-            self._clock.join()
-            self._handle.update({}, raw=True)
-            self._handle = None
-
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.done()
+        if self._handle is not None:
+            self._ended.set()
+            self._clock.join()
+            self._handle.update({}, raw=True)
 
     def _tick(self) -> None:
         while not self._ended.wait(1.0):
