@@ -22,7 +22,6 @@ from grader.notebook import pieces
 from grader.scoring.rubric import Rubric
 
 NOTEBOOKS = KIT / "notebooks"
-SOURCE = NOTEBOOKS / "source"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
 FUNCTION = "function"  # a function that stays in the notebook; solution_NN.py beside the source has it solved
 CASE = "case"  # the diagnosis or the cure of a patient of the clinic, which the cell names

@@ -21,7 +21,7 @@ from grader.scoring.grading import Grading
 from grader.settings import Settings
 from grader.words import say
 
-_STEP, _REFUSED, _FAILED = "step ", "refused ", "failed "
+_STEP, _RAISED = "step ", "raised "
 _TAIL = 500  # characters of what a process that broke has printed
 
 
@@ -56,10 +56,9 @@ def _observe(wanted: str, settings: Settings) -> None:
     finally:
         supervised.end(process)
     for line in said:
-        if line.startswith(_REFUSED):
-            raise SubmissionError(*json.loads(line.removeprefix(_REFUSED)))
-        if line.startswith(_FAILED):
-            raise GraderError(*json.loads(line.removeprefix(_FAILED)))
+        if line.startswith(_RAISED):
+            theirs, *words = json.loads(line.removeprefix(_RAISED))
+            raise (SubmissionError if theirs else GraderError)(*words)
     if process.returncode:
         raise GraderError(
             say(
@@ -87,8 +86,8 @@ def main(wanted: dict[str, Any]) -> int:
     try:
         pipeline.observe(Path(wanted["package"]), Path(wanted["out"]), settings)
     except KitError as error:
-        kind = _REFUSED if isinstance(error, SubmissionError) else _FAILED
-        print(f"{kind}{json.dumps([error.what, error.advice])}", flush=True)
+        said = [isinstance(error, SubmissionError), error.what, error.advice]
+        print(f"{_RAISED}{json.dumps(said)}", flush=True)
     return 0
 
 

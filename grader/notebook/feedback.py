@@ -9,6 +9,7 @@ import textwrap
 import threading
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from grader.notebook import checkpoints
@@ -74,6 +75,14 @@ class Answer:
         of = "; ".join(filter(None, (of, self.sample)))
         return f"{verdict} ({of})" if worth else verdict
 
+    @property
+    def mark(self) -> tuple[str, str]:
+        """Return the colour and the sign before it."""
+        whole = self.passed and (float(self.points) > 0 or not self.so_far)
+        part = self.passed or float(self.points) > 0
+        colour = SOFT if self.elsewhere else OURS if self.ours else GOOD if whole else PART if part else BAD
+        return colour, "!" if self.ours else "✓" if whole else "◐" if part else "○"
+
 
 @dataclass(frozen=True, repr=False)
 class Checked:
@@ -92,10 +101,11 @@ class Checked:
         return "\n".join([*self.notes, *(line for answer in self.answers for line in _lines(answer))])
 
     def _repr_html_(self) -> str:
-        parts = [f'<p style="margin:.2em 0;color:{SOFT}">{_code(note)}</p>' for note in self.notes]
-        parts += [_card(answer) for answer in self.answers]
-        parts += [_figure(picture) for picture in self.pictures]
-        return f'<div style="max-width:62em">{"".join(parts)}</div>'
+        from jinja2 import Environment, FileSystemLoader
+
+        environment = Environment(loader=FileSystemLoader(Path(__file__).parent))  # the filters escape
+        environment.filters |= {"text": html.escape, "code": _code}
+        return environment.get_template("answers.html.j2").render(checked=self, soft=SOFT, cell=_CELL)
 
 
 def _lines(answer: Answer) -> list[str]:
@@ -110,47 +120,7 @@ def _lines(answer: Answer) -> list[str]:
     return lines
 
 
-def _card(answer: Answer) -> str:
-    whole = answer.passed and (float(answer.points) > 0 or not answer.so_far)
-    part = answer.passed or float(answer.points) > 0
-    colour = SOFT if answer.elsewhere else OURS if answer.ours else GOOD if whole else PART if part else BAD
-    sign = "!" if answer.ours else "✓" if whole else "◐" if part else "○"
-    head = (
-        f'<div><span style="color:{colour};font-weight:700">{sign} {html.escape(answer.headline)}</span>'
-        f' <span style="font-weight:600">{html.escape(answer.title)}</span></div>'
-    )
-    body = "".join(_note(note, len(answer.notes) > 1) for note in answer.notes)
-    foot = f'<div style="color:{SOFT};font-size:.9em">{html.escape(answer.section)}</div>'
-    if answer.passed or answer.elsewhere or not answer.section:
-        foot = ""
-    return (
-        f'<div style="border-left:4px solid {colour};padding:.2em 0 .2em .9em;margin:.7em 0;line-height:1.45">'
-        f"{head}{body}{foot}</div>"
-    )
-
-
-def _note(note: Note, several: bool) -> str:
-    heading = (
-        f'<div style="margin-top:.4em;font-weight:600">{_code(note.heading)}</div>' if several and note.heading else ""
-    )
-    rows = "".join(
-        f'<tr style="background:transparent"><td style="{_CELL};color:{SOFT};width:5.5em">{name}</td>'
-        f'<td style="{_CELL};white-space:pre-line">{_code(value)}</td></tr>'
-        for name, value in note.rows
-    )
-    return f'{heading}<table style="border-collapse:collapse;margin:.3em 0 .6em">{rows}</table>'
-
-
 _CELL = "text-align:left;vertical-align:top;padding:.1em .8em .1em 0;border:0"
-
-
-def _figure(picture: Picture) -> str:
-    words = html.escape(picture.words, quote=True)
-    return (
-        f'<figure style="margin:.8em 0"><img src="{picture.source}" alt="{words}" '
-        f'style="max-width:100%;height:auto;border-radius:6px;border:1px solid {SOFT}">'
-        f'<figcaption style="color:{SOFT};font-size:.9em">{words}</figcaption></figure>'
-    )
 
 
 def _code(text: str) -> str:
@@ -207,19 +177,14 @@ class Progress:
             self._clock.start()
         self._show()
 
-    def done(self) -> None:
-        """Remove the line."""
-        if self._handle is not None:
-            self._ended.set()
-            self._clock.join()
-            self._handle.update({}, raw=True)
-            self._handle = None
-
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.done()
+        if self._handle is not None:
+            self._ended.set()
+            self._clock.join()
+            self._handle.update({}, raw=True)
 
     def _tick(self) -> None:
         while not self._ended.wait(1.0):

@@ -146,7 +146,8 @@ def _failures(name: str, text: str, checks: str) -> dict[str, str]:
     with _in_place_of(name) as under_test:
         exec(compile(text, name, "exec"), under_test.__dict__)
         exec(compile(checks, file.__name__, "exec"), file.__dict__)
-        return {test: _failure(test, calls) for test, calls in _tests(file).items()}
+        tests = {key: value for key, value in vars(file).items() if key.startswith("test_") and callable(value)}
+        return {key: _failure(key, calls) for key, value in tests.items() if (calls := list(_calls(value)))}
 
 
 @contextmanager
@@ -163,26 +164,16 @@ def _in_place_of(name: str) -> Iterator[ModuleType]:
             sys.modules[name] = before
 
 
-def _tests(file: ModuleType) -> dict[str, list[partial[object]]]:
-    """Return the tests of a file by name, each with its arguments."""
-    functions = {key: value for key, value in vars(file).items() if key.startswith("test_") and callable(value)}
-    return {key: calls for key, value in functions.items() if (calls := list(_calls(value)))}
-
-
 def _calls(test: Callable[..., object]) -> Iterator[partial[object]]:
     """Yield the test with each combination of its parametrized arguments; nothing if it needs fixtures."""
     marks = [mark.args for mark in getattr(test, "pytestmark", []) if mark.name == "parametrize"]
     for chosen in itertools.product(*(values for _, values, *_ in marks)):
         arguments: dict[str, Any] = {}
         for (names, *_), values in zip(marks, chosen, strict=True):
-            arguments |= _named(names, values)
+            split = [name.strip() for name in names.split(",")] if isinstance(names, str) else list(names)
+            arguments |= dict(zip(split, values if len(split) > 1 else (values,), strict=True))
         if set(inspect.signature(test).parameters) == set(arguments):
             yield partial(test, **arguments)
-
-
-def _named(names: str | Sequence[str], values: Any) -> Mapping[str, Any]:
-    split = [name.strip() for name in names.split(",")] if isinstance(names, str) else list(names)
-    return dict(zip(split, values if len(split) > 1 else (values,), strict=True))
 
 
 def _failure(name: str, calls: Sequence[partial[object]]) -> str:

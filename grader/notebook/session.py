@@ -165,11 +165,8 @@ class Run:
         request, response = definition.parts(interface_types.text(kind))
         given = dict(zip(request, values, strict=False)) | fields
         typed = {name: float(v) if request[name].startswith("float") else v for name, v in given.items()}  # type: ignore[arg-type]
-        with self._lock:
-            stage = self._active_stage()
-            answer, why = None, say("no node offers {service}", service=service)
-            if stage is not None:
-                answer, why = self._asked(lambda: stage.ask(service, typed)) or (None, self.trouble)
+        nobody = say("no node offers {service}", service=service) if self._active_stage() is None else ""
+        answer, why = self._asked(lambda stage: stage.ask(service, typed)) or (None, nobody or self.trouble)
         return answer or SimpleNamespace(**{name: _blank(type_, why) for name, type_ in response.items()})
 
     def go_to(
@@ -181,12 +178,13 @@ class Run:
         """
         with self._lock:
             stage = self._active_stage()
+            goal = None
             if stage is None or not stage.takes_goals:
                 print(say("not yet: {no_action}", no_action=_no_action()))
-                return GoalResult("no server", False, _pose())
-            goal = self._asked(lambda: stage.navigate(x, y, tolerance))
-            if goal is None:
-                return GoalResult("no server", False, _pose())
+            else:
+                goal = self._asked(lambda stage: stage.navigate(x, y, tolerance))
+        if goal is None:
+            return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
         while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
@@ -206,12 +204,9 @@ class Run:
 
     def set_parameter(self, name: str, value: object) -> tuple[bool, str]:
         """Set a parameter of the running node; return whether it was accepted, and the node's reason if not."""
-        with self._lock:
-            stage = self._active_stage()
-            if stage is None:
-                return False, say("there is no node")
-            answer = self._asked(lambda: stage.set_parameter(name, value))
-        return (False, self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
+        nobody = say("there is no node") if self._active_stage() is None else ""
+        answer = self._asked(lambda stage: stage.set_parameter(name, value))
+        return (False, nobody or self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
         """Return (t, message) for each message on a topic that the contract's nodes publish.
@@ -310,23 +305,23 @@ class Run:
 
     def _tick(self) -> None:
         with self._lock:
-            stage = self._active_stage()
-            if stage is not None:
-                self._asked(stage.tick)
-                if not self.trouble:
-                    return
-            self._recorder.take(self.simulator.step(TICK_S))
+            self._asked(lambda stage: stage.tick())
+            if self._active_stage() is None:
+                self._recorder.take(self.simulator.step(TICK_S))
 
-    def _asked(self, question: Callable[[], Any]) -> Any:
-        """Return what `question` returns; None if the node has ended, after which the robot stands still."""
-        from grader.notebook.watched_stage import TrialOver
+    def _asked(self, question: Callable[[WatchedStage], Any]) -> Any:
+        """Return what `question` returns; None if there is no node, or it has ended: then the robot stands still."""
+        with self._lock:
+            if (stage := self._active_stage()) is None:
+                return None
+            from grader.notebook.watched_stage import TrialOver
 
-        try:
-            return question()
-        except TrialOver as over:
-            self.simulator.command(0.0, 0.0)
-            self._give_up(self._why(over.reason))
-            return None
+            try:
+                return question(stage)
+            except TrialOver as over:
+                self.simulator.command(0.0, 0.0)
+                self._give_up(self._why(over.reason))
+                return None
 
     def _active_stage(self) -> WatchedStage | None:
         """Return the stage while its node runs, else None."""
@@ -339,7 +334,7 @@ class Run:
             if stage is None or not stage.takes_goals:
                 return _no_action()
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-            goal = self._asked(lambda: stage.navigate(place.x, place.y, 0.1))
+            goal = self._asked(lambda stage: stage.navigate(place.x, place.y, 0.1))
         if goal is None:
             return self.trouble
         if goal.accepted:

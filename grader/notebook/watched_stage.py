@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ class WatchedStage(Stage):
         )  # fmt: skip
         for topic, type_ in self.contract.publishes.items():
             if topic != self.bridge.topics.command:
-                self._record(interface(type_), topic, messages[topic])
+                self.bridge.subscribe(interface(type_), topic, partial(self._note, messages[topic]))
 
     def tick(self) -> None:
         """Let one tick of simulated time pass.
@@ -88,8 +89,8 @@ class WatchedStage(Stage):
         """Return whether the node offers the action."""
         return self.node.action is not None and bool(self.node.action.server_is_ready())
 
-    def _record(self, kind: Any, topic: str, messages: list[tuple[float, Any]]) -> None:
-        self.bridge.subscribe(kind, topic, lambda message: messages.append((self.t, message)))
+    def _note(self, messages: list[tuple[float, Any]], message: Any) -> None:
+        messages.append((self.t, message))
 
 
 class _WatchedRecorder(TrialRecorder):

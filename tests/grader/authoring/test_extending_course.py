@@ -27,7 +27,6 @@ from grader.notebook.workspace import Workspace
 from grader.scoring import rubric
 from grader.trials import catalog
 
-CHANGES = KIT / "grader" / "authoring" / "template_changes"
 KITS = rubric.load(COURSE.rubric)
 KITS_TEXT = COURSE.rubric.read_text()
 
