@@ -13,10 +13,9 @@ from grader.course import Course
 from grader.course.reader import COURSE
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
-from grader.intake import course_marker
-from grader.intake.choose import choose, choose_named, find_named, interfaces_beside, remark
+from grader.intake import choose, course_marker
+from grader.intake.choose import Candidate, Tree
 from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, SUBMISSION, SizeLimits, refused
-from grader.intake.locate import Candidate, Tree, survey
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
 from grader.words import mark, say
@@ -60,11 +59,11 @@ def open_submission(
     name = source.resolve().name
     with _emptied_on_failure(into):
         opened = _Opened(unpack(source, into, limits, leave_out=leave_out))
-        tree = survey(into, course)
+        tree = choose.survey(into, course)
         for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
-            if not tree.candidates or (package and not find_named(tree, package)):
+            if not tree.candidates or (package and not choose.find_named(tree, package)):
                 opened.open_archives(tree)
-                tree = survey(into, course)
+                tree = choose.survey(into, course)
         try:
             if opened.refused and not tree.candidates:
                 raise opened.refused[0]
@@ -72,8 +71,7 @@ def open_submission(
                 words = mark("{name} has no file that could be taken in: {why}")
                 advice = mark("Zip the package folder again with an ordinary program.")
                 raise refused(name, words, advice, why=next(opened.remarks()))
-            chosen, because = choose_named(tree, name, package) if package else choose(tree, name)
-            return _describe(name, tree, chosen, because, opened)
+            return _describe(name, tree, *choose.choose(tree, name, package), opened)
         except SubmissionError as error:
             error.remarks = [*opened.remarks(), *itertools.islice(opened.closed(tree), MAX_OTHERS)]
             raise
@@ -125,7 +123,7 @@ class _Opened:
 
 
 def _describe(name: str, tree: Tree, package: Candidate, because: str, opened: _Opened) -> Submission:
-    interfaces = interfaces_beside(tree, package)
+    interfaces = choose.interfaces_beside(tree, package)
     others = [candidate for candidate in tree.candidates if candidate not in (package, interfaces)]
     intake = Intake(
         name=printable(name),
@@ -133,7 +131,7 @@ def _describe(name: str, tree: Tree, package: Candidate, because: str, opened: _
         package=package.name,
         package_path=package.path,
         files=list(tree.files),
-        others=[remark(candidate) for candidate in others[:MAX_OTHERS]],
+        others=[choose.remark(candidate) for candidate in others[:MAX_OTHERS]],
         notes=[*_notes_on(tree, package), *opened.notes, *itertools.islice(opened.closed(tree), MAX_OTHERS)],
         interfaces_package=interfaces.path if interfaces else "",
         chosen_because=because,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import sys
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
 
 from grader import KIT
 from grader.evidence import Trial
@@ -46,10 +48,7 @@ class Album:
         """Return the picture of the longest drive, None if there is none or it was returned before."""
         if not self.most or not self.trials:
             return None
-        _load_matplotlib()
-        from grader.report import pictures
-
-        trial = pictures.worth_drawing(self.trials.values())
+        trial = _pictures().worth_drawing(self.trials.values())
         return None if trial is None or trial.name in self.drawn else self.draw(trial)
 
     def draw(self, trial: Trial) -> Picture | None:
@@ -60,20 +59,18 @@ class Album:
         if sum(picture is not None for picture in self.drawn.values()) < self.most:
             # A picture is an extra: if drawing fails, the grade must still be shown.
             with contextlib.suppress(Exception):
-                _load_matplotlib()
-                from grader.report import pictures
-
+                pictures = _pictures()
                 if pictures.drawable(trial):
                     words = one_line(pictures.describe(trial), 1_000)
                     self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial), words)
         return self.drawn[trial.name]
 
 
-def _load_matplotlib() -> None:
-    """Import matplotlib, which takes half a second, and would obey a matplotlibrc in the current folder."""
-    if "matplotlib" not in sys.modules:
-        with contextlib.chdir(KIT):
-            importlib.import_module("matplotlib")
+@cache
+def _pictures() -> Any:
+    """Return pictures.py. Its matplotlib takes half a second, and would obey a matplotlibrc in the current folder."""
+    with contextlib.chdir(KIT):
+        return importlib.import_module("grader.report.pictures")
 
 
 @dataclass(frozen=True)
@@ -95,9 +92,9 @@ class Figures:
     `elsewhere` names, for each requirement, the figures that its losses share with something above.
     """
 
-    first: Figure | None
-    at: dict[str, list[Figure]]
-    elsewhere: dict[str, list[Figure]]
+    first: Figure | None = None
+    at: dict[str, list[Figure]] = field(default_factory=lambda: defaultdict(list))
+    elsewhere: dict[str, list[Figure]] = field(default_factory=lambda: defaultdict(list))
 
 
 def choose(grading: Grading, bags: Collection[str]) -> Figures:
@@ -132,12 +129,6 @@ def choose(grading: Grading, bags: Collection[str]) -> Figures:
     return Figures(first, at, elsewhere)
 
 
-def no_figures(grading: Grading) -> Figures:
-    """Return no figures, for trials that students may not see."""
-    names = [score.requirement.id for score in grading.scorecard.requirements]
-    return Figures(None, {name: [] for name in names}, {name: [] for name in names})
-
-
 def failed_trials(grading: Grading) -> list[Trial]:
     """Return the trials that can be replayed and in which points were lost."""
     lost = [loss.result for loss in grading.losses if loss.result.outcome in (Outcome.FAILED, Outcome.PARTIAL)]
@@ -151,9 +142,9 @@ def _figure(name: str, trial: Trial, result: CheckResult, album: Album, has_bag:
     played = words = ""
     # As with a picture: whatever a trial holds, the grade must be shown.
     with contextlib.suppress(Exception):
-        from grader.report import pictures
         from grader.report.recording import replay
 
+        pictures = _pictures()
         # A share of the points may rest on several trials, of which only the last is known.
         if pictures.drawable(trial) or (result.outcome is Outcome.FAILED and len(trial.samples) > 1):
             words = one_line(pictures.describe(trial), 1_000)

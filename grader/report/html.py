@@ -50,7 +50,7 @@ def render(
     return environment.get_template("template.html.j2").render(
         **_facts(result, {decision.requirement: decision.points for decision in about.decisions}),
         hand_in=about,
-        figures=figures.choose(result, bags) if pictures else figures.no_figures(result),
+        figures=figures.choose(result, bags) if pictures else figures.Figures(),
     )
 
 

@@ -123,7 +123,7 @@ def test_a_search_path_without_more_folders_has_no_empty_part(monkeypatch: pytes
 def test_pictures_are_drawn_without_the_settings_of_the_current_folder(tmp_path: Path):
     """A matplotlibrc that is no text ended a grading."""
     (tmp_path / "matplotlibrc").write_bytes(b"\xff\xfe")
-    script = "from grader.report import figures; figures._load_matplotlib(); from grader.report import pictures"
+    script = "from grader.report import figures; figures._pictures()"
     subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True)
 
 

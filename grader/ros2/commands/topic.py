@@ -196,19 +196,12 @@ def run_pub(args: argparse.Namespace) -> None:
 
 
 # -- hz and delay -----------------------------------------------------------------------------------------------------
-def run_hz(args: argparse.Namespace) -> int:
+def run_hz(args: argparse.Namespace) -> None:
     """Print how often messages arrive, by simulated time if it was asked for."""
-
-    def arrival_s(_message: Any, now_ns: int) -> float:
-        return now_ns * 1e-9 if args.use_sim_time else time.monotonic()
-
-    def gaps(arrivals: list[float]) -> list[float]:
-        return [after - before for before, after in pairwise(arrivals)]
-
-    return _measure(args, arrival_s, gaps, lambda mean: f"average rate: {1 / mean if mean else 0:.3f}", raw=True)
+    _measure(args, lambda _, now_ns: now_ns * 1e-9 if args.use_sim_time else time.monotonic(), rate=True)
 
 
-def run_delay(args: argparse.Namespace) -> int:
+def run_delay(args: argparse.Namespace) -> None:
     """Print how old the messages' stamps are when they arrive."""
 
     def age_s(message: Any, now_ns: int) -> float:
@@ -217,18 +210,14 @@ def run_delay(args: argparse.Namespace) -> int:
         stamp = message.header.stamp
         return float(now_ns - stamp.sec * 10**9 - stamp.nanosec) * 1e-9
 
-    return _measure(args, age_s, list, "average delay: {:.3f}".format, raw=False)
+    _measure(args, age_s, rate=False)
 
 
-def _measure(
-    args: argparse.Namespace,
-    measure: Callable[[Any, int], float],
-    durations_s: Callable[[list[float]], list[float]],
-    title: Callable[[float], str],
-    *,
-    raw: bool,
-) -> int:
-    """Measure the messages of a topic, and print a summary of the last ones each second until Ctrl-C."""
+def _measure(args: argparse.Namespace, measure: Callable[[Any, int], float], *, rate: bool) -> None:
+    """Measure the messages of a topic, and print a summary of the last ones each second until Ctrl-C.
+
+    For a `rate`, their times of arrival are measured, and the gaps between these are what counts.
+    """
     from rclpy.qos import qos_profile_sensor_data
 
     samples: deque[float] = deque(maxlen=WINDOW)
@@ -251,16 +240,17 @@ def _measure(
                     print("no new messages", flush=True)
                 return
             reported = count
-            if found := durations_s(list(samples)):
+            if found := [after - before for before, after in pairwise(samples)] if rate else list(samples):
+                mean = statistics.fmean(found)
+                title = f"average rate: {1 / mean if mean else 0:.3f}" if rate else f"average delay: {mean:.3f}"
                 print(
-                    f"{title(statistics.fmean(found))}\n\tmin: {min(found):.3f}s max: {max(found):.3f}s "
+                    f"{title}\n\tmin: {min(found):.3f}s max: {max(found):.3f}s "
                     f"std dev: {statistics.pstdev(found):.5f}s window: {len(samples)}",
                     flush=True,
                 )
 
         name, kind, _ = subscription(seen, args, wait_for_it=True)
         # Best effort and volatile, whatever is offered: so does Jazzy's command, and every publisher fits.
-        seen.node.create_subscription(kind, name, take, qos_profile_sensor_data, raw=raw)
+        seen.node.create_subscription(kind, name, take, qos_profile_sensor_data, raw=rate)
         seen.node.create_timer(1.0, report, clock=steady_clock())
         spin(seen.node, lambda: False)
-    return 0

@@ -19,7 +19,7 @@ from .entities import (
     perform_alone,
     substitutions,
 )
-from .errors import LaunchError, refuse_keywords
+from .errors import LaunchError, UnsupportedError
 
 OTHER_FORMATS = {".xml": "an XML", ".launch": "an XML", ".yaml": "a YAML", ".yml": "a YAML"}
 
@@ -122,7 +122,8 @@ class GroupAction(Action):
     """Groups actions; configurations and environment are restored after them, unless `scoped=False`."""
 
     def __init__(self, actions: Iterable[Action], *, scoped: bool = True, **rest: Any) -> None:
-        refuse_keywords(self, rest, "forwarding", "launch_configurations")
+        for name in rest.keys() & {"forwarding", "launch_configurations"}:
+            raise UnsupportedError(f"{name}= of GroupAction")
         super().__init__(**rest)
         self.actions, self.scoped = list(actions), scoped
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import traceback
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -44,13 +43,6 @@ class UnsupportedError(LaunchError):
         self.place = place or caller()
         where = f"{self.place}: " if self.place else ""
         super().__init__(f"{where}{feature} is not supported by the launch of this kit. {instead}".strip())
-
-
-def refuse_keywords(made: object, given: Mapping[str, object], *names: str) -> None:
-    """Raise UnsupportedError if one of the keywords that this kit lacks is among those given."""
-    for name in names:
-        if name in given:
-            raise UnsupportedError(f"{name}= of {type(made).__name__}")
 
 
 class SubstitutionFailure(LaunchError):

@@ -10,6 +10,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable
+from functools import partialmethod
 from pathlib import Path
 from typing import Any
 
@@ -37,22 +38,13 @@ class Output:
         self.info("launch", f"All log files can be found below {self.folder}")
         self.info("launch", f"Default logging verbosity is set to {'DEBUG' if self.debug_wanted else 'INFO'}")
 
-    def info(self, name: str, text: str) -> None:
-        self._say("INFO", name, text)
-
-    def warn(self, name: str, text: str) -> None:
-        self._say("WARNING", name, text)
-
-    def error(self, name: str, text: str) -> None:
-        self._say("ERROR", name, text)
-
-    def debug(self, name: str, text: str) -> None:
-        if self.debug_wanted:
-            self._say("DEBUG", name, text)
-
     def _say(self, level: str, name: str, text: str) -> None:
-        self._print(f"[{level}] [{name}]: {text}")
-        self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
+        if level != "DEBUG" or self.debug_wanted:
+            self._print(f"[{level}] [{name}]: {text}")
+            self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
+
+    debug, info = partialmethod(_say, "DEBUG"), partialmethod(_say, "INFO")
+    warn, error = partialmethod(_say, "WARNING"), partialmethod(_say, "ERROR")
 
     def lines(self, label: str, channel: str, kind: str, lines: list[str]) -> None:
         """Print and log lines of a process with its label; `kind` is the value of `output=`."""

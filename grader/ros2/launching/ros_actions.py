@@ -32,12 +32,6 @@ def joined(base: str | None, name: str | None) -> str | None:
     return "/" + "/".join(parts).lstrip("/")
 
 
-def check_name(name: str) -> None:
-    """Raise if this is not a valid node name."""
-    if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
-        raise LaunchError(f"Invalid node name '{name}': use letters, digits and _, and do not begin with a digit")
-
-
 def check_namespace(name: str) -> None:
     """Raise if this is not a valid namespace."""
     if name != "/" and not re.fullmatch(r"(/[A-Za-z_]\w*)+", name, re.ASCII):
@@ -99,7 +93,9 @@ class Node(ExecuteProcess):
         namespace = joined(context.launch_configurations.get(NAMESPACE), given)
         cmd.append("--ros-args")
         if name is not None:
-            check_name(name)
+            if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
+                rule = "use letters, digits and _, and do not begin with a digit"
+                raise LaunchError(f"Invalid node name '{name}': {rule}")
             cmd += ["-r", f"__node:={name}"]
         if namespace is not None:
             check_namespace(namespace)

@@ -62,16 +62,11 @@ def test_names_that_are_one_on_other_systems_are_all_kept_and_flagged_once(
     assert first in opened.flags[0].what
 
 
-def test_a_file_with_the_name_of_the_packages_folder_does_not_hide_the_package(tmp_path: Path, into: Path):
-    opened = open_submission(zipped(tmp_path / "a.zip", {"pkg": "x", **below("pkg/")}), into, COURSE)
-    assert opened.intake.package_path == "pkg"
-    assert [(flag.kind, flag.where) for flag in opened.flags] == [("collision", "pkg")]
-
-
-def test_a_hard_link_with_the_name_of_the_packages_folder_does_not_hide_it(tmp_path: Path, into: Path):
+@pytest.mark.parametrize("kind", [tarfile.REGTYPE, tarfile.LNKTYPE])
+def test_a_file_with_the_name_of_the_packages_folder_does_not_hide_the_package(tmp_path: Path, into: Path, kind: bytes):
     files = [(member(n), t.encode()) for n, t in below("pkg/").items()]
-    link = (member("pkg", tarfile.LNKTYPE, "pkg/package.xml"), b"")
-    opened = open_submission(tarred(tmp_path / "a.tar", [*files, link]), into, COURSE)
+    same = (member("pkg", kind, "pkg/package.xml"), b"")
+    opened = open_submission(tarred(tmp_path / "a.tar", [*files, same]), into, COURSE)
     assert opened.intake.package_path == "pkg"
     assert [(flag.kind, flag.where) for flag in opened.flags] == [("collision", "pkg")]
 

@@ -14,13 +14,9 @@ from grader.intake.package_xml import read_package_xml
 
 def test_entities_are_refused_rather_than_expanded(tmp_path: Path):
     bomb = "<!DOCTYPE p [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;'>]><package><name>&b;</name></package>"
-    (tmp_path / "package.xml").write_text(bomb)
-    assert read_package_xml(tmp_path / "package.xml").problem == "declares a DOCTYPE, which is not allowed"
-
-
-def test_an_entity_in_utf16_is_refused_too(tmp_path: Path):
-    (tmp_path / "package.xml").write_bytes("<!DOCTYPE p SYSTEM '/etc/passwd'><package/>".encode("utf-16"))
-    assert "DOCTYPE" in read_package_xml(tmp_path / "package.xml").problem
+    for data in (bomb.encode(), "<!DOCTYPE p SYSTEM '/etc/passwd'><package/>".encode("utf-16")):
+        (tmp_path / "package.xml").write_bytes(data)
+        assert read_package_xml(tmp_path / "package.xml").problem == "declares a DOCTYPE, which is not allowed"
 
 
 def test_the_fields_of_package_xml_are_read(tmp_path: Path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import stat
 from pathlib import Path
@@ -11,6 +13,7 @@ from helpers.archives import PACKAGE, below, member, refusal, tarred, without_fl
 from helpers.course import COURSE
 
 from grader.errors import GraderError
+from grader.intake import course_marker
 from grader.intake.submission import open_submission
 
 
@@ -79,19 +82,14 @@ def test_a_damaged_zip_beside_an_intact_one_is_noted(handed_in: Path, into: Path
     assert opened.intake.notes[0].startswith("a.zip was not opened: a.zip is not a folder, zip or tar.")
 
 
-def test_a_zip_beside_a_package_stays_closed(handed_in: Path, into: Path):
-    write(handed_in, PACKAGE)
+def test_an_archive_beside_a_package_stays_closed_and_is_noted(handed_in: Path, into: Path):
+    write(handed_in, {**PACKAGE, "more.rar": "Rar!"})
     zipped(handed_in / "old.zip", below("old/"))
     intake = open_submission(handed_in, into, COURSE).intake
     assert intake.others == []
-    assert intake.notes == ["old.zip was not opened: there is a package outside of it."]
-
-
-def test_an_archive_of_a_closed_kind_beside_a_package_is_noted(handed_in: Path, into: Path):
-    write(handed_in, {**PACKAGE, "more.rar": "Rar!", "more.7z": "7z"})
-    assert open_submission(handed_in, into, COURSE).intake.notes == [
-        "more.7z was not opened: the grader opens zip and tar only.",
+    assert intake.notes == [
         "more.rar was not opened: the grader opens zip and tar only.",
+        "old.zip was not opened: there is a package outside of it.",
     ]
 
 
@@ -121,6 +119,24 @@ def test_of_a_files_mode_only_the_executable_bit_is_kept(tmp_path: Path, into: P
     assert os.access(into / "scripts/demo.py", os.X_OK)
     assert not os.access(into / "package.xml", os.X_OK) or os.geteuid() != 0
     assert [flag.kind for flag in opened.flags] == ["setuid"]
+
+
+# -- the marker that `start_at` leaves: nothing in it is trusted -------------------------------------------------------
+
+
+@pytest.mark.parametrize("marker", ["", "[]", "{", '{"sha256": []}', '{"sha256": {"package.xml": 3}}', "null"])
+def test_a_damaged_marker_is_ignored(tmp_path: Path, marker: str) -> None:
+    (tmp_path / course_marker.MARKER).write_text(marker)
+    assert course_marker.note(tmp_path) == ""
+
+
+def test_a_marker_cannot_point_outside_the_package(tmp_path: Path) -> None:
+    package = tmp_path / "package"
+    package.mkdir()
+    (tmp_path / "secret").write_text("x")
+    sums = dict.fromkeys(("../secret", str(tmp_path / "secret")), hashlib.sha256(b"x").hexdigest())
+    (package / course_marker.MARKER).write_text(json.dumps({"sha256": sums}))
+    assert course_marker.unchanged(package) == []
 
 
 # -- errors of the grader -----------------------------------------------------------------------------------------

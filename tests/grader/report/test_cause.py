@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import pytest
 from helpers import judging, recordings
-from helpers.report_examples import BUILD, INTAKE, RUBRIC, drive_at_a_wall, good, grading, results, small_rubric
+from helpers.report_examples import BUILD, INTAKE, RUBRIC, drive_at_a_wall, good, grading, results
 
 from grader.checks.judge import Unjudged
 from grader.evidence import Evidence, Fault, Graph, Kind, ProcessEnd, Reason
@@ -24,11 +23,6 @@ Traceback (most recent call last):
   File "/usr/lib/python3.12/importlib/__init__.py", line 90, in import_module
 ModuleNotFoundError: No module named 'tf_transformations'
 """
-
-
-@pytest.fixture
-def rubric(tmp_path):
-    return small_rubric(tmp_path)
 
 
 def not_up(output=TRACEBACK, **changes):

@@ -5,16 +5,11 @@ import re
 from dataclasses import replace
 
 import pytest
-from helpers.report_examples import BUILD, CHOSEN, INTAKE, TOUCHED, grading, results, small_rubric
+from helpers.report_examples import BUILD, CHOSEN, INTAKE, TOUCHED, grading, results
 
 from grader.evidence import Evidence
 from grader.report import console, html
 from grader.scoring.scorecard import CheckResult, Outcome
-
-
-@pytest.fixture
-def rubric(tmp_path):
-    return small_rubric(tmp_path)
 
 
 def test_a_failure_is_told_in_seen_expected_and_try(rubric):

@@ -22,7 +22,6 @@ from helpers.report_examples import (
     grading,
     mediocre,
     results,
-    small_rubric,
 )
 
 from grader.evidence import Evidence, Flag, Kind, Mutant, Mutation, Reason
@@ -80,11 +79,6 @@ class Page(HTMLParser):
 def hostile_hand_in(attack):
     decision = Decision("F8", 1.0, attack, attack)
     return HandIn((attack,), attack, attack, attack, attack, attack, (decision,), (attack,))
-
-
-@pytest.fixture
-def rubric(tmp_path):
-    return small_rubric(tmp_path)
 
 
 @pytest.mark.parametrize("make", [good, mediocre, broken])

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
-from helpers.report_examples import BUILD, INTAKE, TOUCHED, drive_at_a_wall, grading, results, small_rubric
+from helpers.report_examples import BUILD, INTAKE, TOUCHED, drive_at_a_wall, grading, results
 from rosbags.rosbag2 import Reader
 
 from grader import evidence, report
@@ -24,11 +24,6 @@ from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
 
 WALL = drive_at_a_wall()
-
-
-@pytest.fixture
-def rubric(tmp_path):
-    return small_rubric(tmp_path)
 
 
 def replays(page):

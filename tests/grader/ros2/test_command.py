@@ -91,29 +91,18 @@ def workspace_with_mine(root: Path, *, built: bool) -> Path:
     return root
 
 
-def test_a_package_that_is_built_but_not_sourced_is_reported(ros2, tmp_path):
-    workspace_with_mine(tmp_path, built=True)
+@pytest.mark.parametrize("inside", ["", "ws"], ids=["here", "in ws, as from the kit's folder"])
+def test_a_package_that_is_not_sourced_or_whose_build_failed_is_found_nearby(ros2, tmp_path, inside):
+    workspace = workspace_with_mine(tmp_path / inside, built=False)
     assert ros2("run", "mine", "x").stderr == (
-        f"Package 'mine' not found\nIt is built in {tmp_path}, but not sourced in this terminal: "
-        f"source {SETUP} && source {tmp_path}/install/setup.bash\n"
+        f"Package 'mine' not found\nIt is not built yet; its source is in {workspace}/src: "
+        f"source {SETUP} && cd {workspace} && colcon build && source install/setup.bash\n"
     )
-
-
-def test_a_package_whose_build_failed_is_not_called_built(ros2, tmp_path):
-    workspace_with_mine(tmp_path, built=False)
+    workspace_with_mine(workspace, built=True)
     assert ros2("run", "mine", "x").stderr == (
-        f"Package 'mine' not found\nIt is not built yet; its source is in {tmp_path}/src: "
-        f"source {SETUP} && cd {tmp_path} && colcon build && source install/setup.bash\n"
+        f"Package 'mine' not found\nIt is built in {workspace}, but not sourced in this terminal: "
+        f"source {SETUP} && source {workspace}/install/setup.bash\n"
     )
-
-
-@pytest.mark.parametrize("built", [True, False])
-def test_the_workspace_is_found_from_the_folder_above_it(ros2, tmp_path, built):
-    """That is where the course's README types: the kit's folder, with the workspace in `ws`."""
-    workspace_with_mine(tmp_path / "ws", built=built)
-    said = ros2("run", "mine", "x").stderr
-    assert f"{tmp_path}/ws" in said
-    assert ("It is built in" in said) == built
 
 
 def test_a_prepared_terminal_is_not_told_to_prepare_itself(ros2, tmp_path):
@@ -122,35 +111,23 @@ def test_a_prepared_terminal_is_not_told_to_prepare_itself(ros2, tmp_path):
     assert said.splitlines()[1].endswith(f"this terminal: source {tmp_path}/install/setup.zsh")
 
 
-@pytest.mark.slow  # a start of pytest
-def test_a_new_package_passes_its_own_tests(ros2, tmp_path):
-    made = ros2(
-        *("pkg", "create", "--build-type", "ament_python", "--license", "Apache-2.0", "my_pkg"),
-    )
+@pytest.mark.slow  # a start of pytest, and a build with colcon
+def test_a_new_package_passes_its_own_tests_and_builds(ros2, tmp_path):
+    made = ros2("pkg", "create", "--build-type", "ament_python", "--license", "Apache-2.0", "my_pkg")
     assert made.stdout.startswith("going to create a new package\npackage name: my_pkg\n")
     assert "creating ./my_pkg/my_pkg/__init__.py\n" in made.stdout
-    package = tmp_path / "my_pkg"
-    tests = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
-        cwd=package, env=environment(Path("/nowhere"), tmp_path), capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert "2 passed, 1 skipped" in tests.stdout, tests.stdout
+
+    def run(folder: Path, *words: str) -> str:
+        env = {**environment(Path(sys.prefix), tmp_path), "CMAKE_PREFIX_PATH": sys.prefix}
+        return subprocess.run(words, cwd=folder, env=env, capture_output=True, text=True, check=False).stdout
+
+    tests = run(tmp_path / "my_pkg", sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider")
+    assert "2 passed, 1 skipped" in tests
     again = ros2("pkg", "create", "--build-type", "ament_python", "my_pkg")
     assert again.returncode == 1
     assert "The directory already exists" in again.stderr
-
-
-@pytest.mark.slow  # builds with colcon
-def test_a_new_package_builds(ros2, tmp_path):
-    ros2("pkg", "create", "--build-type", "ament_python", "my_pkg")
-    built = subprocess.run(
-        ["colcon", "build", "--event-handlers", "console_direct-"],
-        cwd=tmp_path,
-        env={**environment(Path(sys.prefix), tmp_path), "CMAKE_PREFIX_PATH": sys.prefix},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert built.returncode == 0, built.stderr
-    assert (tmp_path / "install/my_pkg/share/my_pkg/package.xml").is_file()
+    said = run(tmp_path, "colcon", "build", "--event-handlers", "console_direct-")
+    assert (tmp_path / "install/my_pkg/share/my_pkg/package.xml").is_file(), said
 
 
 @pytest.mark.slow  # a shell for each line
