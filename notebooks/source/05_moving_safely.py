@@ -164,7 +164,7 @@ axes.grid(alpha=0.3)
 axes.legend();
 
 # %% [markdown]
-# The dots lie between the two lines.
+# The dots lie between the two lines, until the wall holds the robot.
 # The formula gives two speeds: above the first it may hit, above the second it must.
 
 # %%
@@ -579,7 +579,7 @@ except AttributeError as missing:
 
 # %% [markdown]
 # It slows down, it stops, and it drives on as soon as the way is free.
-# What is missing is a node that gets scans from a topic.
+# What is missing is a node.
 #
 # **This is the end of part 1**, and a good place for a break: your file is saved.
 
@@ -981,7 +981,7 @@ tries({
 # ### Step 5: a scan need not wait
 #
 # A scan that comes just after a tick would be looked at 0.1 s later: 5 cm at 0.5 m/s.
-# So the scan's callback publishes a stop at once, if one is needed.
+# So the scan's callback publishes a stop at once.
 #
 # **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it by its arrival, and how old by its stamp?
 #
@@ -1112,7 +1112,7 @@ else:
 
 # %% [markdown]
 # The grader asks the same at several speeds, forwards and backwards.
-# F4's advanced point is the first row of step 3: something appears right beside the robot as it creeps on.
+# F4's advanced point is the first row of step 3: something appears right beside the robot as it creeps on (from notebook 07 on, where it turns on the spot, also behind it).
 # F6 is from notebook 04: invalid readings must neither stop the robot nor hide a wall.
 
 # %% tags=["check"]
@@ -1469,7 +1469,7 @@ check("I8")
 # %% [markdown]
 # ## Go further
 #
-# - **A threshold that flickers.** At 0.5 m the lidar's noise makes the flag go on and off. Use the hysteresis of notebook 04.
+# - **A threshold that flickers** at 0.5 m, with the lidar's noise. Use the hysteresis of notebook 04.
 # - **The weakest link.** Which part of the delay is the longest: the scan's period, the running callback, the timer, the radio?
 
 # %% [markdown]

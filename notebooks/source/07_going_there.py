@@ -652,7 +652,7 @@ print(send_and_cancel(awaiting))
 # - However a goal ends, the **speed in force is 0** afterwards. The robot should not drive away from the place to which you sent it.
 # - During a goal the direction of travel is forward, whatever the speed in force was.
 #
-# The skeleton already takes care of the last one, and has two small classes: the three ways in which a goal ends, and a goal with its future.
+# The skeleton, which JupyterLab shows folded, already takes care of the last one, and has two small classes: the three ways in which a goal ends, and a goal with its future. Open it with a click on the three dots.
 #
 # `Ending` is an **Enum**: a type with exactly these three values, written `Ending.ARRIVED`.
 # A typing error, `Ending.ARIVED`, raises an exception at once; with texts, `'arived'` would raise nothing, and would never be equal to anything.

@@ -822,7 +822,7 @@ def interrupt(monkeypatch):
 # | `make_robot(max_linear_speed=0.3)` | a robot with other parameters than the defaults |
 #
 # Below it are seven tests that are written already, and eleven whose names, the contract's sentences, say what they will be about.
-# Open the folded cell and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
+# The next cell is folded, too. Open it and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_robot_controller.py
@@ -1861,7 +1861,6 @@ check("Q1")
 # For wall time: a sleep, a time-out, a count "within a second".
 # Set the clock by hand, or wait for the event itself.
 # </details>
-#
 #
 # <details><summary>Why does <code>bench.hear</code> look for the subscription by its topic, and not call the callback by its name?</summary>
 #
