@@ -25,8 +25,8 @@ NOTEBOOKS = KIT / "notebooks"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
 FUNCTION = "function"  # a function that stays in the notebook; solution_NN.py beside the source has it solved
 CASE = "case"  # the diagnosis or the cure of a patient of the clinic, which the cell names
-FOLDED_LINES = 120  # a given file that is longer is to be opened by those who want to read it
-DESIGN = "design"  # a piece of which learners decide how it works: without a third hint, with two designs afterwards
+FOLDED_LINES = 40  # about a screen: a whole file that is longer is folded, to be opened by those who want to read it
+DESIGN = "design"  # a piece of which learners decide how it works: without a last hint, with two designs afterwards
 
 _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
@@ -102,11 +102,7 @@ def metadata() -> NotebookNode:
 def _cell(raw: NotebookNode) -> NotebookNode:
     """Return the cell with its tags, without the notes of jupytext and editors; a long file is folded in JupyterLab."""
     tags: dict[str, Any] = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
-    if (
-        raw.cell_type == "code"
-        and raw.source.count("\n") > FOLDED_LINES
-        and {GIVEN, SKELETON} & set(tags.get("tags", ()))
-    ):
+    if raw.cell_type == "code" and lines(raw) > FOLDED_LINES and {GIVEN, SKELETON} & set(tags.get("tags", ())):
         tags["jupyter"] = {"source_hidden": True}
     if raw.cell_type == "code":
         return nbformat.v4.new_code_cell(_uncommented(raw.source), metadata=tags)
@@ -176,6 +172,11 @@ def _add_nbgrader_metadata(name: str, notebook: NotebookNode, rubric: Rubric, no
             "grade": points > 0, "solution": not kind & {GIVEN, CHECK}, "locked": bool(kind & {GIVEN, CHECK}),
         }  # fmt: skip
         cell.metadata["nbgrader"] = added | ({"points": points} if points else {})
+
+
+def lines(cell: NotebookNode) -> int:
+    """Return how many lines of the cell are not blank."""
+    return sum(bool(line.strip()) for line in cell.source.splitlines())
 
 
 def tags(cell: NotebookNode) -> list[str]:

@@ -78,7 +78,7 @@ tour.run(12.0)
 tour.stop()
 
 # %% [markdown]
-# Where there is no Python to drive the robot, as on a web page, a live view stands still.
+# On a web page no Python runs, so the live view stands still.
 # A **film** moves there, too: a drive that is over, played faster.
 # Here is the whole tour, from the first star to the last.
 # **Watch** the orange points when the robot goes through a door: from then on the lidar sees another part of the office.
@@ -93,7 +93,7 @@ Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
 # ## Two numbers move it
 #
 # A robot on two wheels cannot go sideways.
-# All that it can do is said by two numbers:
+# Two numbers describe every motion it can make:
 #
 # | | | unit | positive is |
 # |---|---|---|---|
@@ -258,7 +258,7 @@ robot
 # %% [markdown]
 # The scan has a publisher and no subscriber: messages leave, and none is received.
 # `/cmd_vel` has a subscriber and no publisher: it waits for commands, and none comes.
-# Neither waits for the other, and neither minds.
+# Neither end waits; a missing partner is no error.
 #
 # `echo` prints what passes.
 # Here is one odometry message, or rather a part of it: where the wheels say that the robot is.
@@ -550,7 +550,7 @@ rclpy.try_shutdown()
 # | 09 Tests that notice | tests, and small mistakes put in on purpose to test the tests |
 # | 10 Show and hand in | the demonstration, the README, the hand-in |
 # | 11 A clinic | nothing: ten broken packages to diagnose and to cure, without points |
-# | 12 Frames | nothing: what is where, and when: what tf2 does, written by you; without points, any time after 05 |
+# | 12 Frames | adds no file; you write what tf2 does; without points, any time after 05 |
 #
 # ### The contract
 #
@@ -579,13 +579,7 @@ rclpy.try_shutdown()
 # !cd ../.. && find . -maxdepth 2 -type d -not -path "*/.*" | sort
 
 # %% [markdown]
-# > **On a real TurtleBot 4**
-# >
-# > - In Jazzy its `cmd_vel` takes `TwistStamped`, a `Twist` with a time; a plain `Twist` on that topic is ignored, silently. The Create 3 base below still takes a plain `Twist` too. Which topic has which type depends on the robot's set-up, so ask first: `ros2 topic info /cmd_vel`.
-# > - It stops by itself half a second after the last command. So a program must command again and again, and yours will: ten times a second.
-# > - It drives at most 0.306 m/s until its safety limits are lifted; ours does 0.5 m/s.
-# > - Its lidar is mounted turned by 90°, so the beam at 0 rad does not look ahead. Always ask the robot where its sensor sits; notebook 04 shows how.
-# > - Its base publishes its sensors *best effort*: what gets lost is not sent again. A program on the robot passes them on *reliably* (notebook 04).
+# > **On a real TurtleBot 4:** a command carries its time, the top speed is 0.306 m/s, and the lidar is turned by 90°; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
 # ## Go further
 #

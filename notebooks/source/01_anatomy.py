@@ -22,7 +22,7 @@
 # **You will be able to**
 #
 # - make a package from scratch, and say what each of its files is for;
-# - write a `package.xml` that tools believe, and know which lie costs what;
+# - write a correct `package.xml`, and know what each wrong entry breaks;
 # - write a `CMakeLists.txt` that puts everything where ROS looks for it;
 # - build with `colcon`, find what was built, and run it;
 # - explain why a package with interfaces must be `ament_cmake`.
@@ -434,7 +434,7 @@ print("type     ", passport.get_build_type())
 # ### Exercise 2: what goes where
 #
 # Write the same for your package: its modules, and its two scripts.
-# The parts that come later are given: `launch` and `config` are not there yet, and with the word `OPTIONAL` a folder that is missing is passed over, so notebook 08 finds the lines in place.
+# The parts that come later are given: `OPTIONAL` makes CMake skip a missing folder, such as `launch` and `config`; notebook 08 fills them.
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
@@ -712,10 +712,7 @@ map_view(recording)
 run.close()
 
 # %% [markdown]
-# > **On a real TurtleBot 4**
-# >
-# > - The robot's computer has ROS 2 installed in `/opt/ros/jazzy`. There, `source /opt/ros/jazzy/setup.bash` comes first, and `rosdep install --from-paths src -y` installs what your `package.xml` names. Here, ROS 2 comes as Python wheels, and `begin` does both.
-# > - You copy `src` to the robot, not `install`: it has a different processor, and what was built for yours does not run there.
+# > **On a real TurtleBot 4:** copy `src` to it, not `install`, because it has another processor; [docs/turtlebot4.md](../docs/turtlebot4.md) has the commands.
 #
 # ## Go further
 #

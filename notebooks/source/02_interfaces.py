@@ -437,7 +437,7 @@ ament_package()
 # And one line of another kind, without which rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
 #
 # The cell holds the finished file of notebook 01, and the lines for what the next notebooks import (odometry and scan, parameters, launch files).
-# New are six lines, five packages and the group; and put yourself in again, because the cell replaces the file.
+# Add six lines: five packages and the group. Enter your name again: the cell overwrites the file.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -777,11 +777,7 @@ run.close()
 # It does whatever it is asked, at any speed and into any wall.
 # Notebook 05 makes it stop, notebook 06 makes it refuse.
 #
-# > **On a real TurtleBot 4**
-# >
-# > - Its base takes `TwistStamped` on `cmd_vel`; the course's robot takes `Twist`, as the contract asks. Between the two you need a node of ten lines that puts the header on.
-# > - Its own interfaces live in packages of their own, `irobot_create_msgs` and `turtlebot4_msgs`, so that a laptop can install them without the robot's software. Larger projects all do that.
-# > - Robot and laptop must have built the *same* files. After a change, build both.
+# > **On a real TurtleBot 4:** robot and laptop must have built the *same* interface files; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
 # ## Go further
 #

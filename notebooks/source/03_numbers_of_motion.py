@@ -298,7 +298,7 @@ axes.grid(alpha=0.3)
 print("-10 % 360 =", -10 % 360)
 
 # %% [markdown]
-# 350: the same direction, but cut in front of the robot, where it hurts most.
+# 350: the same direction, but the number now jumps straight ahead, where you steer most.
 # "Turn by -10°" means a little to the right; "turn by 350°" means nearly a full turn to the left.
 # You want the sign: in (-π, π], positive is left and negative is right.
 # The brackets matter: -π itself is *not* included and π is, so that "straight back" has one number and not two.
@@ -805,11 +805,7 @@ check("Q2")
 # ```
 # </details>
 #
-# > **On a real TurtleBot 4**
-# >
-# > - `ros2 topic echo --once --field pose.pose.orientation /odom` shows the same four numbers. x and y are not quite 0 there: floors and sensors are never level.
-# > - The lidar is mounted turned by 90° to the left. Its orientation on the robot is the quaternion z = w = 0.7071, which you can now read at a glance. Notebook 04 shows what that does to "ahead".
-# > - Odometry starts at yaw 0 wherever the robot stands when it is switched on. A heading means nothing until you say in which frame.
+# > **On a real TurtleBot 4:** odometry begins at yaw 0 wherever the robot is switched on; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown]
 # ## Go further

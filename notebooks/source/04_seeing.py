@@ -17,21 +17,19 @@
 #
 # Your robot gets eyes: a lidar that sends 360 distances, ten times a second.
 # Some of them are not distances at all.
-# An inertial sensor reports a hundred times a second, and the battery once a second.
-# Today you write the first node that does real work: it listens to all three and says, twenty times a second, how near the nearest thing is and how the robot is doing.
+# Today you write a node that listens to lidar, inertial sensor and battery, and says, twenty times a second, how near the nearest thing is and how the robot is doing.
 #
 # **You will be able to**
 #
-# - read a laser scan: which beam looks where, in whose frame, and which readings mean nothing;
+# - read a laser scan: which beam looks where, and which readings mean nothing;
 # - find out why a subscriber hears nothing although the topic is there, and fix it;
 # - combine sensors of different rates in one message, at a rate of your choice;
-# - tell simulated time from wall time, and keep your node on the right one;
+# - keep your node on simulated time;
 # - warn once, and not a hundred times.
 #
-# **Time:** three parts, with a day between two of them if you like.
-# Part 1, `scans.py`: 55 to 95 minutes.
-# Part 2, the node, from "Be seen on the graph": 45 to 85 minutes.
-# Part 3, from "Whose clock?": 15 to 30 minutes.
+# **Time:** part 1, `scans.py`: 45 to 80 minutes.
+# Part 2, the node, from "Be seen on the graph": 40 to 75 minutes.
+# Part 3, from "Whose clock?": 10 to 25 minutes.
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what you add today:
@@ -78,7 +76,7 @@ begin("04")
 # ## What a scan is
 #
 # A robot stands in an office.
-# Its lidar turns once and measures; you look at the message that would be published on the topic `scan`.
+# Its lidar turns once and measures; this is the message on the topic `scan`.
 
 # %%
 import math
@@ -86,10 +84,11 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 
-from sim import TB4, Simulator, Tourist, Twist, drive, load_world
+from sim import Simulator, Tourist, Twist, drive, load_world
 from sim.bridge import to_message
-from sim.views import COLORS, map_view, run_view
+from sim.views import COLORS, run_view
 
+# %%
 simulator = Simulator(load_world("office"))
 drive(simulator, Tourist(simulator), 6.0)
 scan = to_message(simulator.scan())
@@ -99,9 +98,9 @@ print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in sca
 
 # %% [markdown]
 # The message does not say at which angle a beam was measured; you compute it.
-# Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise, as in notebook 03).
+# Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise).
 #
-# Do one by hand: `angle_min` is -3.1416, so beam 0 looks straight back.
+# `angle_min` is -3.1416, so beam 0 looks straight back.
 # **Predict:** which beam looks straight ahead? Which one to the left?
 
 # %%
@@ -115,7 +114,7 @@ def points(scan):
     angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     return np.cos(angles) * scan.ranges, np.sin(angles) * scan.ranges
 
-
+# %%
 x, y = points(scan)
 figure, (line, plan) = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
 line.plot(scan.ranges, ".", color=COLORS["scan"], markersize=4)
@@ -126,82 +125,17 @@ plan.set(xlabel="x (m)", ylabel="y (m)", title="in the frame of the lidar", aspe
 for axes in (line, plan):
     axes.grid(alpha=0.3)
 
-# %%
-map_view(simulator)
-
 # %% [markdown]
-# The three pictures hold the same 360 numbers.
-# The second one is in the lidar's own frame: the lidar at the origin, looking along x.
-# The last one is in the frame of the map.
+# The same 360 numbers twice: as they come, and in the lidar's own frame, where it looks along x.
 #
-# Now let it drive, and drag a desk or the bin into its view: every point is where a beam ends, and what lies behind that point is not seen.
-
-# %%
-from sim.live import Live
-
-live = Live(Simulator(load_world("office")))
-live
-
-# %% [markdown]
-# (Where no kernel runs you see a picture.)
-#
-# Many programs take beam 180 for "ahead", because on one robot it was.
-# The drivers of other lidars start at angle 0 and go once round.
+# Many programs take beam 180 for "ahead"; the drivers of other lidars start at angle 0.
 # So rely on the *angle* of a beam, never on its number.
 #
-# ## Whose ahead?
-#
-# Even the angle is only half the truth.
-# It is measured from the x axis of the *lidar*, and the lidar may be bolted to the robot at any angle.
-# On a TurtleBot 4 it is turned by 90° to the left.
-# Here is one that stands 2 m in front of a wall.
-#
-# **Predict:** what does the beam at angle 0 read?
-
-# %%
-live.stop()
-turtlebot = to_message(Simulator(load_world("wall_ahead"), TB4).scan())
-for degrees in (0, 90, -90):
-    beam = round((math.radians(degrees) - turtlebot.angle_min) / turtlebot.angle_increment)
-    print(f"the beam at {degrees:4d}° reads {turtlebot.ranges[beam]:.2f} m")
-
-# %% [markdown]
-# `inf`: nothing there.
-# The wall is at -90°, to the *right* of the lidar; a program that takes angle 0 for "ahead" looks to the left of this robot and drives into the wall.
-# And the reading is not 2.00 m: the lidar is 4 cm behind the robot's centre, and the rest is noise.
-#
-# That is why every message with places or directions names in `header.frame_id` the frame whose axes it uses, and ROS knows how the frames are placed relative to each other.
-# Such a placement is called a **transform**: a shift and a rotation.
-# The library **tf2** collects them from the topics `/tf` and `/tf_static`, and `ros2 run tf2_ros tf2_echo base_link rplidar_link` prints one.
-# There is no Python wheel of tf2, so this kit does not have it; but tf2 only does arithmetic that you can do, too, and in notebook 12 you will.
-#
-# On a TurtleBot 4 Standard the transform from the robot's centre, `base_link`, to its lidar is: 4 cm back (x = -0.04 m), and turned by 90° to the left.
-# (On a TurtleBot 4 Lite: 0.4 cm forward, turned by the same 90°.)
-# So a point that the lidar sees at angle a and distance r is, for the robot, at
-#
-#     x = -0.04 + r · cos(a + 90°)        y = r · sin(a + 90°)
-#
-# Do it by hand for the wall: a = -90°, r = 2.04.
-# Then let Python do it.
-
-# %%
-def seen_by_the_robot(angle, distance, mount_x=-0.04, mount_yaw=math.pi / 2):
-    """Return the angle and the distance of a reading from the robot's centre, in rad and m."""
-    x = mount_x + distance * math.cos(angle + mount_yaw)
-    y = distance * math.sin(angle + mount_yaw)
-    return math.atan2(y, x), math.hypot(x, y)
-
-
-for degrees, distance in ((-90, 2.04), (0, 1.0), (90, 1.0), (180, 1.0)):
-    angle, from_centre = seen_by_the_robot(math.radians(degrees), distance)
-    print(f"lidar {degrees:4d}°, {distance:.2f} m: robot {math.degrees(angle):6.1f}°, {from_centre:.2f} m")
-
-# %% [markdown]
-# The wall is ahead again, at 0° and 2.00 m.
-#
-# The contract's robot has its lidar in the centre, looking ahead, so there both frames are the same, and your functions today may take angle 0 for "ahead".
-# On a TurtleBot 4 you would add the 90° to each angle first.
-# The course comes back to this in "Go further".
+# Even the angle is measured from the x axis of the *lidar*, which may be bolted to the robot at any angle.
+# On a TurtleBot 4 it is turned by 90° to the left, so a wall ahead of the robot is at -90°, and a program that takes angle 0 for "ahead" drives into it.
+# That is why each such message names in `header.frame_id` the frame whose axes it uses.
+# How frames are placed relative to each other (a **transform**) is the subject of notebook 12.
+# On the contract's robot the lidar is in the centre and looks ahead: angle 0 is "ahead".
 
 # %% [markdown]
 # ## Invalid readings
@@ -213,7 +147,7 @@ for degrees, distance in ((-90, 2.04), (0, 1.0), (90, 1.0), (180, 1.0)):
 
 # %% [markdown]
 # "Should be discarded": that is your job.
-# The following values occur in simulation and on real robots, and none of them is a distance:
+# These values occur in simulation and on real robots, and none of them is a distance:
 #
 # | reading | what it means |
 # |---|---|
@@ -238,14 +172,11 @@ print(np.min([0.4, nan, 3.0]))
 print(min([0.4, 0.0, 3.0]))
 
 # %% [markdown]
-# The last line is a false alarm: a wall at 0 m, and a robot that never starts.
-# The second line is the dangerous one.
-# From notebook 03 you know why: `0.4 < nan` is False, so the first one stays.
-# Whether the wall is seen depends on *where* in the list the NaN is.
-# NumPy's `min` does not depend on the place: a single NaN anywhere hides every wall.
+# The last line is a false alarm: a wall at 0 m.
+# The second is dangerous: `0.4 < nan` is False, so the first one stays, and whether the wall is seen depends on *where* in the list the NaN is.
+# With NumPy's `min` a single NaN anywhere hides every wall.
 #
-# Now let a robot use Python's `min`.
-# It drives towards a wall and is to stop when the closest reading is below 0.5 m; beam 0, which looks straight *back*, is broken.
+# Now a robot with Python's `min` drives towards a wall and is to stop below 0.5 m; beam 0, which looks straight *back*, is broken.
 #
 # **Predict:** what happens?
 
@@ -264,18 +195,17 @@ def careless(broken_beam):
 run_view(drive(Simulator(load_world("wall_ahead")), careless(broken_beam=0), 8.0))
 
 # %% [markdown]
-# It hits the wall at full speed, although its own sensor saw the wall all the time: look at the lower right, where the closest reading falls below the threshold and nothing happens.
-# `nan < 0.5` is False, so the way seems free.
+# It hits the wall at full speed, although its sensor saw the wall all the time: at the lower right the closest reading falls below the threshold and nothing happens, because `nan < 0.5` is False.
 #
 # **Change one thing:** `broken_beam=1`. Why does it stop now?
 #
 # ### Part 1's file
 #
-# Write the cure once, in one place, and use it in both nodes: today's node needs the closest reading, and the one of notebook 05 needs to know what is *ahead* and what is *behind*.
-# Here is the skeleton; you fill in its three functions one by one.
+# Write the cure once, for both nodes: today's needs the closest reading, the one of notebook 05 also what is *ahead* and *behind*.
+# Here is a skeleton with three functions, which you fill one by one.
 #
-# `Proximity` is a **dataclass**: from the list of its fields Python writes `__init__`, what `print` shows, and `==`.
-# `found = Proximity(0.4)` has 0.4 in its first field, `ahead`, and the defaults, which stand after `=`, in the others; `found.ahead` reads a field.
+# `Proximity` is a **dataclass**: from its fields Python writes `__init__`, what `print` shows, and `==`.
+# `found = Proximity(0.4)` has 0.4 in its first field, `ahead`, and the defaults in the others; `found.ahead` reads a field.
 # `frozen=True` forbids changing a field afterwards; `replace(found, behind=1.0)` makes a changed copy.
 
 # %% tags=["skeleton"]
@@ -316,12 +246,12 @@ def measure_proximity(scan: LaserScan) -> Proximity:
 # ### Exercise 1: the valid ones
 #
 # `valid_readings` goes through `scan.ranges` and *yields* a pair (angle, distance) for each reading that is valid.
-# (`yield` hands out one value at a time, and `list(valid_readings(scan))` collects them all. A function with `yield` in it is called a generator.)
+# (`yield` hands out one value at a time; `list(valid_readings(scan))` collects them all.)
 #
 # `enumerate(scan.ranges)` gives the number and the distance of each beam.
 # Ask "is it good?", never "is it bad?": NaN answers False to both.
 # Some drivers leave both limits at 0, or set the upper one to infinity, so a valid distance is also above 0 and below `math.inf`.
-# Give the function a docstring, too; from notebook 03 on each function has one.
+# Give the function a docstring, too.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/scans.py
@@ -330,7 +260,7 @@ def valid_readings(scan: LaserScan) -> Iterator[tuple[float, float]]:
     yield from ()
 
 # %% [markdown]
-# Try it on scans that you make yourself, with beam 0 looking back.
+# Try it on scans of your own, with beam 0 looking back.
 
 # %%
 from sensor_msgs.msg import LaserScan
@@ -363,20 +293,15 @@ tries(
 )
 
 # %% [markdown]
-# (The numbers here are halves, quarters and eighths, which a `float32` stores exactly. You can compare a message's numbers with each other, but do not use `==` between one of them and a number that you typed.)
+# (The numbers are halves, quarters and eighths, which a `float32` stores exactly. Do not compare other numbers in a message with `==`.)
 #
-# <details><summary>Hint 1: where to look</summary>
-#
-# The cell in "What a scan is" that prints the angle of a beam. And notebook 03: a comparison with NaN is False.
-# </details>
-#
-# <details><summary>Hint 2: the formula</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # - valid: `scan.range_min <= distance <= scan.range_max` and `0.0 < distance < math.inf`
 # - the angle: `scan.angle_min + beam * scan.angle_increment`
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def valid_readings(scan: LaserScan) -> Iterator[tuple[float, float]]:
@@ -390,8 +315,8 @@ tries(
 #
 # ### Exercise 2: the closest one
 #
-# `closest_reading` returns the smallest valid distance, and `inf` where there is none: nothing is near.
-# `min` of an empty list raises an exception, unless you give it a second argument: `min(numbers, default=math.inf)`.
+# `closest_reading` returns the smallest valid distance, and `inf` where there is none.
+# `min` of an empty list needs a default: `min(numbers, default=math.inf)`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/scans.py
@@ -411,17 +336,12 @@ tries(
 )
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The helper `valid` above takes the distances out of the pairs.
+# `(distance for _, distance in valid_readings(scan))` are the distances.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# `(distance for _, distance in valid_readings(scan))` are the distances; `min(..., default=math.inf)`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def closest_reading(scan: LaserScan) -> float:
@@ -431,7 +351,7 @@ tries(
 # ```
 # </details>
 #
-# Here is the robot with the broken beam again; the only change is *your* `closest_reading` in place of `min`.
+# Here is the robot with the broken beam again, with *your* `closest_reading` in place of `min`.
 
 # %%
 from dataclasses import replace
@@ -453,11 +373,10 @@ print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]
 #
 # ### Exercise 3: ahead and behind
 #
-# `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead, within the same angle of straight back, and anywhere.
-# Straight ahead is the angle 0; straight back is half a turn from there, π.
+# `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead (0), within the same angle of straight back (π), and anywhere.
 #
 # One trap: drivers that start at angle 0 call the right-hand side 270°, not -90°.
-# You have had a function for that since notebook 03; the skeleton imports `normalize_angle`.
+# `normalize_angle`, from notebook 03, folds that.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/scans.py
@@ -478,7 +397,7 @@ tries(
 )
 
 # %% [markdown]
-# And here is the scan of the office again: every reading that your function calls valid, in the colour of its sector.
+# The scan of the office again: every reading that is valid for your function, in the colour of its sector.
 
 # %%
 figure, axes = plt.subplots(figsize=(6.0, 4.0), layout="constrained")
@@ -495,19 +414,14 @@ print(measure_proximity(scan))
 # %% [markdown]
 # Only pale points? Then no reading counts as valid yet.
 #
-# <details><summary>Hint 1: where to look</summary>
-#
-# Exercise 2 for the smallest of a list that may be empty; `normalize_angle` for "how far from straight ahead".
-# </details>
-#
-# <details><summary>Hint 2: the formula</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # - ahead: `abs(normalize_angle(angle)) <= SECTOR_HALF_WIDTH`
 # - behind: the same for `angle - math.pi`
-# - anywhere: you have a function for that.
+# - the smallest of a list that may be empty: exercise 2; anywhere: you have a function for that.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def measure_proximity(scan: LaserScan) -> Proximity:
@@ -524,9 +438,8 @@ print(measure_proximity(scan))
 #
 # ### An empty scan ends a node
 #
-# Why so much care about an empty list?
-# What an exception in a callback does is best seen in a real node.
-# Here are two nodes, in this notebook's own process: one publishes like a lidar, the other listens and uses a plain `min`.
+# What does an exception in a callback do?
+# Of two nodes here one publishes like a lidar, the other listens and uses a plain `min`.
 
 # %%
 import os
@@ -581,18 +494,16 @@ listener.destroy_subscription(ears)
 print("heard:", heard)
 
 # %% [markdown]
-# `spin` lets the exception through, and that ends your program.
-# The fourth scan, a wall 0.3 m ahead, reaches no one.
-# One odd message from a driver that is just starting, and the robot is blind or its controller is gone.
+# `spin` lets the exception through, and that ends your program: the fourth scan, a wall 0.3 m ahead, reaches no one.
 #
 # **This is the end of part 1**, and a good place for a break.
-# F6 is a requirement for nodes, so `check("F6")` comes in part 2, when your first node can see, and again in notebook 05, for the node that drives.
+# F6 is a requirement for nodes, so `check("F6")` comes in part 2, and again in notebook 05 for the node that drives.
 
 # %% [markdown]
 # ## Be seen on the graph
 #
 # A publisher and a subscriber are connected if three things match.
-# Two you know from notebook 02: the name of the topic and the *name* of the type (not its hash: different hashes are joined all the same, which is why swapped fields are read in silence).
+# Two you know from notebook 02: the name of the topic and the *name* of the type.
 # The third is the **quality of service**, QoS: what the publisher promises, and what the subscriber asks for.
 #
 # | | reliable | best effort |
@@ -601,10 +512,9 @@ print("heard:", heard)
 # | as a request | "I need every message" | "I take what comes" |
 #
 # Many sensor drivers send best effort: a scan that got lost is out of date before it could be sent again.
-# In rclpy the number that everyone types, `create_subscription(..., 10)`, means: keep the last 10, and *reliable*.
+# In rclpy the number in `create_subscription(..., 10)` means: keep the last 10, and *reliable*.
 #
-# The lidar from above sends 30 scans, best effort.
-# Two subscribers listen, one with each setting.
+# The lidar from above sends 30 scans, best effort, to two subscribers, one with each setting.
 # **Predict:** how many will each hear?
 
 # %% tags=["nbval-ignore-output"]
@@ -634,20 +544,16 @@ spin_until(lambda: count["best effort"] == 30)
 print(count)
 
 # %% [markdown]
-# Zero of thirty.
-# No exception; `ros2 topic list` shows the topic, `ros2 topic info` a publisher and two subscribers.
-# Only the log has a warning about "incompatible QoS", one line among hundreds when a robot starts.
-# This costs people evenings.
+# Zero of thirty, and no exception; only a warning about "incompatible QoS" in the log.
 #
-# The command that tells you is `ros2 topic info -v`.
-# It is a process of its own and has to discover your three nodes first, so `--spin-time` gives it a few seconds. The lines that matter:
+# The command that tells you is `ros2 topic info -v`; `--spin-time` gives it a few seconds to discover your nodes:
 
 # %% tags=["nbval-ignore-output"]
 # The order of the endpoints may change.
 # !ros2 topic info -v --spin-time 4 /scan | grep -E "Node name|Endpoint type|Reliability"
 
 # %% [markdown]
-# Read it as a deal: what is requested must not be more than what is offered.
+# What is requested must not be more than what is offered.
 #
 # | publisher offers | subscriber requests | |
 # |---|---|---|
@@ -658,34 +564,20 @@ print(count)
 #
 # So a node that should work on every robot asks for little and offers much:
 # it subscribes to sensors with `qos_profile_sensor_data` (best effort, the last 5), and publishes its results reliably, with `10`.
-# The grader looks at that too: **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
-# You check it below for the node that you write today; the controller's part comes in notebook 07.
+# **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
+# Today you check this for one node, in notebook 07 for both.
 #
-# A second setting can keep two ends apart: **durability** says what happens to a message that was sent *before* a subscriber joined.
-#
-# | | volatile | transient local |
-# |---|---|---|
-# | as an offer | "if you join late, you have missed it" | "I keep the last ones for those who join late" |
-# | as a request | "only new messages, please" | "also those that you have kept" |
-#
-# Volatile is the default, and right for a scan.
+# **Durability**, a second setting, says what happens to a message that was sent *before* a subscriber joined: *volatile* (the default, right for a scan) loses it, *transient local* keeps it.
 # A map, a robot's description or the static transforms of notebook 12 are sent *once*; their publishers are transient local.
-# The rule is the one from above: a subscriber that requests transient local gets nothing from a volatile publisher.
 #
-# <details><summary>The name of a map is sent once, by a transient local publisher. After that, two subscribers join: one volatile, one transient local. What does each hear, and what if the publisher is volatile?</summary>
+# <details><summary>A volatile publisher sends scans. What does a subscriber hear that requests transient local?</summary>
 #
-# The volatile one hears nothing, because it asks only for new messages; the transient local one hears the name.
-# From a volatile publisher neither hears anything, and the transient local one would not even hear what is sent later: it asks for more than is offered.
-# That is how RViz can show a map that was sent an hour before RViz was opened.
+# Nothing, not even what is sent later: it requests stored messages; a volatile publisher offers none.
 # In rclpy: `QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)`.
 # </details>
 #
-# One more thing that others see: the **names**.
-# The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can still change it:
-# with `--ros-args -r raw_scan:=scan`, or by putting a whole second robot into a namespace of its own.
-# With `/raw_scan` you would fix the name for everyone.
-#
-# More: [About Quality of Service settings](https://docs.ros.org/en/jazzy/Concepts/Intermediate/About-Quality-of-Service-Settings.html) in the ROS 2 documentation.
+# And the **names**: the contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can change it, with `--ros-args -r raw_scan:=scan` or a namespace.
+# `/raw_scan` would fix the name for everyone.
 
 # %%
 for node in (lidar, listener, picky, modest):
@@ -695,8 +587,7 @@ for node in (lidar, listener, picky, modest):
 # %% [markdown]
 # ## Fuse scan, battery and motion
 #
-# Three sensors, three rates.
-# Here is when their messages arrive in the first second and, in the last row, when your node should publish.
+# Three sensors, three rates: when their messages arrive in the first second and, in the last row, when your node should publish.
 
 # %%
 from sim.sensors import BatteryReading, ImuReading, ScanReading
@@ -714,17 +605,16 @@ axes.invert_yaxis()
 # %% [markdown]
 # When would you publish?
 #
-# - In the callback of the scan: then your node depends on the lidar's rate, and falls silent when the lidar stops.
+# - In the callback of the scan: then your node falls silent when the lidar stops.
 # - In every callback: 111 messages a second, most of them with nothing new.
-# - On a **timer**: each callback only *remembers* the latest message of its kind; the timer takes what is remembered and publishes it.
+# - On a **timer**: each callback only *remembers* the latest message of its kind; the timer publishes what is remembered.
 #
 # The third way is the usual one: you choose the rate.
-# Its price is age: what you publish about the scan is up to 0.1 s old, and about the battery up to a second.
-# For a battery that does not matter; for a wall that comes nearer at 0.5 m/s it is 5 cm.
+# Its price is age: what you publish about the scan is up to 0.1 s old, 5 cm for a wall that comes nearer at 0.5 m/s.
 #
 # ### Part 2's files
 #
-# First comes a file that you are given: it declares a node's parameters.
+# First a file that you are given: it declares a node's parameters.
 # In notebook 08 you replace it with one that refuses nonsense.
 
 # %% tags=["given"]
@@ -775,8 +665,8 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
         node.declare_parameter(parameter, setting.default)
 
 # %% [markdown]
-# And here is the skeleton of the node.
-# Read it from top to bottom: the imports, the parameters with their defaults, and the docstring of the class, where a reader looks for each unit and rate.
+# And here is the skeleton of the node, which JupyterLab shows folded: run it, and open it with a click on the three dots.
+# Read the imports, the parameters with their defaults, and the docstring of the class.
 # The two functions that decide something stand outside the class, so that you can try them without a robot; the methods only move data in and out.
 #
 # Two methods are finished.
@@ -874,17 +764,16 @@ def main(args: Optional[list[str]] = None) -> int:
 # !ros2 interface show sensor_msgs/msg/BatteryState | grep percentage
 
 # %% [markdown]
-# A "percentage" from 0 to 1.
-# The thresholds are 20 and 10. **What does a node say that compares the two directly**, if the battery is full? And if the battery cannot measure its charge?
+# A "percentage" from 0 to 1, and the thresholds are 20 and 10. **What does a node say that compares the two directly**, if the battery is full? And if the charge is unknown?
 
 # %%
 for percentage in (1.0, 0.5, nan):
     print(f"percentage {percentage}: below the threshold of 20? {percentage < 20}")
 
 # %% [markdown]
-# With a full battery, there is an alarm from the first message to the last; with an unknown charge, there is none at all.
+# An alarm from the first message to the last with a full battery, and none at all with an unknown charge.
 #
-# Write `battery_percent`: multiply by 100, keep the result within 0 and 100 (you have a function for that), and for NaN return what was known before.
+# Write `battery_percent`: multiply by 100, keep the result within 0 and 100, and for NaN return what was known before.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/sensor_processor.py
@@ -906,17 +795,12 @@ tries(
 )
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The imports of the skeleton: `clamp` is your own, from notebook 03, and `math` tells you whether a number is NaN.
+# `math.isnan(percentage)`, and your own `clamp(value, low, high)`. The skeleton has a name for 100: `FULL_PERCENT`.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# `math.isnan(percentage)`, and `clamp(value, low, high)`. The skeleton has a name for 100: `FULL_PERCENT`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def battery_percent(percentage: float, previous: float) -> float:
@@ -930,7 +814,7 @@ tries(
 # ### Exercise 5: warn once
 #
 # A battery below `battery_low_threshold` is logged as a warning once, below `battery_critical_threshold` as an error once.
-# Near the threshold, the percentage does not fall evenly; here is an example.
+# Near the threshold, the percentage goes up and down.
 # **How many warnings** does each version give?
 
 # %%
@@ -941,12 +825,11 @@ print(each_message, "warnings with: if percent < 20")
 print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 
 # %% [markdown]
-# At one message a second the first version gives 60 a minute, and no one reads a log like that.
-# The second remembers the last state, but still repeats itself while the number goes up and down.
-# Better: once the alarm is on, it is switched off only *well* above the threshold. This is called hysteresis, and with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
+# The first version gives 60 a minute. The second remembers the last state, but still repeats itself.
+# Better: once the alarm is on, it is switched off only *well* above the threshold.
+# This is called **hysteresis**; with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
 #
 # Write `alarm_state`: is the alarm on now, given whether it was on, the percentage and the threshold?
-# (rclpy has `warning(..., once=True)`, which warns once in the node's life: charge the battery, and when it runs low again the node is silent.)
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/sensor_processor.py
@@ -976,17 +859,12 @@ tries(
 )
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The lines that `tries` printed: what decides whether the alarm is on below the threshold, and what above it?
-# </details>
-#
-# <details><summary>Hint 2: the formula</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # Below the threshold: on. Otherwise: on only if it was on *and* `percent < threshold + HYSTERESIS_PERCENT`.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def alarm_state(was_on: bool, percent: float, threshold: float) -> bool:
@@ -999,9 +877,8 @@ tries(
 #
 # ### Exercise 6: remember the scan and the motion
 #
-# Each callback only remembers.
 # `_on_scan` keeps the closest reading as `self._closest`; `_on_imu` keeps the two vectors of the message, as `self._acceleration` and `self._angular_velocity`.
-# Those need no conversion: acceleration in m/s² and turning speed in rad/s are copied as they are.
+# They need no conversion: m/s² and rad/s are copied as they are.
 #
 # **Predict:** what does the accelerometer of a robot that stands still say along z?
 
@@ -1010,7 +887,7 @@ imu = to_message(Simulator(load_world("office"), noise=False).imu())
 print(imu.linear_acceleration)
 
 # %% [markdown]
-# 9.81 m/s² upwards: it feels the floor pushing, and so it should ([REP 145](https://www.ros.org/reps/rep-0145.html)).
+# 9.81 m/s² upwards: it feels the floor pushing ([REP 145](https://www.ros.org/reps/rep-0145.html)).
 # Do not "correct" it.
 
 # %% tags=["piece"]
@@ -1023,7 +900,7 @@ class SensorProcessor:
         pass  # TODO: remember imu.linear_acceleration and imu.angular_velocity
 
 # %% [markdown]
-# To try a callback you need no robot: make the node, call the callback with a message of your own, look at what it remembers.
+# To try a callback you need no robot: call it with a message of your own and look at what the node remembers.
 
 # %%
 from sensor_msgs.msg import BatteryState, Imu
@@ -1053,17 +930,12 @@ tries(
 )
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The imports of the skeleton: which of your functions takes a scan? To remember is to assign: `self.name = value`.
+# `closest_reading(scan)` returns the number; to remember is to assign, `self.name = value`; a message's field is an attribute, `imu.linear_acceleration`.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# `closest_reading(scan)` returns the number; a message's field is an attribute, `imu.linear_acceleration`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # class SensorProcessor:
@@ -1085,7 +957,7 @@ tries(
 # 3. it logs a warning if the low alarm is on now and was not on before (`self._battery_low`), and in the same way an error for the critical one;
 # 4. it remembers both alarms.
 #
-# A node logs with `self.get_logger().warning(text)` and `.error(text)`, and the skeleton's `self._value('battery_low_threshold')` reads a parameter.
+# A node logs with `self.get_logger().warning(text)` and `.error(text)`; `self._value('battery_low_threshold')` reads a parameter.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/sensor_processor.py
@@ -1114,21 +986,14 @@ tries(
 )
 
 # %% [markdown]
-# And what did the node log, somewhere around the table? Once it works: three warnings at 12 %, and a warning and an error at 6 %.
+# Find the log lines near the table. Once it works: three warnings at 12 %, and a warning and an error at 6 %.
 #
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# Exercises 4 and 5: `battery_percent` wants the previous percentage, `alarm_state` the previous alarm, and both are attributes of `self`.
+# `battery_percent` wants the previous percentage, `alarm_state` the previous alarm: both are attributes of `self`.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# - `percent = battery_percent(battery.percentage, self._battery)`
-# - `low = alarm_state(self._battery_low, percent, self._value('battery_low_threshold'))`
-# - `if low and not self._battery_low: self.get_logger().warning(f'Battery low: {percent:.0f} %')`
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # class SensorProcessor:
@@ -1145,64 +1010,19 @@ tries(
 # ```
 # </details>
 #
-# Closest reading, battery in percent, motion, and two alarms: that is requirement **F12**, and all its pieces are in your file now.
+# Closest reading, battery in percent, motion, and two alarms: that is requirement **F12**.
 # What is missing is to publish them.
 
 # %% [markdown]
 # ## Publish at a rate
-#
-# The pattern is short; here it is in a node that has nothing to do with robots.
-# A thermometer reports dozens of times a second, and this node passes the temperature on five times a second.
-# **Predict:** how many of the reports will the node have passed on after one second, and which ones?
-
-# %% tags=["nbval-ignore-output"]
-# How many messages fit into a second depends on the machine.
-from std_msgs.msg import Float32
-
-
-class Weather(Node):
-    """Tell the latest temperature, in degrees Celsius, five times a second."""
-
-    def __init__(self):
-        """Remember nothing yet."""
-        super().__init__("weather")
-        self.latest = None
-        self.told = []
-        self.create_subscription(Float32, "temperature", self.on_temperature, qos_profile_sensor_data)
-        self.create_timer(0.2, self.tell)  # a period in seconds, not a rate
-
-    def on_temperature(self, message):
-        """Only remember."""
-        self.latest = message.data
-
-    def tell(self):
-        """Say what is remembered. A real node would publish here."""
-        if self.latest is not None:
-            self.told.append(round(self.latest, 1))
-
-
-weather = Weather()
-executor.add_node(weather)
-thermometer = weather.create_publisher(Float32, "temperature", 10)
-reports, end = 0, time.monotonic() + 1.05
-while time.monotonic() < end:
-    thermometer.publish(Float32(data=20.0 + 0.1 * reports))
-    reports += 1
-    spin_until(lambda: False, 0.01)
-print(reports, "reports, told:", weather.told)
-executor.remove_node(weather)
-weather.destroy_node()
-
-# %% [markdown]
-# Five, each of them the latest one at its moment; the others are forgotten, and that is as it should be.
 #
 # ### Exercise 8: say it
 #
 # `_fuse` is what your timer calls.
 # Two more sentences of the contract, requirement **F13**:
 #
-# - "once a scan has been seen, and not before": what would you say about the closest obstacle before you have looked? `inf` means "nothing is near", and that would be a lie. So `self._closest` is `None` until the first scan, and `_fuse` then returns at once.
-# - "stamp from the node's clock, frame `base_link`": `header.stamp` says *when*, `header.frame_id` in *whose axes*. Without a stamp no one can tell a fresh message from one that was stuck in a queue. The stamp is `self.get_clock().now().to_msg()`.
+# - "once a scan has been seen, and not before": `inf` means "nothing is near", and before the first scan that would be a lie. So `self._closest` is `None` until then, and `_fuse` returns at once.
+# - "stamp from the node's clock, frame `base_link`": `header.stamp` says *when*, `header.frame_id` in *whose axes*. The stamp is `self.get_clock().now().to_msg()`.
 #
 # Make a `SensorFusionData`, fill its header and its four fields from what is remembered, publish it on `self._fused`; then publish `Float32(data=…)` with the closest reading on `self._distance`.
 
@@ -1213,7 +1033,7 @@ class SensorProcessor:
         pass  # TODO: nothing before the first scan; then fill and publish both messages
 
 # %% [markdown]
-# To try it, give the node two stand-ins for publishers, which only collect the messages.
+# To try it, give the node two stand-ins for publishers, which collect the messages.
 
 # %%
 from types import SimpleNamespace
@@ -1248,17 +1068,12 @@ tries(
 )
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# `!ros2 interface show ros2_robot_controller/msg/SensorFusionData` lists the fields that you wrote in notebook 02.
+# `fused = SensorFusionData()`, then one line for each field that you wrote in notebook 02, such as `fused.battery_level = …`; at the end `self._fused.publish(fused)`.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# `fused = SensorFusionData()`, then one line for each: `fused.header.stamp = …`, `fused.header.frame_id = …`, `fused.battery_level = …`; at the end `self._fused.publish(fused)`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # class SensorProcessor:
@@ -1278,12 +1093,11 @@ tries(
 #
 # ### Exercise 9: wire it up
 #
-# Now comes `__init__`, which connects all this.
-# What it remembers at the start is given; add
+# `__init__` connects all this. What it remembers at the start is given; add
 #
 # - the second publisher, `obstacle_distance`, a `Float32`;
 # - three subscriptions with the QoS for sensors (`qos_profile_sensor_data`): `raw_scan`, `imu/data` and `battery/state`;
-# - the timer, `self._timer`, that calls `self._fuse` every `self._period()` seconds.
+# - the timer, `self._timer`, that calls `self._fuse` every `self._period()` seconds: a period, not a rate.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/sensor_processor.py
@@ -1326,19 +1140,12 @@ tries(
 )
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# `Weather.__init__` above: one subscription and one timer. The line with `self._fused` for the publisher.
+# `self.create_publisher(Type, 'name', 10)`, `self.create_subscription(Type, 'name', callback, qos)`, `self.create_timer(period_in_seconds, callback)`
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# - `self.create_publisher(Float32, 'obstacle_distance', 10)`
-# - `self.create_subscription(LaserScan, 'raw_scan', self._on_scan, qos_profile_sensor_data)`
-# - `self.create_timer(period_in_seconds, callback)`
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #         self._fused = self.create_publisher(SensorFusionData, 'sensor_fusion_data', 10)
@@ -1361,7 +1168,7 @@ check("F12", "F13", "F6", "I4")
 # ### Your node on a drive
 #
 # A cart moves back and forth in a hall, and the robot drives towards it.
-# `run_node` starts *your* node as `ros2 run` does and gives it the simulated sensors.
+# `run_node` starts *your* node as `ros2 run` does, with the simulated sensors.
 # On the way, the battery drops to 19 %, and later to 9 %.
 
 # %%
@@ -1398,34 +1205,7 @@ for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
 # %% [markdown]
-# Look closer where your points leave the line: a scan comes ten times a second, so your points come in pairs; and each reading varies by half a percent, so the *smallest* of many is a little too low.
-# The battery reports once a second, so its step comes late.
-#
-# **Move the sliders.** A wall stands 0.52 m away; the alarm sounds below 0.5 m.
-# At which noise does the alarm flicker, and what does the number of beams have to do with it?
-
-# %%
-from grader.notebook.sliders import slide
-
-
-def trembling(noise_percent, beams):
-    trembles = np.random.default_rng(1).standard_normal((100, round(beams)))
-    closest = (0.52 * (1.0 + noise_percent / 100 * trembles)).min(axis=1)
-    figure, axes = plt.subplots(figsize=(9, 2.6), layout="constrained")
-    axes.plot(closest, ".", color=COLORS["scan"])
-    axes.axhline(0.52, color=COLORS["clearance"], lw=1)
-    axes.axhline(0.5, color=COLORS["threshold"], linestyle=":")
-    axes.set(xlabel="scan", ylabel="closest reading (m)", ylim=(0.45, 0.55))
-    return f"{(closest < 0.5).sum()} of 100 scans raise a false alarm: {noise_percent:.1f} % noise, {beams:.0f} beams"
-
-
-# %% tags=["nbval-ignore-output"]
-# A slider has another name in each run, so the output is not compared.
-slide(trembling, noise_percent=(0.0, 3.0, 0.5), beams=(1.0, 61.0, 25.0))
-
-# %% [markdown]
-# The smallest of many numbers is a pessimist: the more beams, the lower it lies.
-# One threshold that switches a flag on and a higher one that switches it off (*hysteresis*, as for the battery's alarm) keep it from flickering.
+# Your points come in pairs, because a scan comes ten times a second; and they lie a little below the line: each reading varies by half a percent, and the *smallest* of many noisy numbers is too low.
 #
 # What did the node say, and how often?
 
@@ -1437,7 +1217,7 @@ print(run.output or "nothing")
 # One warning and one error, although several messages of the battery have come since.
 #
 # The node is still running, but its time stands still, because `/clock` does.
-# So you can look at it from outside with the `ros2` command, as you would on a robot.
+# So you can look at it from outside, as on a robot.
 
 # %% tags=["nbval-ignore-output"]
 # What is listed depends on how far your node is.
@@ -1446,21 +1226,16 @@ print(run.output or "nothing")
 run.close()
 
 # %% [markdown]
-# Compare with the contract: three subscriptions beside `/clock`, two publishers beside the two that every node has, `/parameter_events` and `/rosout`.
-# The slash in front is not yours; it is the root namespace, in which the node was started.
-# And your subscription of `/raw_scan` should say BEST_EFFORT; `simulated_robot` is the simulator's end.
+# Compare with the contract: three subscriptions beside `/clock`, two publishers beside `/parameter_events` and `/rosout`, which every node has.
+# `/raw_scan` should say BEST_EFFORT.
 
 # %% [markdown]
 # ## Whose clock?
 #
-# Part 3, with the same kernel: 15 to 30 minutes.
-#
-# The drive took twelve seconds.
-# Did you wait twelve seconds?
-# Simulated time ran as fast as your node could answer; on a slow machine it runs slower, and the result is the same.
+# Did you wait twelve seconds for the drive of twelve seconds?
+# Simulated time ran as fast as your node could answer.
 # That works only if the node never looks at the clock on the wall.
 #
-# The rule is simple.
 # A node with the parameter `use_sim_time` takes its time from the topic `/clock`, and its timers and stamps follow, if *the node* makes them:
 #
 # | follows /clock | does not |
@@ -1468,8 +1243,8 @@ run.close()
 # | `self.get_clock().now()` | `time.time()`, `datetime.now()` |
 # | `self.create_timer(...)` | `threading.Timer`, a loop with `time.sleep` |
 #
-# Watch two nodes, each with a timer of one second.
-# One follows `/clock`, which the second cell below advances by ten seconds, faster than real time; the other follows the clock on the wall.
+# Here are two nodes, each with a timer of one second.
+# One follows `/clock`, which the second cell below advances by ten seconds, faster than real time.
 # **Predict:** how often does each timer fire?
 
 # %%
@@ -1503,7 +1278,6 @@ def set_clock(tenths):
     spin_until(lambda: seconds(by_clock) > tenths / 10 - 0.001, 1.0)
     spin_until(lambda: False, 0.01)
 
-
 # %% tags=["nbval-ignore-output"]
 # How long ten simulated seconds take depends on the machine.
 started = time.monotonic()
@@ -1515,32 +1289,18 @@ print("fired by the wall:", len(fired["by the wall"]), "times")
 
 # %% [markdown]
 # The timer that follows `/clock` fires at its start and then ten times; the other one fires once for each second that you waited.
-# The firing at the start does not count: before the first message on `/clock` such a node believes that it is second 0, and then a hundred seconds pass at once.
-# (So never use the time before the first message of `/clock`, and be ready for a jump.)
+# (Before the first message on `/clock` such a node believes that it is second 0: hence the firing at the start.)
 #
-# In a simulation that runs ten times as fast as real time, a node that goes by the wall does its work ten times too seldom, and in a slow simulation too often.
-#
-# **And the stamps?** Here is one moment, by `/clock` and by Python's `time.time()`.
-
-# %% tags=["nbval-ignore-output"]
-# The number of years depends on the day.
-print("by /clock:", seconds(by_clock), "s")
-years = (time.time() - seconds(by_clock)) / 3600 / 24 / 365.25
-print(f"time.time() is ahead of it by {years:.0f} years")
-
-# %% [markdown]
-# A message stamped with `time.time()` is half a century ahead of all others.
-# A node that accepts only data "not older than half a second" then accepts nothing, or everything.
+# A message stamped with `time.time()` would be half a century ahead of all others.
 #
 # Requirement **I7** asks that timers and stamps of *both* nodes follow `/clock`.
-# Those of your sensor processor do, if it uses `create_timer` and `get_clock`. Today the check asks this node alone; in notebook 05, when the controller has a timer, it asks both.
-# More: [Clock and Time](https://design.ros2.org/articles/clock_and_time.html), the article that explains why ROS 2's clocks are as they are.
+# Today the check asks the sensor processor alone; in notebook 05, when the controller has a timer, it asks both.
 
 # %% tags=["check"]
 check("I7")
 
 # %% [markdown]
-# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()` this once, and run `check("F13")`. Read what it says, and change it back.
+# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()`, and run `check("F13")`. Read what it says, and change it back.
 
 # %%
 for node in (by_clock, by_wall):
@@ -1549,23 +1309,14 @@ for node in (by_clock, by_wall):
 rclpy.try_shutdown()
 
 # %% [markdown]
-# > **On a real TurtleBot 4**
-# >
-# > - The topics are called `scan`, `imu` and `battery_state`: three remappings, no change in your code. That is what relative names are for.
-# > - Its base, a Create 3, sends its sensor data best effort; a republisher on the robot passes IMU and battery on reliably (`QoS(1)`, transient local). Its lidar's driver, rplidar, is reliable, too. `qos_profile_sensor_data` hears all three.
-# > - The lidar is mounted turned by 90°, free-running at 5.5 to 10 Hz. For the closest reading *anywhere* that makes no difference; for "ahead" it does, see "Whose ahead?".
-# > - The lidar sees nothing nearer than 0.15 m, and at the back of a Standard the hull ends 0.13 m from it: a wall that it touches with its back is inside the blind zone.
-# > - This course counts `-inf`, "too close to measure", as an invalid reading, as the contract says. On a robot of your own, let it count as very near: stopping once too often is the better mistake.
+# > **On a real TurtleBot 4:** topics have other names, and the lidar is turned by 90°; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown]
 # ## Go further
 #
-# Not needed for the next notebook.
-#
 # - Make `measure_proximity` right for a TurtleBot 4: a second argument, `mount_yaw`, that is added to each angle. Where would the node get its value from: a parameter, or a transform?
-# - How old is what you publish? Compare the scan's stamp with now, and publish `inf`, or nothing, when the last scan is older than half a second. Which of the two is better for those who listen?
-# - `message_filters` has a synchronizer that calls back with messages of the same time. When is that better than a timer, and what happens when one of the sensors stops?
-# - One wrong beam, 0.2 m in an empty room, stops a robot. Require two neighbouring beams that agree, and say what you lose by it.
+# - Publish `inf`, or nothing, when the last scan is old. Which is better for those who listen?
+# - One wrong beam stops a robot. Require two neighbouring beams that agree, and say what you lose by it.
 
 # %% [markdown]
 # ## Recall
@@ -1573,18 +1324,17 @@ rclpy.try_shutdown()
 # <details><summary>Which beam looks ahead?</summary>
 #
 # The one whose angle, `angle_min + i * angle_increment`, is 0 *in the frame of the robot*.
-# In the frame of the lidar it is 0 only if the lidar looks ahead; on a TurtleBot 4 it is -90°.
+# In the frame of a TurtleBot 4's lidar that is -90°.
 # </details>
 #
 # <details><summary>Why <code>low &lt;= x &lt;= high</code> and not <code>not (x &lt; low or x &gt; high)</code>?</summary>
 #
-# For NaN each of these comparisons is False.
-# So the first form says "not valid", and the second "valid".
+# For NaN each comparison is False: the first form says "not valid", the second "valid".
 # </details>
 #
 # <details><summary>The topic is listed, the types agree, nothing arrives. What do you type?</summary>
 #
-# `ros2 topic info -v /topic`, and compare the lines "Reliability": best effort offered and reliable requested gives nothing. Then "Durability": volatile offered and transient local requested gives nothing either.
+# `ros2 topic info -v /topic`, and compare "Reliability", then "Durability": a request must not be more than the offer.
 # </details>
 #
 # <details><summary>Why does the node say nothing before the first scan, and not <code>inf</code>?</summary>

@@ -16,25 +16,21 @@
 #
 # ![The robot drives at a wall, slows down and stops; the time line shows how far it rolled on](pictures/05.png)
 #
-# A robot that drives must stop in time, at every speed, also when its program ends.
-# Today yours does.
+# A robot that drives must stop in time, also when its program ends.
 #
 # You will be able to
 #
 # - work out how far a robot rolls after it has seen something, and find the speed that is too fast;
 # - decide what is safe in plain functions that are tested without a robot;
 # - publish at a fixed rate with a timer, and say why a robot needs a stream of commands;
-# - say what a slow callback does to all the others, and see it in a timeline;
-# - end a node so that its robot stands still.
+# - say what a slow callback does to the others, and end a node so that its robot stands still.
 #
-# This notebook has three parts, with a day between two of them if you like:
-# part 1, what is safe: 50 to 95 minutes;
-# part 2, the node that drives: 45 to 80 minutes;
-# part 3, habits and the last zero: 30 to 60 minutes.
+# **Time:** part 1, what is safe: 45 to 85 minutes;
+# part 2, the node that drives: 40 to 70 minutes;
+# part 3, habits and the last zero: 25 to 50 minutes.
+# There may be a day between two parts; after a shorter break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
-# Your package has interfaces, conversions and a sensor processor.
-# Its `robot_controller` is an empty node so far.
-# Today it learns to move:
+# Your package so far, and what comes today:
 #
 #     ros2_robot_controller/
 #     ├── CMakeLists.txt  package.xml  setup.py  setup.cfg
@@ -54,7 +50,7 @@ from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("05")
 
 # %% [markdown]
-# If the lines above say that files are missing, and you would rather start here than go back, run `start_at("05")` in a cell of its own.
+# If files are missing and you would rather start here, run `start_at("05")` in a cell of its own.
 
 # %% [markdown]
 # ## Three questions first
@@ -63,16 +59,15 @@ begin("05")
 #
 # <details><summary>Notebook 04: the readings are 0.4, NaN and 3.0 m. What do <code>min</code> and <code>np.min</code> say, and what should a robot believe?</summary>
 #
-# `min` says 0.4 or NaN, depending on the order; `np.min` says NaN in any order.
-# NaN means that nothing was measured, so it is dropped first, and 0.4 m is the nearest thing.
+# `min` says 0.4 or NaN, depending on the order; `np.min` says NaN. NaN is no measurement: drop it, and 0.4 m is the nearest thing.
 # </details>
 # <details><summary>Notebook 04: a sensor publishes best effort. Your subscription asks for reliable. What arrives?</summary>
 #
-# Nothing, and nothing warns your code. Sensors are subscribed with `qos_profile_sensor_data`.
+# Nothing. Sensors are subscribed with `qos_profile_sensor_data`.
 # </details>
 # <details><summary>Notebook 03: what does <code>clamp(v, low, high)</code> do with a NaN?</summary>
 #
-# Yours returns the NaN, and does not hide it. (`max(low, min(high, v))` would turn it into `high`: full speed.) So ask `math.isfinite` where a number comes in.
+# It returns the NaN. So ask `math.isfinite` where a number comes in.
 # </details>
 
 # %% [markdown]
@@ -80,25 +75,18 @@ begin("05")
 #
 # ### How far does it roll?
 #
-# Something is seen at time 0.
-# The program takes a while to command zero: the **delay**.
-# All that time the robot drives on at speed $v$.
+# After the robot has seen something, its program takes a while to command zero: the **delay**.
+# In that time it drives on at speed $v$.
 # Then the wheels brake with the deceleration $a$.
 #
 # $$ d \;=\; \underbrace{v \cdot t_\mathrm{delay}}_{\text{while you think}} \;+\; \underbrace{\frac{v^2}{2a}}_{\text{while it brakes}} $$
 #
 # By hand, for 0.5 m/s, a delay of 0.3 s, and the 5 m/s² of this robot's wheels:
-#
-# - while you think: 0.5 m/s · 0.3 s = **0.15 m**
-# - while it brakes: (0.5 m/s)² / (2 · 5 m/s²) = **0.025 m**
-# - together **0.175 m**
+# 0.5 · 0.3 + 0.5² / (2 · 5) = 0.15 + 0.025 = **0.175 m**.
 #
 # Is that too far?
-# A reading below 0.5 m is an obstacle.
-# The lidar sits in the robot's centre, and the hull's radius is 0.171 m.
+# A reading below 0.5 m is an obstacle, measured from the robot's centre; the hull's radius is 0.171 m.
 # That leaves 0.5 − 0.171 = **0.329 m** to stop in, and 0.154 m should remain.
-#
-# The same as a function:
 
 # %%
 from sim import COURSE
@@ -114,8 +102,7 @@ def stop_distance(v, delay, brake):
 print(f"rolls {stop_distance(0.5, 0.3, 5.0):.3f} m, {ROOM - stop_distance(0.5, 0.3, 5.0):.3f} m are left")
 
 # %% [markdown]
-# Now ask the simulator, with a robot that may go as fast as 2 m/s, so that there is something to find out.
-# It starts a little nearer or further each time.
+# Now ask the simulator, with a robot that may go up to 2 m/s and starts a little nearer each time.
 #
 # **Predict:** will 0.154 m be left each time?
 
@@ -135,7 +122,6 @@ def step_until_near(simulator):
         scans = [r for r in simulator.step(0.05) if isinstance(r, ScanReading)]
         near = any(scan.ranges.min() < 0.5 for scan in scans)
 
-
 # %%
 def clearance_left(v, start):
     """Drive at the wall, command zero DELAY after it was seen; return the metres left."""
@@ -154,13 +140,10 @@ for start in STARTS:
     print(f"from x = {start:.2f} m: {clearance_left(0.5, start):.3f} m left")
 
 # %% [markdown]
-# Each time less than 0.154 m is left.
-# The lidar looks ten times a second.
-# Right after a scan that read 0.501 m the robot drives another 0.1 s before the next one.
+# Each time less is left: the lidar looks ten times a second, and after a scan that read 0.501 m the robot drives on for 0.1 s.
 # So the true delay lies between 0.3 s and **0.4 s**, by chance.
 #
 # **Predict:** at which speed does it touch the wall?
-# Write a number down, then run.
 
 # %%
 import matplotlib.pyplot as plt
@@ -181,8 +164,8 @@ axes.grid(alpha=0.3)
 axes.legend();
 
 # %% [markdown]
-# The dots lie between the two lines until the wall holds the robot.
-# The formula gives the speed above which you need luck, and the speed above which luck does not help:
+# The dots lie between the two lines, until the wall holds the robot.
+# The formula gives two speeds: above the first it may hit, above the second it must.
 
 # %%
 candidates = np.arange(0.01, 2.0, 0.01)
@@ -191,47 +174,21 @@ for delay in (DELAY + 0.1, DELAY):
     print(f"delay {delay:.1f} s: too fast from {too_fast:.2f} m/s on")
 
 # %% [markdown]
-# The contract (F4) allows a delay of 0.3 s, and 0.5 m/s at most: with these wheels that is safe, even with bad luck.
+# The contract (F4) allows a delay of 0.3 s, and 0.5 m/s at most: with these wheels that is safe.
 #
-# **Move the sliders.** 0.9 m/s² is what the wheels of a TurtleBot 4 do.
-# Is 0.5 m/s still safe with it in the worst case, at 0.4 s?
-# How short would the delay have to be?
-
-# %%
-from grader.notebook.sliders import slide
-
-
-def room_left(delay, brake):
-    left = ROOM - stop_distance(candidates, delay, brake)
-    safe_up_to = candidates[left > 0.0].max()
-    _, axes = plt.subplots(figsize=(7.5, 3), layout="constrained")
-    axes.plot(candidates, left, color="#0072B2")
-    axes.axhline(0, color="#D55E00")
-    axes.axvline(0.5, color="#7d8590", linestyle=":")
-    axes.set(xlabel="speed (m/s)", ylabel="clearance left (m)", xlim=(0, 1.5), ylim=(-0.6, 0.4))
-    axes.set_title(f"safe up to {safe_up_to:.2f} m/s")
-    return f"Clearance left over speed: with {delay:.2f} s and {brake:.1f} m/s² safe up to {safe_up_to:.2f} m/s"
-
-
-# %% tags=["nbval-ignore-output"]
-# A slider has another name in each run, so the output is not compared.
-slide(room_left, delay=(0.0, 1.0, 0.4), brake=(0.5, 5.5, 5.0))
-
-# %% [markdown]
-# <details><summary>Is it safe, and what would the delay have to be?</summary>
+# **Your turn:** the wheels of a TurtleBot 4 brake with 0.9 m/s². Is 0.5 m/s still safe in the worst case, at 0.4 s? Call `stop_distance`.
 #
-# No: 0.4 s at 0.5 m/s are 0.2 m, and braking takes another 0.5²/(2 · 0.9) = 0.139 m. Together that is 1 cm more than there is room for.
-# Up to a delay of 0.38 s it is safe.
+# <details><summary>Answer</summary>
+#
+# No: it rolls 0.2 + 0.139 = 0.339 m, and 0.329 m are free. Up to a delay of 0.38 s it is safe.
 # </details>
 #
 # ### A file in four steps
 #
-# All that follows needs no robot and no topic.
-# So it goes into plain functions, in a file of its own: `utils/motion.py`.
-# You can call them here, and test them in a millisecond.
+# What follows needs no robot, so it goes into plain functions in a file of its own: `utils/motion.py`.
 #
-# The next cell writes the file's skeleton: two small classes, and six functions that do nothing yet.
-# Read the classes, run the cell, and leave the functions: each says in which step it comes (steps 1 and 4 have two).
+# The next cell writes its skeleton: two small classes, and six functions that do nothing yet.
+# Read the classes and run the cell.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/motion.py
@@ -271,37 +228,30 @@ STOP = Command()
 
 
 def ramp(previous: float, wanted: float, largest_rise: float) -> float:
-    """Step 4."""
-    return 0.0
+    return 0.0  # step 4
 
 
 def speed_up_gently(previous: Command, wanted: Command, dt: float, limits: Limits) -> Command:
-    """Step 4."""
-    return STOP
+    return STOP  # step 4
 
 
 def obstacle_in_way(near: Proximity, v: float, limits: Limits) -> bool:
-    """Step 1."""
-    return False
+    return False  # step 1
 
 
 def clearance(near: Proximity, v: float) -> float:
-    """Step 1."""
-    return near.ahead
+    return near.ahead  # step 1
 
 
 def speed_cap(distance: float, limits: Limits) -> float:
-    """Step 2."""
-    return limits.max_linear_speed
+    return limits.max_linear_speed  # step 2
 
 
 def make_safe(wanted: Command, near: Proximity, limits: Limits) -> Command:
-    """Step 3."""
-    return STOP
+    return STOP  # step 3
 
 # %% [markdown]
-# Two helpers for trying, so that a case fits on a line.
-# `mine` imports a module of your package as it is saved now.
+# Two helpers for the tables of cases; `mine` imports a module of your package as it is saved now.
 
 # %%
 import math
@@ -321,12 +271,10 @@ def limits(**changed):
     names += "obstacle_detection_threshold", "emergency_stop_distance", "safety_margin"
     return motion.Limits(**dict(zip(names, (0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3))) | changed)
 
-
 # %% [markdown]
 # ### Step 1: what lies in the way?
 #
-# A robot drives along a wall, 0.45 m to its left.
-# The threshold is 0.5 m.
+# A robot drives along a wall, 0.45 m to its left; the threshold is 0.5 m.
 #
 # **Predict:** does `min(scan.ranges) < 0.5` stop it? Should it stop?
 
@@ -352,23 +300,18 @@ axes.set(xlim=(-1.5, 2.5), ylim=(-0.4, 0.6), aspect="equal", xlabel="x (m)", yla
 axes.legend(loc="lower right");
 
 # %% [markdown]
-# The closest reading of all is 0.45 m, and nothing is in the way.
-# Within 60 degrees to each side of the direction of travel the closest one is 0.52 m.
-# By hand: 0.45 m / sin 60° = 0.52 m.
-# (Are 60 degrees enough? What lies in the hull's way is within 0.171 m of the line straight ahead.
-# Beyond 60 degrees that is nearer than 0.171 m / sin 60° = 0.197 m, and below 0.2 m the robot stops for anything, wherever it is.)
+# The closest reading of all is 0.45 m, but within 60 degrees to each side of the direction of travel it is 0.52 m: nothing is in the way.
+# (Anything the hull would hit outside the sector is nearer than 0.197 m, and there the emergency stop acts.)
 #
-# When the robot drives backwards, the sector points backwards too.
-# A robot that drives backwards and looks only ahead ends in the wall behind it.
-# Your `scans.py` has the three numbers that matter: `near.ahead`, `near.behind` and `near.anywhere`, in metres.
+# A robot that drives backwards has to look backwards.
+# Your `scans.py` gives the three numbers that matter, in metres: `near.ahead`, `near.behind` and `near.anywhere`.
 #
-# **Exercise.** Two functions, each a choice and a comparison:
+# **Exercise.** Two functions:
 #
 # - `clearance`: which of the numbers counts at this `v`? 0 means forward.
-# - `obstacle_in_way`: is that number below `limits.obstacle_detection_threshold`? One more case answers yes: something nearer than `limits.emergency_stop_distance`, *anywhere*.
+# - `obstacle_in_way`: is that number below `limits.obstacle_detection_threshold`? Also true: something nearer than `limits.emergency_stop_distance`, *anywhere*.
 #
-# The cell begins with `%%into`: it puts its functions into your file, in place of those of the same name.
-# (If Jupyter does not know `%%into`, run the notebook's first cell again.)
+# `%%into` puts the cell's functions into your file, in place of those of the same name.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -382,15 +325,11 @@ def clearance(near: Proximity, v: float) -> float:
     return near.ahead  # TODO: it may drive backwards
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# At the sign of `v`. `obstacle_in_way` does not have to look at it: `clearance` has done that.
+# The sign of `v` decides: `a if condition else b`. The emergency is `near.anywhere < limits.emergency_stop_distance`; for the rest call `clearance`.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `a if condition else b` chooses between two values. `near.anywhere < limits.emergency_stop_distance` is the emergency.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def clearance(near, v):
@@ -420,18 +359,14 @@ tries({
 # %% [markdown]
 # ### Step 2: the nearer, the slower
 #
-# A robot that stops at 0.5 m from full speed jerks.
-# So it slows down beforehand: within `safety_margin`, 0.3 m, above the threshold the highest speed falls in a straight line.
+# A robot that stops from full speed jerks, so it slows down beforehand: within `safety_margin`, 0.3 m, above the threshold the highest speed falls in a straight line.
+# By hand, at 0.65 m: 0.65 − 0.5 = 0.15 m is half of the margin, so half of 0.5 m/s: **0.25 m/s**.
 #
-# By hand, for a reading of 0.65 m: the room above the threshold is 0.65 − 0.5 = 0.15 m.
-# That is half of the margin, so half of 0.5 m/s: **0.25 m/s**.
-#
-# The line must not fall to zero.
-# At 0.501 m it would allow 0.002 m/s, and the robot would creep for minutes towards a threshold that it never reaches.
-# So the lowest share is `MIN_SPEED_SHARE`, a fifth: slow, yet it gets there.
+# The line must not fall to zero, or the robot would creep for minutes.
+# The lowest share is `MIN_SPEED_SHARE`, a fifth.
 #
 # **Exercise.** `speed_cap`: the highest speed at this distance.
-# **Predict** two edges first: what is it below the threshold? And with a margin of 0 (no slowing down is wanted)?
+# **Predict** two edges first: below the threshold, and with a margin of 0.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -441,16 +376,12 @@ def speed_cap(distance: float, limits: Limits) -> float:
     return limits.max_linear_speed
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# At the line by hand above. There are three cases: beyond the margin, in it, below the threshold.
+# Three cases: beyond the margin, in it, below the threshold. In the margin the share is `room / limits.safety_margin`.
+# Test `room >= limits.safety_margin` first. With a margin of 0 this test catches every room ≥ 0; below 0 the share is 0. So nothing is divided by 0.
 # </details>
-# <details><summary>Hint 2: the formula</summary>
-#
-# The share in the margin is `room / limits.safety_margin`. If you ask `room >= limits.safety_margin` first, a margin of 0 is never divided by as long as the room is above 0; below, the share is 0.
-# `max(MIN_SPEED_SHARE, share)` is the share that counts.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # room = distance - limits.obstacle_detection_threshold
@@ -484,12 +415,11 @@ tries({
 # | below `obstacle_detection_threshold`, 0.5 m | of travel | stop if it wants to drive; turning in place may go on |
 # | less than `safety_margin`, 0.3 m, above that | of travel | drive more slowly |
 #
-# Why may it turn in place at 0.4 m from a wall? Otherwise it could never turn away from it.
+# At 0.4 m it may turn in place, or it could never turn away from a wall.
 #
 # **Exercise.** `make_safe` is the table from top to bottom.
-# Both kinds of stopping are complete: they return `STOP`, which is (0, 0), and not a `Command` that goes on turning.
-# Only a command that does not want to drive (`v` is 0) turns in place before an obstacle.
-# What is left at the end is the wanted command within its limits, forwards and backwards: `clamp(value, low, high)`, which you wrote in notebook 03.
+# Both kinds of stopping return `STOP`, which is (0, 0).
+# At the end comes the wanted command within its limits, forwards and backwards: `clamp(value, low, high)`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -504,15 +434,11 @@ def make_safe(wanted: Command, near: Proximity, limits: Limits) -> Command:
     return STOP
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# Each row of the table is one `if` or, for the last one, one `clamp`. You have `obstacle_in_way`, `clearance` and `speed_cap`.
+# You have `obstacle_in_way`, `clearance` and `speed_cap`. "Wants to drive" is `wanted.v != 0.0`. The cap is `speed_cap(clearance(near, wanted.v), limits)`; v lies within −cap and cap, omega within −`limits.max_angular_speed` and its positive.
 # </details>
-# <details><summary>Hint 2: the formulas</summary>
-#
-# "Wants to drive" is `wanted.v != 0.0`. The cap is `speed_cap(clearance(near, wanted.v), limits)`; v lies within −cap and cap, omega within −`limits.max_angular_speed` and its positive.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # if near.anywhere < limits.emergency_stop_distance:
@@ -549,7 +475,7 @@ tries({
 # %% [markdown]
 # ### Step 4: gently
 #
-# `linear_acceleration` 1.0 m/s² at 10 Hz means: 0.1 m/s more in each tick of the timer, no more.
+# `linear_acceleration` 1.0 m/s² at 10 Hz means: at most 0.1 m/s more in each tick of the timer.
 #
 # | tick | wanted | published |
 # |---|---|---|
@@ -560,12 +486,11 @@ tries({
 # | 4 | −0.5 | −0.1 |
 #
 # Look at tick 3: **braking is free.**
-# A ramp down from 0.5 m/s would take half a second, and you have seen what 0.3 s cost.
-# From forward to backward it passes through a moment of exactly zero.
+# From forward to backward the command passes through exactly zero.
 #
 # **Exercise.** `ramp` makes the next number out of the previous one; `speed_up_gently` does it for v and for omega, each with its own acceleration.
 # In `dt` seconds an acceleration of `a` allows a rise of `a * dt`.
-# (This is a part of requirement F11, which notebook 07 checks on a drive.)
+# (This belongs to F11, which notebook 07 checks.)
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -583,17 +508,13 @@ def speed_up_gently(previous: Command, wanted: Command, dt: float, limits: Limit
     return STOP  # TODO: ramp() for v, and again for omega
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# At the table of ticks. What is limited is the *size*, the number without its sign; the sign is that of `wanted`.
-# </details>
-# <details><summary>Hint 2: the formula</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # - The sign changes if `previous * wanted` is below zero.
-# - The size is `min(abs(wanted), abs(previous) + largest_rise)`.
-# - `math.copysign(size, wanted)` gives a size the sign of `wanted`.
+# - Limited is the size, without its sign: `min(abs(wanted), abs(previous) + largest_rise)`.
+# - `math.copysign(size, wanted)` gives it the sign of `wanted`.
 # </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def ramp(previous, wanted, largest_rise):
@@ -624,54 +545,10 @@ tries({
 })
 
 # %% [markdown]
-# ### Look at it, and drag a box in front of it
+# ### Drag a box in front of it
 #
-# What `ramp` makes of +0.5, 0 and -0.5 m/s: it climbs step by step, drops to zero at once, and then goes down step by step.
-
-# %%
-published = [0.0]
-try:
-    for wanted in [0.5] * 8 + [0.0] * 2 + [-0.5] * 7:
-        published.append(motion.ramp(published[-1], wanted, 0.1))
-except AttributeError as missing:
-    print("not yet:", missing)
-plt.figure(figsize=(7.5, 2.5), layout="constrained")
-plt.step(np.arange(len(published)) * 0.1, published, where="post", color="#333333")
-plt.xlabel("time (s)")
-plt.ylabel("published speed (m/s)");
-
-# %% [markdown]
-# And what `make_safe` leaves of 0.5 m/s at each distance.
-# From right to left it should be flat at 0.5 m/s, fall to 0.1 m/s, and be zero below the threshold.
-#
-# **Predict:** with a margin of 0, what does the line look like? And with a threshold of 0.2 m, the emergency's distance?
-# Then move the sliders.
-
-# %%
-def allowed(threshold, margin):
-    distances = np.arange(0.15, 1.6, 0.005)
-    changed = {"obstacle_detection_threshold": threshold, "safety_margin": margin}
-    speeds = [safe(0.5, ahead=distance, **changed)[0] for distance in distances]
-    _, axes = plt.subplots(figsize=(7.5, 3), layout="constrained")
-    axes.plot(distances, speeds, ".", markersize=3, color="#0072B2")
-    for distance in (0.2, threshold, threshold + margin):
-        axes.axvline(distance, color="#b03060", linestyle=":")
-    axes.set(xlabel="closest reading ahead (m)", ylabel="allowed speed (m/s)", ylim=(-0.05, 0.6))
-    return f"Allowed speed over distance with a threshold of {threshold:.2f} m and a margin of {margin:.2f} m"
-
-
-# %% tags=["nbval-ignore-output"]
-# A slider has another name in each run, so the output is not compared.
-try:
-    slide(allowed, threshold=(0.2, 1.2, 0.5), margin=(0.0, 1.0, 0.3))
-except AttributeError:
-    print("not yet: the plot needs your scans.py of notebook 04")
-
-# %% [markdown]
-# And now your functions drive: no node yet, one function from what the robot sees to what it does.
-# In Jupyter the next cell is a live view; two seconds have passed when you see it, and time runs on.
-# Drag the box in front of the robot, and away again.
-# (On a web page, without a kernel, it is a picture.)
+# Now your functions drive: no node yet, one function from what the robot sees to what it does.
+# In Jupyter the next cell is a live view: drag the box in front of the robot, and away again.
 
 # %%
 from sim import Box, Twist as Speeds
@@ -702,34 +579,29 @@ except AttributeError as missing:
 
 # %% [markdown]
 # It slows down, it stops, and it drives on as soon as the way is free.
-# That is all there is to what is safe.
-# What is missing is a node: something that gets scans from a topic, and speaks often enough.
+# What is missing is a node.
 #
-# If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
+# **This is the end of part 1**, and a good place for a break: your file is saved.
 
 # %% [markdown]
 # ## Part 2: the node that drives
 #
-# 45 to 80 minutes.
-# If you begin here, this cell is the first to run; it needs nothing of part 1 but your files.
-# After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
+# After a break this cell is the first to run; it needs only your files.
 
 # %%
 import math
 
 from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
-from sim import COURSE, TB4, Box, Simulator, Twist as Speeds, World, drive, load_world
+from sim import COURSE, TB4, Box, Simulator, World, load_world
 
 begin("05")
 
 # %% [markdown]
 # ## A zero, ten times a second
 #
-# You tell a robot *once* to drive at 0.3 m/s.
-# Then nothing more.
+# You tell a robot *once* to drive at 0.3 m/s, then nothing more.
 #
-# **Predict:** where is it after 5 seconds?
-# There are two robots here: the one of this course, and a TurtleBot 4.
+# **Predict:** where are the robot of this course and a TurtleBot 4 after 5 seconds?
 
 # %%
 for robot in (COURSE, TB4):
@@ -739,16 +611,12 @@ for robot in (COURSE, TB4):
     print(f"{robot.name:6}  is {simulator.pose.x:.2f} m away and drives at {simulator.twist.v:.1f} m/s")
 
 # %% [markdown]
-# The course's robot still drives.
-# A command stays in force until another one comes, so it drives until it meets a wall.
-# The TurtleBot stopped by itself half a second after the last command.
-# It takes silence for a fault: the program may have crashed, the radio may be gone.
+# The course's robot drives on: a command stays in force until another one comes.
+# The TurtleBot stopped by itself half a second after the last command, because it takes silence for a fault.
 #
-# So you cannot say "stand still" by saying nothing.
-# A controller says what it wants **all the time**, and a zero is something to say.
+# So a controller says what it wants **all the time**, and a zero is something to say.
 #
-# In ROS 2 a *timer* does that.
-# You give it a period and a callback.
+# In ROS 2 a *timer* does that: you give it a period and a callback.
 # The **executor**, the loop inside `spin`, calls it, just as it delivers messages.
 
 # %%
@@ -773,9 +641,8 @@ class Ticker(Node):
         self.publisher.publish(Twist())  # a Twist without arguments is a standstill
         self.sent += 1
 
-
 # %% [markdown]
-# **Predict:** how many messages leave in 1.05 seconds of spinning? And in the 1.05 seconds after that, without?
+# **Predict:** how many messages leave in 1.05 seconds of spinning? And in the next 1.05 seconds, without?
 
 # %% tags=["nbval-ignore-output"]
 # A busy machine may be one tick short, so the number is not compared.
@@ -792,9 +659,7 @@ ticker.destroy_node()
 
 # %% [markdown]
 # A timer does nothing by itself: an executor has to spin.
-# Calls that fall due while nothing spins are not made up for, either: a timer that is late is called once, and then on time again.
-#
-# **Change one thing:** make the timer's period `1 / 20.0` and run both cells again.
+# Missed calls are not repeated: the timer fires once, then on schedule.
 #
 # This is requirement F1: with no command, a zero ten times a second, by the node's clock.
 #
@@ -802,14 +667,14 @@ ticker.destroy_node()
 #
 # The node is a class `Driver` in `driver.py`.
 # Its callbacks only move data; the functions of part 1 decide.
-# At each tick of its timer three questions are asked, in this order:
+# At each tick of its timer it asks three questions:
 #
 #     what is wanted?   ->  what of it is safe?  ->  what can it reach in this tick?  ->  publish
 #     self._wanted()        motion.make_safe()       motion.speed_up_gently()
 #
-# The skeleton has all imports and names; keep those with an underscore too, because the next notebooks put layers on top of this class and rely on them.
-# Each step fills one method, and the number of its step is in it.
-# Read what is there before you run the cell.
+# The skeleton has all imports and names; keep them, also those with an underscore, because the next notebooks build on this class.
+# JupyterLab shows it folded: run it, and open it with a click on the three dots to read it.
+# Each of the next steps fills one method.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/driver.py
@@ -912,24 +777,15 @@ class Driver(Node):
         """Command a standstill and give the message time to leave; in "The last zero"."""
 
 # %% [markdown]
-# Some of its lines deserve a look:
+# Some lines that you will need:
 #
-# - `_now` is the time by the **node's clock**, in seconds. With `use_sim_time` that is the simulator's clock (notebook 04). `time.time` knows nothing of it.
-# - `_measured` is the **stamp** of a message, in the same seconds: when the sensor measured, not when the message arrived.
-# - `def __init__(self, **node_options)` takes any named arguments and hands them on, with the same two stars, to `Node`: `super().__init__(...)` runs the `__init__` of the class that this one extends. Without that call there is no node.
-# - `_limits` reads the parameters each time, so that a change takes effect at once. `fields(Limits)` gives the names of the dataclass's fields, which are the parameters' names.
-# - `_on_odom` keeps the pose only if all its numbers are finite: a sum with a NaN in it is NaN.
+# - `_now` is the time by the **node's clock**, in seconds; `_measured` is the **stamp** of a message, in the same seconds: when the sensor measured, not when the message arrived.
+# - `def __init__(self, **node_options)` takes any named arguments, and `super().__init__(...)` hands them on to `Node`.
+# - `_limits` reads the parameters each time, so that a change takes effect at once.
 #
 # ### Step 1: wire it up
 #
-# A node is connected in `__init__`.
-# You did this in notebook 04 for the sensor processor; here are the three forms again:
-#
-# | what | form |
-# |---|---|
-# | publish | `self.create_publisher(Type, 'name', 10)`: keep it in `self` |
-# | subscribe a sensor | `self.create_subscription(Type, 'name', callback, qos_profile_sensor_data)` |
-# | do something regularly | `self.create_timer(period_s, callback)`: keep it in `self` |
+# You connected a node in notebook 04: publisher, subscriptions, timer.
 #
 # **Exercise.** What the node remembers is there, with its values at the start.
 # Add four lines at the end: the publisher of `cmd_vel`, two subscriptions, the timer.
@@ -954,15 +810,11 @@ class Driver:
         #       self._control_timer calls self._control at the rate 'laser_processing_rate'.
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# In the table above, and in your `sensor_processor.py`. The period of a rate: `_period` is in the skeleton.
+# Your `sensor_processor.py` has all three forms, and sensors take `qos_profile_sensor_data`. `self._period('laser_processing_rate')` is 0.1. Names are relative: `'scan'`, not `'/scan'`.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `self._period('laser_processing_rate')` is 0.1. Names are relative: `'scan'`, not `'/scan'`.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # self._cmd_vel = self.create_publisher(Twist, 'cmd_vel', 10)
@@ -973,7 +825,6 @@ class Driver:
 # </details>
 #
 # `bench` puts your node on a **bench**: its clock stands until you set it, what it commands is written down, and no robot hears it.
-# A node knows what it is connected to:
 
 # %%
 driver = bench("driver.Driver")
@@ -988,8 +839,8 @@ tries({
 # %% [markdown]
 # ### Step 2: say it
 #
-# **Exercise.** `_publish` makes a `Twist` of a `Command`, sends it, and remembers two things: the command, in `self._last_command`, and when it went out, in `self._last_command_time`.
-# Both are needed in step 4: the ramp goes on from the last command.
+# **Exercise.** `_publish` makes a `Twist` of a `Command`, sends it, and remembers the command in `self._last_command` and the time in `self._last_command_time`.
+# Step 4 needs both.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
@@ -999,15 +850,11 @@ class Driver:
         # TODO: fill it, send it with self._cmd_vel, remember the command and the time.
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `ros2 interface show geometry_msgs/msg/Twist`: two vectors, of which a robot on a floor needs one number each.
-# </details>
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `twist.linear.x` is v, `twist.angular.z` is omega. `self._cmd_vel.publish(twist)`. `self._now()`.
 # </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # twist = Twist()
@@ -1033,8 +880,7 @@ tries({
 #
 # If the last scan is old, you do not know what is ahead.
 # "Old" is more than `STALE_S`, half a second: five scans are missing then.
-# A time far in the *future* is wrong, too: the clock was set back, as when a simulation starts over.
-# (A little ahead is normal: the lidar may be stamped by another computer, whose clock is a few milliseconds ahead.)
+# A time far in the *future* is wrong, too: the clock was set back. (A few milliseconds are normal: another computer's clock.)
 #
 # **Exercise.** `_is_fresh(time)`: is `time` at most `STALE_S` away from now, before or after?
 
@@ -1045,15 +891,11 @@ class Driver:
         return True  # TODO: how far is it from self._now()?
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The age is now minus then; it is negative for a time in the future.
+# The age is now minus then; `abs(age)` is the distance of the two times. `NEVER` is −∞: its age is ∞.
 # </details>
-# <details><summary>Hint 2: the formula</summary>
-#
-# `abs(age)` is the distance of the two times. `NEVER` is −∞: its age is ∞.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # `return abs(...) <= STALE_S`, with the age in the brackets.
 # </details>
@@ -1077,7 +919,7 @@ tries({
 #
 # - *What is wanted?* `self._wanted(limits)`, but `STOP` without a fresh scan.
 # - *What of it is safe?* `motion.make_safe`, with `self._near`.
-# - *What can it reach?* `motion.speed_up_gently`, from `self._last_command` on. The step's length `dt` is **measured**, because a timer may come late: the time since the last command, but never more than `MAX_DT_PERIODS` periods. After a hiccup of a second the ramp would otherwise allow 1 m/s at once.
+# - *What can it reach?* `motion.speed_up_gently`, from `self._last_command` on. A timer may come late, so `dt` is **measured**: the time since the last command, but at most `MAX_DT_PERIODS` periods, or the robot would jump ahead after a hiccup.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
@@ -1087,15 +929,11 @@ class Driver:
         # TODO: wanted, safe, dt, and publish what can be reached.
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# Each of the three questions is a line. Whether the scan is fresh: step 3 with `self._scan_time`.
+# Each question is a line. The scan is fresh if `self._is_fresh(self._scan_time)`; `clamp(value, low, high)` for `dt`, from 0 to `MAX_DT_PERIODS * self._period('laser_processing_rate')`.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `a if condition else b`; `clamp(value, low, high)` for `dt`, from 0 to `MAX_DT_PERIODS * self._period('laser_processing_rate')`.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # limits = self._limits()
@@ -1107,8 +945,7 @@ class Driver:
 # ```
 # </details>
 #
-# `advance` lets time pass on the bench, and gives back what was commanded meanwhile.
-# There is no lidar yet, so the cell says by hand when the last scan was.
+# `advance` lets time pass on the bench, and returns what was commanded; the cell sets the time of the last scan.
 
 # %%
 driver = bench("driver.Driver")
@@ -1139,22 +976,22 @@ tries({
 })
 
 # %% [markdown]
-# In the third row the speed in force is still 0.5, and after half a second without a scan the command is zero.
+# In the third row the speed in force is still 0.5; half a second without a scan, and the command is zero.
 #
 # ### Step 5: a scan need not wait
 #
-# A scan that comes just after a step would be looked at 0.1 s later: 5 cm at 0.5 m/s.
-# So the scan's callback publishes a stop at once, if one is needed.
+# A scan that comes just after a tick would be looked at 0.1 s later: 5 cm at 0.5 m/s.
+# So the scan's callback publishes a stop at once.
 #
-# **Exercise.** `_on_scan` keeps two things: `measure_proximity(scan)` in `self._near`, and when it was measured, `self._measured(scan.header)`, in `self._scan_time`.
-# **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it if you count from its arrival, and how old by its stamp?
+# **Predict:** a scan waits in the queue for 0.6 s, because a callback is slow. How old is it by its arrival, and how old by its stamp?
 #
 # <details><summary>Answer</summary>
 #
 # By its arrival it counts as new, and the robot drives on by what was true 0.6 s ago. By its stamp it is old, and the robot stops.
 # </details>
 #
-# Then: if `make_safe` turns the last command into `STOP`, and the last command was not `STOP` already, publish `STOP`.
+# **Exercise.** `_on_scan` keeps `measure_proximity(scan)` in `self._near`, and when it was measured, `self._measured(scan.header)`, in `self._scan_time`.
+# Then: if `make_safe` turns the last command into `STOP`, and it was not `STOP` already, publish `STOP`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
@@ -1164,15 +1001,11 @@ class Driver:
         # TODO: when was that? And is the last command still safe?
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# `make_safe` takes the command to be judged, what is near, and the limits. The last command is in `self`.
+# `make_safe` takes `self._last_command`, what is near, and `self._limits()`. Two commands are compared with `==`.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# Two commands are compared with `==`: they are dataclasses. `self._limits()` gives the limits.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # self._near = measure_proximity(scan)
@@ -1209,10 +1042,8 @@ tries({
 # %% [markdown]
 # ### Start it
 #
-# The executable still needs a node to start, and a speed.
-# This file is given.
-# It takes the speed from a parameter, and, so that the grader can ask, from a temporary service that accepts every number, even NaN.
-# In notebook 06 you write a better one.
+# This given file starts the node.
+# It takes the speed from a parameter, and, so that the grader can ask, from a temporary service that accepts every number, even NaN; in notebook 06 you write a better one.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -1252,10 +1083,9 @@ def main(args: Optional[list[str]] = None) -> int:
 check("F1", "I7")
 
 # %% [markdown]
-# If F1 passes, ten zeros a second leave your node.
-# I7 is from notebook 04: both nodes follow `/clock`, and now both have a timer to ask.
+# I7 is from notebook 04: both nodes follow `/clock`, and now both have a timer.
 #
-# Now send it at a wall, two metres away.
+# Send it at a wall, two metres away.
 # **Predict:** at which x does it stand? The wall is at x = 2.
 
 # %%
@@ -1267,12 +1097,10 @@ with run_node(world="wall_ahead", parameters={"speed": 0.5}) as run:
 run_view(recording)
 
 # %% [markdown]
-# Look at the lower right: the closest reading falls, ever more slowly, and ends just below 0.5 m.
-# (The short twitch of the speed at 4.3 s is the lidar's noise: one scan read more than 0.5 m again.)
-# It cannot stay above: an obstacle is one only *below* the threshold.
-# About 0.3 m are left between the hull and the wall.
+# At the lower right the closest reading falls ever more slowly and ends just below 0.5 m: an obstacle is one only *below* the threshold. About 0.3 m are left between hull and wall.
+# (The twitch of the speed at 4.3 s is the lidar's noise.)
 #
-# F4 wants numbers: no contact, and a zero within 0.3 s of the first scan below 0.5 m.
+# F4 wants no contact, and a zero within 0.3 s of the first scan below 0.5 m.
 
 # %%
 too_near = recording.t[recording.closest < 0.5]
@@ -1283,75 +1111,28 @@ else:
     print("not yet: it has not been stopped by the wall")
 
 # %% [markdown]
-# The grader asks the same at several speeds, forwards and backwards, creeping, and past a pole at the edge of the sector.
-# F4's advanced point is the first row of step 3: with something nearer than `emergency_stop_distance`, in whatever direction, everything is zero.
-# Here it lets something appear right beside the robot as it creeps on. From notebook 07 on your robot turns on the spot towards a goal; then something appears behind it, too, and the turn has to stop as well.
-# F6 is from notebook 04: readings that are not distances must neither stop the robot nor hide a wall.
+# The grader asks the same at several speeds, forwards and backwards.
+# F4's advanced point is the first row of step 3: something appears right beside the robot as it creeps on (from notebook 07 on, where it turns on the spot, also behind it).
+# F6 is from notebook 04: invalid readings must neither stop the robot nor hide a wall.
 
 # %% tags=["check"]
 check("F4", "F6")
 
 # %% [markdown]
-# Now look at *your node* as you looked at your functions in part 1.
-# Drag the box in front of it, beside it, behind it.
-
-# %%
-world = World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),))
-run = run_node(world=world, parameters={"speed": 0.3})
-run.drive(2.0)
-run.live()
-
-# %% [markdown]
 # ## Drive on when the way is free
 #
 # A box stands in the way for six seconds, then it is gone.
-# Two drivers, which differ in one line: one remembers that it has seen an obstacle, the other asks each scan afresh.
-#
-# **Predict:** what do the two do after six seconds?
-
-# %%
-import numpy as np
-
-from sim.views import compare_view
-
-
-def nearest_ahead(scan):
-    return scan.ranges[np.abs(scan.angles) <= math.radians(60)].min()
-
-
-class Latched:
-    obstacle = False
-
-    def __call__(self, seen):
-        if nearest_ahead(seen.scan) < 0.5:
-            self.obstacle = True
-        return Speeds(0.0 if self.obstacle else 0.4, 0.0)
-
-
-def afresh(seen):
-    obstacle = nearest_ahead(seen.scan) < 0.5
-    return Speeds(0.0 if obstacle else 0.4, 0.0)
-
-
-# %%
-room = World("a box that leaves", obstacles=(Box((1.5, 0.0), (0.3, 0.3), name="box", vanishes=6.0),))
-first = drive(Simulator(room), Latched(), 10.0)
-second = drive(Simulator(room), afresh, 10.0)
-compare_view(first, second, ("latched", "asked afresh"))
-
-# %% [markdown]
-# The first flag is a **latch**: it goes in and never comes out.
-# There is a second way to build one, and it is more common: to stop, the code sets `self._speed = 0.0`.
-# Then the way is free again, and the robot has forgotten how fast it was to go.
+# A node that remembers the obstacle in a flag, or sets `self._speed = 0.0` to stop, never drives on: that is a **latch**, which goes in and never comes out.
 #
 # Keep apart what is *wanted* and what is *safe now*.
 # The obstacle changes what you publish, never what was asked for.
 #
-# And your node, before the same box? The film below shows its drive.
+# **Predict:** what does your node do? The film shows its drive.
 
 # %%
 from sim.film import Film
 
+room = World("a box that leaves", obstacles=(Box((1.5, 0.0), (0.3, 0.3), name="box", vanishes=6.0),))
 with run_node(world=room, parameters={"speed": 0.4}) as run:
     recording = run.drive(10.0)
 Film(recording)
@@ -1363,24 +1144,21 @@ Film(recording)
 check("F5")
 
 # %% [markdown]
-# If you stop here for today: your files are saved. Part 3 begins with a cell of its own.
+# **This is the end of part 2**, and a good place for a break: your files are saved.
 
 # %% [markdown]
 # ## Habits that hurt in a callback
 #
-# Part 3: 30 to 60 minutes.
-# If you begin here, this cell is the first to run.
+# Part 3. After a break this cell is the first to run.
 
 # %%
 import time
 
 import rclpy
-from geometry_msgs.msg import Twist
 from rclpy.node import Node
-from sensor_msgs.msg import LaserScan
 
 # %%
-from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
+from grader.notebook import begin, bench, check, mine, run_node, tries
 from sim import World
 
 begin("05")
@@ -1388,50 +1166,8 @@ if not rclpy.ok():
     rclpy.init()
 
 # %% [markdown]
-# Your node has one thread.
-# Timers and subscriptions take turns in it.
-# Here is a node whose timer "works" for a while each time.
-
-# %%
-from rclpy.qos import qos_profile_sensor_data
-from rclpy.time import Time
-
-from grader.notebook.lessons import feed_scans
-
-
-class Sleeper(Node):
-    def __init__(self, pause_s):
-        super().__init__("sleeper")
-        self.pause_s, self.ages = pause_s, []
-        self.create_subscription(LaserScan, "lesson_scan", self.on_scan, qos_profile_sensor_data)
-        self.create_timer(0.1, self.work)
-
-    def on_scan(self, scan):
-        self.ages.append((self.get_clock().now() - Time.from_msg(scan.header.stamp)).nanoseconds * 1e-9)
-
-    def work(self):
-        time.sleep(self.pause_s)  # a file, a web page, a heavy sum: all the same to the others
-
-
-# %% [markdown]
-# `feed_scans` spins it while a lidar sends 15 scans, ten a second.
-#
-# **Predict:** with a pause of 0.3 s, how many scans does the node get, and how old is the oldest of them when its callback runs?
-
-# %% tags=["nbval-ignore-output"]
-# Wall time is measured, so the numbers differ a little from run to run.
-for pause in (0.0, 0.3):
-    sleeper = Sleeper(pause)
-    feed_scans(sleeper, count=15)
-    print(f"sleeps {pause:.1f} s: {len(sleeper.ages):2} of 15 scans, the oldest was {max(sleeper.ages):.2f} s old")
-
-# %% [markdown]
-# Most of the scans were never seen.
-# No error, no warning: the queue holds five, and the oldest fall out.
-# What is seen is about half a second old, and at 0.5 m/s the robot is 0.25 m further by then.
-# Put that into the formula of part 1.
-#
-# Look at your own node in the same way: once as it is, once with a control loop that takes its time.
+# Your node has one thread, in which timers and subscriptions take turns.
+# Look at it: once as it is, once with a control loop that sleeps for 0.3 s.
 # Blue is a callback that runs, orange a scan that waits for its turn.
 #
 # **Predict:** how long does a scan wait in the second picture, and does the control loop still run ten times a second?
@@ -1447,7 +1183,6 @@ if hasattr(mine("driver"), "Driver"):
             time.sleep(0.3)
             super()._control()
 
-
 # %% tags=["nbval-ignore-output"]
 # Wall time is measured, so no two pictures are the same.
 
@@ -1457,10 +1192,10 @@ except (NameError, AttributeError):
     print("not yet: the picture needs your driver.py")
 
 # %% [markdown]
-# Up to half a second, and the loop runs three times a second.
-# There is one thread, so one row of blue at a time: whatever else is due waits.
-# The second thread that a `MultiThreadedExecutor` would bring lets two callbacks run at once, in two *callback groups*; then both may change `self` in the same moment, and you need locks.
-# Short callbacks need neither. (Notebook 06 has a table of executors and groups.)
+# Up to half a second, and the loop runs three times a second: while one callback works, all others wait.
+# The queue holds five scans; after that the oldest falls out, without an error.
+# Half a second at 0.5 m/s is 0.25 m.
+# (A `MultiThreadedExecutor` would run two callbacks at once, and then you need locks; notebook 06 has a table.)
 #
 # So in a callback there is no `time.sleep`, no waiting for an answer, no loop "until it is there".
 # Remember what you need in `self`, return, and let the timer ask again.
@@ -1475,20 +1210,7 @@ except (NameError, AttributeError):
 # | `if distance < 0.5` | the contract calls that number a parameter; read it from there |
 # | no type annotations on public functions | a reader has to guess: `def ramp(previous: float, wanted: float, ...) -> float` |
 #
-# Annotations are for tools, too.
-# Python ignores them when it runs; `mypy` reads them and runs nothing.
-# For a call `ramp(0.0, '0.5', 0.1)` it says, before any robot moves:
-#
-#     error: Argument 2 to "ramp" has incompatible type "str"; expected "float"  [arg-type]
-#
-# It is not part of the kit; `pip install mypy` in an environment of your own, then `mypy --ignore-missing-imports ros2_robot_controller` (rclpy's messages have no types that it could read).
-#
-# **Which of the five habits** in the table escape a tool that only reads the types?
-#
-# <details><summary>Answer</summary>
-#
-# All but the missing annotations: `mypy --disallow-untyped-defs` names those. For the others there are linters (notebook 09), except for the number that should be a parameter: to find that one, you have to know the contract.
-# </details>
+# Annotations let a tool such as `mypy` (not part of the kit) find a wrong call before any robot moves.
 
 # %% tags=["check"]
 check("Q4")
@@ -1501,11 +1223,9 @@ check("Q4")
 # %% [markdown]
 # ## The last zero
 #
-# You press Ctrl-C.
-# The robot should stand still.
+# You press Ctrl-C, and the robot should stand still.
 # The textbook says: publish a zero in `finally`.
-# So here is a node that does that.
-# It belongs to no package and lies beside yours in the workspace.
+# Here is such a node; it lies beside your package in the workspace.
 
 # %%
 # %%writefile ../../textbook.py
@@ -1521,7 +1241,7 @@ finally:
     publisher.publish(Twist())  # the last word
 
 # %% [markdown]
-# `last_words` starts it, listens, sends the signal of Ctrl-C (SIGINT), and returns the last speed that was heard and the last line that was printed.
+# `last_words` starts it, sends the signal of Ctrl-C (SIGINT), and returns the last speed that was heard and the last line that was printed.
 #
 # **Predict:** what is the last speed?
 
@@ -1535,13 +1255,8 @@ for attempt in range(3):
 
 # %% [markdown]
 # The last command is 0.3 m/s, and there is a traceback on top.
-# rclpy has a signal handler of its own.
-# It **shuts the context down** at once, and only then does your `finally` run.
-# The publisher it wants to use is no longer valid.
-#
-# It is a race: now and then the signal meets the node inside a callback, and the zero gets out.
-# It works on your desk and fails in the corridor.
-# And the robot? The course's robot drives on at 0.3 m/s, as you saw at the top of part 2.
+# rclpy's own signal handler **shuts the context down** at once, and only then does your `finally` run: its publisher is no longer valid.
+# It is a race that the zero wins now and then: on your desk, not in the corridor.
 #
 # ### The life of an executor
 #
@@ -1553,18 +1268,17 @@ for attempt in range(3):
 # | the **node**: publishers, timers, ... | `MyNode()` | `node.destroy_node()` |
 # | the **executor**: the loop that calls the callbacks | `SingleThreadedExecutor()`, `executor.add_node(node)` | `executor.shutdown()` |
 #
-# `rclpy.spin(node)` is an executor with a loop around it, no more:
+# `rclpy.spin(node)` is an executor with a loop around it:
 #
 #     while rclpy.ok():
 #         executor.spin_once()     # wait for one callback that is due, and call it
 #
 # If you write that loop yourself, *you* decide when it ends, and what comes after it.
-# Keep the order: an executor that was not shut down before the context may complain at the very end, with `Exception ignored in ... Executor.__del__ ... InvalidHandle`.
 #
 # ### Exercise: the last word
 #
 # Three pieces: the first goes into `driver.py`, the other two into `running.py`.
-# Here is the skeleton of `running.py`; it is the plain spin of notebook 01.
+# Here is the skeleton of `running.py`: the plain spin of notebook 01.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/running.py
@@ -1601,8 +1315,7 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
 
 # %% [markdown]
 # **Piece 1, the node's last word.**
-# `stop`, in `driver.py`, publishes `STOP`.
-# Then it waits until the message has left, at most `LAST_WORD_S`: `self._cmd_vel.wait_for_all_acked(Duration(seconds=...))`.
+# `stop`, in `driver.py`, publishes `STOP`, then waits at most `LAST_WORD_S` until the message has left: `self._cmd_vel.wait_for_all_acked(Duration(seconds=...))`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/driver.py
@@ -1612,15 +1325,11 @@ class Driver:
         # TODO: two lines
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# At step 2 of the driver.
+# `self._publish(STOP)`, from step 2.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `self._publish(STOP)`
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # After it, the call that the text above the cell gives, with `seconds=LAST_WORD_S`.
 # </details>
@@ -1631,10 +1340,10 @@ tries({"driver.commands_of(driver.stop)": [(0.0, 0.0)]})
 
 # %% [markdown]
 # **Piece 2, a loop that can be ended.**
-# `spin_until` makes an executor, gives it the node, and spins **in short turns** until the event is set: `executor.spin_once(timeout_sec=WAKE_UP_S)` comes back after one callback, or after 0.1 s without one.
-# Then it calls the node's `stop`, if it has one, *while the context still lives*; then it shuts the executor down, which lets go of the node.
+# `spin_until` spins **in short turns** until the event is set: `executor.spin_once(timeout_sec=WAKE_UP_S)` comes back after one callback, or after 0.1 s without one.
+# Then it calls the node's `stop`, if it has one, *while the context still lives*, and shuts the executor down.
 #
-# An `Event` is a flag that threads and signal handlers may set: `event.set()`, and `event.is_set()` asks.
+# An `Event` is a flag that threads and signal handlers may set: `event.set()`; `event.is_set()` asks.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/running.py
@@ -1645,15 +1354,11 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
     # TODO: the loop; the node's stop(); shut the executor down.
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The table and the loop above, with another condition in the `while`.
+# `while not asked_to_stop.is_set():`; `hasattr(node, 'stop')` tells whether there is such a method; the table above ends an executor.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# `while not asked_to_stop.is_set():`; `hasattr(node, 'stop')` tells whether there is such a method; not every node has one.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # while not asked_to_stop.is_set():
@@ -1700,11 +1405,10 @@ counter.destroy_node()
 # **Piece 3, from the first handler to the exit code.**
 # Two things are missing in `run`:
 #
-# - A signal only sets the event: `signal.signal(number, handler)` says what is called when that signal comes. The handler interrupts the program anywhere, so it must not do more than set the event. SIGINT is Ctrl-C, and the first thing that `ros2 launch` sends; SIGTERM is what it and the operating system send next.
+# - A signal only sets the event, no more: `signal.signal(number, handler)` says what is called when that signal comes. SIGINT is Ctrl-C, and the first thing that `ros2 launch` sends; SIGTERM comes next.
 # - rclpy leaves the signals alone: `rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)`.
 #
-# The rest is there.
-# A `ParameterException` is raised at the start when a parameter makes no sense: instead of a traceback there is a line in the log (notebook 08).
+# The rest is there. A `ParameterException` means that a parameter makes no sense: one line in the log, no traceback (notebook 08).
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/running.py
@@ -1730,15 +1434,11 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
     return 0
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# Both lines are nearly in the text above. A `for` over the two signals saves one.
+# A `for` over the two signals saves a line. A handler gets two arguments that you do not need: `lambda *_: asked_to_stop.set()`.
 # </details>
-# <details><summary>Hint 2: the API</summary>
-#
-# A handler is called with two arguments that you do not need: `lambda *_: asked_to_stop.set()`.
-# </details>
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # for number in (signal.SIGINT, signal.SIGTERM):
@@ -1764,51 +1464,32 @@ else:
 check("I8")
 
 # %% [markdown]
-# > **On a real TurtleBot 4**
-# >
-# > - `cmd_vel` is a `TwistStamped` there on Jazzy: a command with a stamp, so that one that arrives late can be recognised. Its base, the Create 3, still takes a plain `Twist` on its own `cmd_vel`, beside `cmd_vel_stamped`.
-# > - It stops by itself 0.5 s after the last command. That is the real safety net: no program gets a last word in a power cut, or after `kill -9`.
-# > - It drives 0.306 m/s at most, and brakes with 0.9 m/s².
-# > - Its lidar is turned by 90 degrees, so *ahead* is not angle 0 there (notebook 04). It sits behind the centre, so the front of the hull is further from it than the back: an emergency distance of 0.2 m would come too late. Measure yours; the Standard and the Lite carry it in different places.
-# > - It hardly drives backwards, because it cannot see a step down there: after a few centimetres more than it came forward it refuses.
+# > **On a real TurtleBot 4:** `cmd_vel` is a `TwistStamped`, and the base stops by itself; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown]
 # ## Go further
 #
-# - **A threshold that flickers.** At 0.5 m exactly the noise of the lidar makes the flag go on and off. Two thresholds, one that switches it on and a higher one that switches it off, cure that. It is called *hysteresis*. Why does the slow-down hide most of it here?
-# - **Name the weakest link.** For `stop_distance` every part of the delay counts: the scan's period, the callback that is just running, the timer, the radio. Measure one with `ros2 topic delay /scan`.
-# - In the ROS 2 documentation: *Executors* under *Concepts*.
+# - **A threshold that flickers** at 0.5 m, with the lidar's noise. Use the hysteresis of notebook 04.
+# - **The weakest link.** Which part of the delay is the longest: the scan's period, the running callback, the timer, the radio?
 
 # %% [markdown]
 # ## Recall
 #
 # <details><summary>Why does a controller publish zeros when it has nothing to do?</summary>
 #
-# A robot keeps the last command, or stops after a time-out of its own. Only a stream says plainly what is wanted now.
+# A robot keeps the last command, or stops after a time-out of its own. Only a stream says what is wanted now.
 # </details>
 # <details><summary>The delay doubles. The speed doubles. Which is worse for the stop distance?</summary>
 #
-# The speed: it doubles the first part and makes the second one four times as long. The delay touches the first part alone.
-# </details>
-# <details><summary>A robot stands 0.4 m from a wall. Why may it turn, and when may it not?</summary>
-#
-# An obstacle in the way forbids driving, not turning, or it could never turn away. Nearer than the emergency distance nothing is allowed.
+# The speed: it doubles the first part and makes the second four times as long. The delay doubles the first part alone.
 # </details>
 # <details><summary>Where in the node may the obstacle write to <code>self._speed</code>?</summary>
 #
-# Nowhere. That is the speed in force, which was asked for. The obstacle changes what is published.
-# </details>
-# <details><summary>A scan arrives at 10.6 s, stamped 10.0 s. Which time counts for its age, and why?</summary>
-#
-# The stamp: what the scan shows was true at 10.0 s. Its arrival says only how long it was under way.
+# Nowhere. That speed was asked for; the obstacle changes what is published.
 # </details>
 # <details><summary>Why does <code>finally: publisher.publish(Twist())</code> not stop the robot?</summary>
 #
-# By then rclpy's signal handler has shut the context down, most of the time. The publisher is no longer valid.
-# </details>
-# <details><summary>Executor, node, context: in which order do they end?</summary>
-#
-# The executor is shut down and lets go of the node, the node is destroyed, the context is shut down: the reverse of how they were made.
+# By then rclpy's signal handler has, most of the time, shut the context down.
 # </details>
 
 # %% [markdown]

@@ -652,7 +652,7 @@ print(send_and_cancel(awaiting))
 # - However a goal ends, the **speed in force is 0** afterwards. The robot should not drive away from the place to which you sent it.
 # - During a goal the direction of travel is forward, whatever the speed in force was.
 #
-# The skeleton already takes care of the last one, and has two small classes: the three ways in which a goal ends, and a goal with its future.
+# The skeleton, which JupyterLab shows folded, already takes care of the last one, and has two small classes: the three ways in which a goal ends, and a goal with its future. Open it with a click on the three dots.
 #
 # `Ending` is an **Enum**: a type with exactly these three values, written `Ending.ARRIVED`.
 # A typing error, `Ending.ARIVED`, raises an exception at once; with texts, `'arived'` would raise nothing, and would never be equal to anything.
@@ -1145,7 +1145,7 @@ run_view(run.recording)
 
 # %% [markdown]
 # It turns left, the shorter way (135°, not 225°), and arrives after about 7 s.
-# Feedback comes in part 3. Until then the picture says that the drive is perhaps not repeatable: by feedback the simulator sees that your node keeps time by the clock.
+# Feedback comes in part 3. Without it the simulator cannot tell whether your node follows `/clock`; hence the warning in the picture that the drive is perhaps not repeatable.
 #
 # F8 sends the robot to targets ahead, beside and behind.
 # By ground truth it must end up within the tolerance, its `final_pose` must agree with odometry, and it must stand still afterwards.
@@ -1382,12 +1382,7 @@ check("F10", "F11")
 check("I3", "I4", "Q4")
 
 # %% [markdown]
-# > **On a real TurtleBot 4**
-# >
-# > - There *is* an action `navigate_to_position` on it: the base's own, of the type `irobot_create_msgs/action/NavigateToPosition`. Same name, another type: put your node into a namespace. (Remapping the name does not help everywhere: before version 9.2.8 of rcl, as in this kit, ROS does not remap the names of actions.)
-# > - Odometry drifts: 1 cm in 5 m in this simulator, several centimetres on a carpet. For goals on a map you need localisation, which publishes `map` → `odom` (notebook 12).
-# > - Nav2's `NavigateToPose` is its big brother: the same four parts, with a planner, and with recovery behaviours for a robot that is stuck.
-# > - Keep a finger on the cancel.
+# > **On a real TurtleBot 4:** the base has an action `navigate_to_position` of another type, so your node needs a namespace; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown]
 # ## Go further

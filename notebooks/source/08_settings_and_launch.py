@@ -944,7 +944,7 @@ check("I6")
 
 # %% [markdown]
 # The check also changes `fusion_frequency` on your running node.
-# If such a change is accepted and has no effect, the answer says so; it costs no points, because the contract asks only for values that are given at the start.
+# If such a change is accepted and has no effect, the answer says so. No points are lost: the contract covers start-up values only.
 #
 # That is the end of part 1, and a good place for a break.
 #
@@ -1354,12 +1354,7 @@ Film(recording)
 # Passed?
 # Then try two of *your* robots, each in a namespace: write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
 #
-# > **On a real TurtleBot 4**
-# >
-# > - The base is a hidden node with parameters. `ros2 param set --include-hidden-nodes /_do_not_use/motion_control safety_override full` lifts its limit from 0.306 to 0.46 m/s, and the cliff sensors no longer limit it.
-# > - `turtlebot4-setup` gives a robot a namespace; everything on it moves there, and the launch files of its packages take `namespace:=/robot1`. With relative names your package moves along.
-# > - A real robot that is started with `use_sim_time:=true` looks dead: there is no `/clock`, so no timer ever fires. Check that first when nothing happens.
-# > - The robot's lidar publishes `scan`. Your second node wants `raw_scan`: that is a job for a remapping, not for another version of the code.
+# > **On a real TurtleBot 4:** with `use_sim_time:=true` no timer ever fires, because there is no `/clock`; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
 # ## Go further
 #

@@ -15,22 +15,20 @@
 #
 # ![Three tables of mutants and tests: the same code, three sets of tests, more and more mutants noticed](pictures/09.png)
 #
-# Your package works today.
-# Next week somebody turns a `<` into a `>`, by accident, in a hurry; perhaps you.
-# A good test suite is the colleague who notices.
-# A bad one says "all passed" and looks the other way, and the two look exactly alike until you try.
-# Today you try: you put small mistakes into code on purpose, and see who notices.
+# Next week somebody turns a `<` into a `>` in your package, by accident.
+# A good test suite notices; a bad one says "all passed".
+# Today you put small mistakes into code on purpose, and see which tests notice.
 #
 # **You will be able to**
 #
 # - tell a test that notices from one that only runs;
 # - write tables of cases for plain functions, and tests for nodes whose clock you set yourself;
 # - read a coverage report, and say what it cannot tell;
-# - make mutants of your code, and improve the tests until they are noticed;
-# - let a linter read your code before a person does.
+# - make mutants of your code, and improve the tests until they are noticed.
 #
-# **Time:** 50 to 90 minutes for tests that notice (part 1), 60 to 95 for the controller on a bench (part 2), and 50 to 95 for the other node, coverage, mutants and the linter (part 3).
-# Part 2 has a good place for a break before "F7: the pose", part 3 before "Which lines were reached".
+# **Time:** part 1, tests that notice: 40 to 75 minutes.
+# Part 2, the controller on a bench: 50 to 80 minutes.
+# Part 3, the other node, coverage, mutants and the linter: 45 to 80 minutes.
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # **Your package so far**, and what comes today:
@@ -57,7 +55,7 @@ begin("09")
 # %env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
 
 # %% [markdown]
-# The last line keeps pytest from loading every plug-in that is installed here: it starts in a tenth of the time, and the grader's runs do the same.
+# The last line keeps pytest from loading every plug-in that is installed here: it starts in a tenth of the time.
 
 # %% [markdown]
 # ## Three questions first
@@ -66,7 +64,7 @@ begin("09")
 #
 # <details><summary>Notebook 05: why are <code>ramp</code> and <code>make_safe</code> plain functions in a file of their own?</summary>
 #
-# They can be called without a robot, a network or a clock: a table of cases tests them in a millisecond.
+# A table of cases tests them in a millisecond, without a robot, a network or a clock.
 # </details>
 # <details><summary>Notebook 08: a parameter's callback refuses NaN at run time. Does it also refuse NaN in a parameter file?</summary>
 #
@@ -74,7 +72,7 @@ begin("09")
 # </details>
 # <details><summary>Notebook 00: why do two nodes on one machine need a while until a message arrives, and what follows for a test?</summary>
 #
-# They have to discover each other first. A test that waits for a fixed time is right only on a fast day.
+# They have to discover each other. A test that waits for a fixed time fails on a slow day.
 # </details>
 
 # %% [markdown]
@@ -82,8 +80,7 @@ begin("09")
 #
 # ### All lines reached, nothing noticed
 #
-# Here is a piece of robot, small enough to keep in your head.
-# It lies in the workspace, not in your package.
+# Here is a small piece of robot; it lies in the workspace, not in your package.
 
 # %%
 # %%writefile ../../stopping.py
@@ -111,10 +108,9 @@ def test_safe_speed():
         assert safe_speed(0.4, ranges) is not None
 
 # %% [markdown]
-# `coverage` runs a program and writes down which lines were reached, and of each `if` whether it went both ways.
-# The test calls the function in four situations.
+# `coverage` writes down which lines were reached, and of each `if` whether it went both ways.
 #
-# **Predict:** how much of the file will it reach, in percent?
+# **Predict:** how much of the file will the test reach, in percent?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -123,7 +119,7 @@ def test_safe_speed():
 
 # %% [markdown]
 # 100 %, and the test has passed.
-# Now break the robot: `sed` turns a `<` into `>=`, so it drives on *because* something is nearer than half a metre.
+# Now break the robot: `sed` turns a `<` into `>=`, so it drives on *because* something is near.
 #
 # **Predict:** will the test notice?
 
@@ -133,15 +129,12 @@ def test_safe_speed():
 # !cd ../.. && sed -i 's/>= 0.5/< 0.5/' stopping.py
 
 # %% [markdown]
-# It passes all the same.
-# This robot drives into every wall, with a tested, fully covered brake.
-# Coverage says what was *reached*.
-# It cannot say whether anybody *looked*: `is not None` is true of every number.
+# It passes all the same, and this robot drives into every wall.
+# Coverage says what was *reached*, not whether anybody *looked*: `is not None` is true of every number.
 #
 # ### A test that asks itself
 #
-# A mock stands in for something that is awkward in a test, such as a robot.
-# It answers whatever you tell it to answer.
+# A mock stands in for something that is awkward in a test, and answers what you tell it.
 
 # %%
 from unittest.mock import Mock
@@ -154,17 +147,13 @@ robot.safe_speed.assert_called_once_with(0.4, [0.3])
 print("passed")
 
 # %% [markdown]
-# Passed, and no line of `stopping.py` was run.
-# The first assert compares a number with itself: you put the 0.0 in two lines above.
-# It looks silly here; with five mocks and a long set-up it looks like a thorough test.
+# Passed, and no line of `stopping.py` was run: the first assert compares a number with itself.
 # Ask of each assert: *which line of my code could make this fail?*
-# If there is none, the test is about the mock.
 #
 # ### A test that waits
 #
-# A node publishes ten times a second.
+# A node publishes ten times a second, and listens to itself.
 # The obvious test waits a little more than 0.3 s, and expects three messages.
-# Here is that node; it listens to itself, so that we can count what arrives.
 
 # %%
 import time
@@ -202,8 +191,7 @@ def eight_times(let_time_pass, sim_time):
     return found
 
 # %% [markdown]
-# **Predict:** in how many of eight tries do exactly three arrive?
-# And in how many when the machine has something else to do at the same time?
+# **Predict:** in how many of eight tries do exactly three arrive, on a quiet machine and on a busy one?
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: what comes out is chance, and that is the point.
@@ -224,13 +212,10 @@ for _ in range(3):
 print("busy machine: ", eight_times(wait, sim_time=False))
 
 # %% [markdown]
-# The same node, the same test, and it passes or fails with the weather: it is **flaky**.
-# (Here it is held up by threads of the same interpreter, which share one lock with it, the **GIL**. Another process holds it up only when no core is free, and on a build server none is.)
-# A flaky test is worse than none: after the fifth false alarm people stop looking.
-# "Then wait a second, to be safe" makes it slow *and* flaky on a busier machine.
+# The same test passes or fails with the weather: it is **flaky**.
+# After the fifth false alarm people stop looking.
 #
-# There is a better way: give the node simulated time, and set its clock by hand.
-# The machine is still as busy.
+# Better: give the node simulated time, and set its clock by hand. The machine is still as busy.
 
 # %%
 from rclpy.time import Time
@@ -253,27 +238,25 @@ busy = False
 #
 # ## Mutants and the tests that notice them
 #
-# So how good is a set of tests?
-# There is one honest way to find out: put a small mistake in, see whether a test fails, take it out again; and then the next mistake.
+# How good is a set of tests?
+# Put a small mistake in, a comparison turned round or a number doubled, and see whether a test fails.
 # A copy of the code with one such mistake is called a **mutant**.
-# Requirement T3 does this to your package: it makes mutants and counts how many your tests notice.
-# The mistakes are those that people make: a comparison turned round, a number doubled, a condition forgotten.
+# Requirement T3 makes mutants of your package and counts how many your tests notice.
 #
-# Tools such as `mutmut` and `cosmic-ray` do the same for any Python project: `mutmut run`, then `mutmut results`.
-# Here `mutant_matrix` does it on the spot, for a file of plain functions and the file of its tests.
+# `mutant_matrix` does it on the spot, for a file of plain functions and the file of its tests.
+# (Tools for any Python project are `mutmut` and `cosmic-ray`.)
 # Each row is a mutant, with the line and the mistake; each column is a test; green means that the test fails on the mutant, so it *notices*.
 #
-# Here is the test from above that reached every line.
+# Here is the test that reached every line.
 # **Predict:** how many of the mutants will it notice?
 
 # %%
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# The column has no green at all: 100 % coverage, and not one mutant noticed.
+# No green at all: 100 % coverage, and not one mutant noticed.
 #
-# Now one test that asks the obvious.
-# (`-a` adds to the file.)
+# Now one test that asks the obvious. (`-a` adds to the file.)
 # **Predict** again.
 
 # %%
@@ -290,8 +273,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # One assert with a number in it notices several mutants.
 #
 # Each row without green is a question: *in which situation would that mistake hurt?*
-# Take "0.5 became 1.0": the robot stops too early.
-# It shows at 0.6 m, where it should still drive, slowly.
+# "0.5 became 1.0" shows at 0.6 m, where the robot should still drive, slowly.
 # That situation is the next test.
 
 # %%
@@ -311,8 +293,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
 # The rows that are still grey are about edges: is 0.5 m near or not?
-# What about the nearest reading that a lidar can give?
-# And the nearest of several?
+# And the nearest of several readings?
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -334,8 +315,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # %% [markdown]
 # **Change one thing:** one row is still grey, "12.0 became 24.0".
 # Which reading would show it?
-# Write a test for it into the cell below and draw the matrix again.
-# A test may also call `closest` itself: a mistake that one function hides, another one shows.
+# Write a test for it into the cell below and draw the matrix again; it may call `closest` itself.
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -353,18 +333,13 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: what comes from beyond the lidar's range is not a reading.
 # </details>
 #
-# Some mutants cannot be noticed at all, because the change makes no visible difference: `x < 3` and `x <= 2`, for whole numbers.
-# Such a mutant is called **equivalent**.
-# That is why T3 gives full marks at 75 %, and not at 100.
+# Some mutants change nothing that can be seen: `x < 3` and `x <= 2`, for whole numbers.
+# Such a mutant is called **equivalent**; that is why T3 gives full marks at 75 %.
 #
 # ### A table for your own functions
 #
-# Now your package.
-# Begin with what is easy: functions that need no node.
-# You have written your decisions as such functions since notebook 03, and this is where it pays.
-#
-# `@pytest.mark.parametrize` makes one test of many situations: a table of inputs and what should come out.
-# Each line of the table counts as a test and fails by itself:
+# Now your package, first its plain functions.
+# `@pytest.mark.parametrize` makes one test of many situations; each line of the table counts as a test and fails by itself:
 #
 # ```python
 # @pytest.mark.parametrize(('value', 'expected'), [
@@ -374,12 +349,10 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #     assert clamp(value, -1.0, 2.0) == expected
 # ```
 #
-# Write the expected numbers by hand.
-# `assert clamp(v, a, b) == max(a, min(v, b))` computes them in the same way as the code, and shares its mistakes.
+# Write the expected numbers by hand; a formula would share the code's mistakes.
 #
-# Here is a file with four tests for `utils/motion.py`, where the robot's safety is decided.
-# The last is done; the other three are tables that you fill, one after the other.
-# `pytest.approx` allows a difference of a millionth of the expected number, or of 1e-12 if that is more. With floats you need it: `0.1 + 0.2 == 0.3` is False.
+# Here is a file with four tests for `utils/motion.py`; the last is done, the other three are tables that you fill.
+# `pytest.approx` allows a small difference, which floats need: `0.1 + 0.2 == 0.3` is False.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_motion.py
@@ -430,8 +403,7 @@ def test_the_limits_hold(wanted, expected):
 
 # %% [markdown]
 # First `ramp(previous, wanted, largest_rise)`, with a largest rise of 0.1.
-# You know its three rules from notebook 05: speeding up is limited, braking is not, and a change of direction passes through a moment of exactly zero.
-# Look at what one case notices, and at what is grey.
+# Its rules from notebook 05: speeding up is limited, braking is not, and a change of direction passes through exactly zero.
 
 # %%
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "ramp")
@@ -439,8 +411,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 # %% [markdown]
 # #### Table 1: ramp
 #
-# Two rows are there.
-# Add: speeding up *backwards*; arriving, when less than 0.1 is missing; braking, forwards and backwards; turning round, both ways.
+# Add: speeding up *backwards*; arriving, when less than 0.1 is missing; braking and turning round, both ways.
 
 # %% tags=["piece"]
 # %%into test/test_motion.py
@@ -452,17 +423,12 @@ def test_a_ramp_limits_speeding_up_only(previous, wanted, expected):
     assert ramp(previous, wanted, 0.1) == pytest.approx(expected)
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The three rules above, each once forwards and once backwards.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # A row is (what it drives now, what is wanted, what comes out): `(0.5, 0.2, 0.2)` is braking, and free.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     (0.0, 0.5, 0.1), (0.2, 0.5, 0.3), (0.0, -0.5, -0.1), (-0.2, -0.5, -0.3),  # speeding up
@@ -478,9 +444,8 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 # %% [markdown]
 # #### Table 2: the speed near an obstacle
 #
-# With the limits at the top of the file, `speed_cap(distance, LIMITS)` allows the full 0.5 m/s from 0.8 m on: the threshold of 0.5 plus the margin of 0.3.
+# `speed_cap(distance, LIMITS)` allows the full 0.5 m/s from 0.8 m on: the threshold of 0.5 plus the margin of 0.3.
 # Within the margin the speed falls in proportion, but never below a fifth of the limit, 0.1 m/s.
-# Half of the margin, at 0.65 m, leaves half of the speed, 0.25.
 #
 # Which distances? Both ends of the margin, two places within it, one beyond, one below.
 
@@ -494,17 +459,12 @@ def test_the_speed_falls_within_the_margin_but_never_to_nothing(distance, expect
     assert speed_cap(distance, LIMITS) == pytest.approx(expected)
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The grey rows of the matrix: each names a number or a comparison. On which side of it does your table have no row?
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # At 0.7 m two thirds of the margin are left: `1 / 3`. At 0.53 m a tenth: that would be 0.05, and a fifth of the limit is more.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     (math.inf, 0.5), (0.8, 0.5), (0.65, 0.25), (0.7, 1 / 3), (0.53, 0.1),
@@ -517,23 +477,20 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "s
 
 # %% [markdown]
 # One row stays grey: "room > 0.0 became always true".
-# Below the threshold the share is then negative instead of 0, and `max` takes a fifth of the limit in both cases.
-# The condition is there for a margin of 0: at 0.4 m the mutant divides by it, and `LIMITS` has a margin of 0.3.
-# A test of one line with other limits kills it; write one if you like.
+# With margin 0 this mutant divides by zero at 0.4 m. `LIMITS` has 0.3, so no row shows it.
 #
 # #### What a grey row does to a robot
 #
 # `clearance` decides which way the robot looks while it drives.
-# What do your tests say about it so far?
+# What do your tests notice so far?
 
 # %%
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
 
 # %% [markdown]
 # A grey row is a robot that passes all your tests so far.
-# Let it drive.
 # `Shuttle` drives back and forth between two boxes, backwards first: until `make_safe` stops it, then the other way.
-# This is your own file, with no mistake in it; in Jupyter you see it live, and can drag the boxes.
+# This is your own file, without a mistake.
 
 # %%
 from grader.notebook import mine, mutant
@@ -578,16 +535,13 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 
 # %% [markdown]
 # It looks ahead while it drives backwards, so it does not see the box.
-# Nearer than 0.2 m the emergency stop acts, too late and for good: whatever is wanted, it never moves again.
+# Nearer than 0.2 m the emergency stop acts, too late and for good.
 # The next table closes the gap.
-#
-# **Change one thing:** another row, or another function. A mutant that stands still is noticed on the first day; which of them would pass a demonstration?
 #
 # #### Table 3: stop, or stop everything
 #
-# `make_safe(wanted, near, LIMITS)` is the sentence of the contract that keeps the robot off the walls: an obstacle in the way stops *driving*, one that is too close stops *everything*.
-# The helpers at the top make it short: `FORWARD`, `BACKWARD` and `TURN` are commands, `wall_ahead(0.49)` is a wall.
-#
+# `make_safe(wanted, near, LIMITS)` keeps the robot off the walls: an obstacle in the way (below 0.5 m) stops *driving*, one that is too close (below 0.2 m, in *any* direction) stops *everything*.
+# `FORWARD`, `BACKWARD` and `TURN`, at the top of the file, are commands, `wall_ahead(0.49)` is a wall.
 # Each row says what is wanted, what is near, and what must come out.
 
 # %% tags=["piece"]
@@ -601,17 +555,12 @@ def test_an_obstacle_stops_driving_and_a_too_close_one_everything(wanted, near, 
     assert make_safe(wanted, near, LIMITS) == expected
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The contract's words: below 0.5 m in the direction of travel there is an obstacle; below 0.2 m in *any* direction it commands zero for everything.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # Turning in place does not travel: a wall at 0.49 m does not stop it. A wall at 0.19 m does, and it stops driving away from it, too.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     (FORWARD, wall_ahead(0.49), STOP), (BACKWARD, wall_ahead(0.49), BACKWARD),
@@ -636,45 +585,30 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # !python3 -m pytest -q --tb=short -x test/test_motion.py | cat
 
 # %% [markdown]
-# If your `motion.py` decides differently from the table, a row fails: look at the contract then, and correct whichever is wrong.
+# If a row fails, look at the contract, and correct whichever is wrong, the table or your `motion.py`.
 #
-# That is the end of part 1, and a good place for a break.
+# **This is the end of part 1**, and a good place for a break.
 #
 # ## A first test for each node
 #
 # T1 wants tests for both nodes that assert something and pass.
-# They use the types that the build generates from your interfaces, so the package must be built; if it is already, this is quick.
+# They use the types of your interfaces, so the package must be built.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
 # !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% [markdown]
-# A node is awkward to test: it has a clock, a network and callbacks.
-# So it goes on a **bench**, where you control all three.
+# A node has a clock, a network and callbacks.
+# So for a test it goes on a **bench**, `test/conftest.py`, where you control all three:
 #
-# `test/conftest.py` is given; pytest reads it by itself, and what is marked `@pytest.fixture` in it can be asked for by name, as an argument of any test.
-# Its three ideas:
+# - **Time is set by hand** (`set_clock`, `advance`).
+# - **Messages go straight into the callbacks** (`hear`, `ask`), without a network. `hear` finds the callback through the node's real subscription, so a wrong topic name or type fails.
+# - **What comes out is written down** (`published`, `logged`), where it leaves the node.
 #
-# - **Time is set by hand** (`set_clock`, `advance`), as you did above. A test of ten seconds of driving takes a tenth of one.
-# - **Messages go straight into the callbacks** (`hear`, `ask`). No network, so nothing gets lost and nothing must be waited for. `hear` finds the callback through the node's real subscription, so a wrong topic name or type fails.
-# - **What comes out is written down** (`published`, `logged`), at the place where it leaves the node.
+# A **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test.
 #
-# The five lines that matter:
-#
-# ```python
-# def hear(self, topic, message, age=0.0):
-#     subscription = self.subscription(topic)  # by its real name, or the test fails
-#     message.header.stamp.sec, message.header.stamp.nanosec = ...  # measured `age` seconds ago
-#     subscription.callback(message)  # straight in, no network
-#
-# monkeypatch.setattr(Publisher, 'publish', record)  # what leaves the node is written down
-# ```
-#
-# Two words of pytest: a **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test, and the lines after its `yield` tidy up.
-# **`monkeypatch`** is a fixture of pytest's own that replaces an attribute for one test, and puts the old one back.
-#
-# The next cell writes the file; JupyterLab shows it folded. Run it (Shift+Enter), and open it (a click on the three dots) when you want to know how one of these works.
+# JupyterLab shows the next cell folded: run it (Shift+Enter), and open it (a click on the three dots) if you want to know how it works.
 
 # %% tags=["given"]
 # %%writefile test/conftest.py
@@ -865,7 +799,7 @@ def interrupt(monkeypatch):
 # | `bench.set_parameter('safety_margin', 0.2)` | whether it was taken (`.successful`), and the `.reason` |
 # | `interrupt(signal.SIGINT)`, then `main()` | Ctrl-C after three rounds |
 #
-# So the first sentence of the contract, F1, is a test of two lines:
+# So F1 is a test of two lines:
 #
 # ```python
 # def test_without_a_command_it_says_zero_ten_times_a_second(make_bench, published):
@@ -875,8 +809,8 @@ def interrupt(monkeypatch):
 #
 # ### A robot around it
 #
-# For most requirements the node needs a scan every tick, or it stands still, and odometry that follows its commands.
-# That is the same few lines in each test, so they become a helper: `Robot`, at the head of the next file.
+# For most requirements the node needs a scan every tick, and odometry that follows its commands.
+# The helper `Robot`, at the head of the next file, does that:
 #
 # | of the helper | what it does |
 # |---|---|
@@ -887,14 +821,8 @@ def interrupt(monkeypatch):
 # | `robot.finish(goal)` | drives until the goal is over, ten seconds at most, and half a second on; returns the commands |
 # | `make_robot(max_linear_speed=0.3)` | a robot with other parameters than the defaults |
 #
-# Below it are seven tests that are written already, and eleven whose names say what they will be about.
-# The names are the contract's sentences; a failing test then reads like a complaint.
-#
-# Three of the seven are worth reading before you go on:
-#
-# - `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks. No time passes, so the stop must come from the scan's own callback.
-# - `test_it_drives_to_a_goal_and_stands_still_there` is a test of the action. `robot.send` makes an `ActionClient` on the bench's own node, so that request and answer stay within one process; `bench.until(future)` spins until the answer is there, while simulated time stands still. Then `robot.finish` drives until the goal is over, ten seconds at most, and half a second on; the result is compared with where the robot is.
-# - `test_a_signal_ends_it_with_a_last_zero` runs your `main()`, and presses Ctrl-C in its third round.
+# Below it are seven tests that are written already, and eleven whose names, the contract's sentences, say what they will be about.
+# The next cell is folded, too. Open it and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_robot_controller.py
@@ -1144,12 +1072,11 @@ def test_another_threshold_is_in_force_at_once(robot):
 #
 # #### F2: drive at the set speed
 #
-# Two tests.
-# The first: let 0.2 s pass, set 0.25 m/s, and look at the next half second.
-# With an acceleration of 1 m/s² and ten commands a second the speed rises by 0.1 each time: 0.1, 0.2, 0.25, 0.25, 0.25.
-# Compare the *whole list*: it notices a missing ramp, a wrong rate and a wrong end, all at once.
+# The first test: let 0.2 s pass, set 0.25 m/s, and look at the next half second.
+# With 1 m/s² and ten commands a second the speed goes 0.1, 0.2, 0.25, 0.25, 0.25.
+# Compare the *whole list*: it notices a missing ramp and a wrong rate, too.
 # Check also that the answer says success and names the speed, and that the status reports it.
-# The second: backwards at -0.5, and the command that it has reached after 0.6 s.
+# The second: backwards at -0.5, and the command after 0.6 s.
 
 # %% tags=["piece"]
 # %%into test/test_robot_controller.py
@@ -1163,17 +1090,12 @@ def test_it_drives_backwards(robot):
     pytest.fail('not written yet: F2')  # TODO: the last command after 0.6 s at -0.5
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The helper's table above, and `test_without_a_command...`, which compares a whole list.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `answer.success`, `'0.25 m/s' in answer.message` (use the words of your own node), `robot.status().speed`; `robot.drive(0.6)[-1]` is the last command.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def test_it_drives_at_the_set_speed(robot):
@@ -1198,9 +1120,9 @@ def test_it_drives_backwards(robot):
 # %% [markdown]
 # #### F3: refuse, and change nothing
 #
-# One test, four speeds: a table with one column.
+# One test, four speeds.
 # Set 0.25 first; then ask for the bad speed.
-# Look at the answer (no success, and the limit in its words) and at what must *not* have changed: the speed in the status, and the robot's last command after a second.
+# Look at the answer (no success, and the limit in its words) and at what must *not* have changed: the speed in the status, and the last command after a second.
 
 # %% tags=["piece"]
 # %%into test/test_robot_controller.py
@@ -1211,17 +1133,12 @@ def test_a_speed_beyond_the_limit_changes_nothing(robot, speed):
     pytest.fail('not written yet: F3')  # TODO: the answer, and what has not changed
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The contract's F3 has three parts: the answer, its words, the speed in force.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `[0.75, -0.75, math.nan, math.inf]`; `not answer.success`; `'0.5 m/s' in answer.message`, in the words of your node.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     assert not answer.success
@@ -1238,7 +1155,7 @@ def test_a_speed_beyond_the_limit_changes_nothing(robot, speed):
 # %% [markdown]
 # #### F4 and F5: which way it looks
 #
-# Three short ones, each with a wall: behind it when it drives forward (it drives on), behind it when it drives backwards (it stands from the first command to the last: `set(...) == {(0.0, 0.0)}`), and 0.65 m ahead, half of the margin (half of the speed).
+# Three short ones, each with a wall: behind it when it drives forward (it drives on), behind it when it drives backwards (it stands all the time: `set(...) == {(0.0, 0.0)}`), and 0.65 m ahead, half of the margin (half of the speed).
 
 # %% tags=["piece"]
 # %%into test/test_robot_controller.py
@@ -1256,17 +1173,12 @@ def test_it_slows_down_near_an_obstacle(robot):
     pytest.fail('not written yet: F4')  # TODO
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The obstacle test that is written already.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `robot.drive(1.0)[-1]` is the last command, `set(robot.drive(1.0))` all different ones; `robot.status().status` is `'ACTIVE'` or `'OBSTACLE_DETECTED'`.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # def test_an_obstacle_behind_does_not_stop_it(robot):
@@ -1295,7 +1207,7 @@ def test_it_slows_down_near_an_obstacle(robot):
 # %% [markdown]
 # #### F7: the pose
 #
-# Here you let the node hear one message of odometry yourself; `odometry(x, y, yaw)` makes it.
+# Here the node hears one message of odometry; `odometry(x, y, yaw)` makes it.
 # Use three different numbers, so that a mix-up shows.
 
 # %% tags=["piece"]
@@ -1305,17 +1217,12 @@ def test_the_status_tells_the_pose_from_odometry(robot):
     pytest.fail('not written yet: F7')  # TODO: the pose in the status
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `GetRobotStatus` from notebook 02: its `pose` is a `geometry_msgs/Pose`.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `pose.position.x`, `pose.position.y`, and `pose.orientation == quaternion_from_yaw(0.5)`.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     pose = robot.status().pose
@@ -1331,14 +1238,14 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # %% [markdown]
 # #### F9, F10 and I6: four tests of your own design
 #
-# From here on you get only the name: nobody will describe the tests that you write at work, either.
-# For each, open the contract's sentence in the [handout](../docs/handout.md), and ask two questions:
+# From here on you get only the name.
+# Open the contract's sentence in the [handout](../docs/handout.md), and ask:
 #
-# - which mistake in *my* code would break this sentence? (A cancel that is accepted, and a robot that rolls on. Feedback that comes, and is always the same.)
+# - which mistake in *my* code would break this sentence? (A robot that rolls on after a cancel. Feedback that is always the same.)
 # - which assert would notice exactly that one?
 #
-# Then make the mistake, see the test fail, and take it out again. "What the grader finds", below, tries some fifty more.
-# There is no third hint. Two designs to compare come after the last of the four.
+# Then make the mistake, see the test fail, and take it out again.
+# Two designs to compare come after the last of the four.
 
 # %% tags=["piece", "design"]
 # %%into test/test_robot_controller.py
@@ -1350,14 +1257,9 @@ def test_a_canceled_goal_stops_the_robot(robot):
     pytest.fail('not written yet: F10')
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# `test_it_drives_to_a_goal...`, from `robot.send` on. The messages are in `robot.feedback`.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
-#
-# `message.distance_remaining`; `pytest.approx(2.0, abs=0.05)`; `goal.handle.cancel_goal_async()` gives a future for `robot.bench.until`; `GoalStatus.STATUS_CANCELED`.
+# `robot.feedback` has the messages, each with `distance_remaining`; `pytest.approx(2.0, abs=0.05)`; `goal.handle.cancel_goal_async()` gives a future for `robot.bench.until`; `GoalStatus.STATUS_CANCELED`.
 # </details>
 
 # %% tags=["nbval-ignore-output"]
@@ -1374,12 +1276,7 @@ def test_another_threshold_is_in_force_at_once(robot):
     pytest.fail('not written yet: I6')
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# What you have seen your robot do in notebook 08.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `robot.bench.set_parameter(name, value)`; `robot.drive(0.1)` gives one command, and a second one if a scan stops the robot at once, so compare `set(robot.drive(0.1))`; `robot.scan = scan_of(ahead=0.9)`.
 # </details>
@@ -1430,8 +1327,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 #     assert robot.outcome(canceled)[:2] == (GoalStatus.STATUS_CANCELED, False)
 # ```
 #
-# Both notice the same mutants.
-# The second names the broken promise in the list of failures, and plays the scene once for each test; the first is quicker, and stops at the first thing that is wrong.
+# The second names the broken promise in the list of failures; the first is quicker, and stops at the first thing that is wrong.
 # </details>
 
 # %% tags=["nbval-ignore-output"]
@@ -1439,12 +1335,11 @@ def test_another_threshold_is_in_force_at_once(robot):
 # !python3 -m pytest -q --tb=short -x test/test_robot_controller.py | cat
 
 # %% [markdown]
-# Nothing failed?
-# Then half of T1 is done, and you deserve a break: that was part 2.
+# Nothing failed? Then half of T1 is done. **This is the end of part 2**, and a good place for a break.
 #
 # ### The other node
 #
-# `sensor_processor` has no robot around it, only messages in and messages out, so a bare bench is enough. Here it is a fixture, `bench`.
+# `sensor_processor` has no robot around it, only messages in and out, so a bare bench is enough: the fixture `bench`.
 # Eight tests are written already, five are yours.
 
 # %% tags=["skeleton"]
@@ -1572,12 +1467,12 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
     pytest.fail('not written yet: I6')
 
 # %% [markdown]
-# `battery_percent` and `alarm_state` are the plain functions that you wrote beside the class in notebook 04; if yours have other names, change the import and the tables.
+# If your functions of notebook 04 have other names, change the import and the tables.
 #
 # #### F13: twenty a second, from the first scan on
 #
-# Let the node hear one scan, of three readings, and let a second pass: 20 messages on each of the two topics.
-# The last one carries the frame `base_link`, the time by the node's clock, which is one second, and the closest reading.
+# One scan, one second: 20 messages on each of the two topics.
+# The last carries the frame `base_link`, the time by the node's clock, and the closest reading.
 
 # %% tags=["piece"]
 # %%into test/test_sensor_processor.py
@@ -1587,17 +1482,12 @@ def test_after_the_first_scan_data_comes_twenty_times_a_second(bench, published)
     pytest.fail('not written yet: F13')  # TODO: both topics; frame, stamp, closest reading
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `published['sensor_fusion_data']` and `published['obstacle_distance']` are lists of messages; notebook 02 has the fields.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `fused = published['sensor_fusion_data'][-1]`, then `fused.header.frame_id`, `(fused.header.stamp.sec, fused.header.stamp.nanosec) == (1, 0)`; a `Float32` has `.data`.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     assert len(published['sensor_fusion_data']) == 20
@@ -1616,7 +1506,7 @@ def test_after_the_first_scan_data_comes_twenty_times_a_second(bench, published)
 # %% [markdown]
 # #### F12: the latest of each
 #
-# Two scans, so that the second must win, with a NaN in it; a battery at 0.25; an IMU with six *different* numbers, or a mix-up of x and y would not show.
+# Two scans, so that the second must win; a battery at 0.25; an IMU with six *different* numbers, so that a mix-up shows.
 # After one tick of 0.05 s they are all in the data.
 
 # %% tags=["piece"]
@@ -1630,17 +1520,12 @@ def test_the_latest_of_each_sensor_is_in_the_data(bench, published):
     pytest.fail('not written yet: F12')  # TODO: one tick; the four fields
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `ros2 interface show ros2_robot_controller/msg/SensorFusionData` shows the four fields.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # `bench.advance(0.05)`; messages compare by value: `fused.linear_acceleration == Vector3(x=1.0, y=2.0, z=3.0)`. The battery is in percent.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     bench.advance(0.05)
@@ -1659,8 +1544,7 @@ def test_the_latest_of_each_sensor_is_in_the_data(bench, published):
 # %% [markdown]
 # #### F12: each alarm once
 #
-# The battery falls, and goes up and down on the way: 50, 19, 15, 21, 19, 9, 5, 11, 9 and 1 percent.
-# However often it crosses 20 and 10, the log must hold one warning and one error, nothing else.
+# However often the battery crosses 20 and 10 on its way down, the log must hold one warning and one error, nothing else.
 #
 # And the thresholds are parameters: with 50 and 30 a battery at 40 % warns; when the critical one becomes 45 while the node runs, the next message at 40 % is an error.
 
@@ -1678,17 +1562,12 @@ def test_the_thresholds_are_parameters(make_bench, logged):
     pytest.fail('not written yet: F12')  # TODO: hear 40 %, change one threshold, hear 40 % again
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The bench's table: `logged` is a list of (severity, words).
+# `logged` is a list of (severity, words), with `'WARN'` and `'ERROR'`. If your words differ, compare only the severities: `[severity for severity, _ in logged]`.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# Severities are `'WARN'` and `'ERROR'`. Your words may differ from ours: compare only the severities if you like, `[severity for severity, _ in logged]`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     # each alarm once
@@ -1720,17 +1599,12 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
     pytest.fail('not written yet: I6')  # TODO: a second at 10 Hz, then one at 5 Hz
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# `bench.advance` and `bench.set_parameter`, twice and once.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
 # Count `published['sensor_fusion_data']` after each second: 10, then 15.
 # </details>
 #
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     bench.advance(1.0)
@@ -1748,20 +1622,18 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # %% [markdown]
 # ### What the tests need
 #
-# A package that is needed by tests alone is named in `package.xml` as `<test_depend>`: it is installed where the tests run, and not on the robot.
-# The nodes need everything else that your tests import, such as `rclpy` and `sensor_msgs`, so it is there already.
+# A package that tests alone need is named in `package.xml` as `<test_depend>`: it is installed where the tests run, and not on the robot.
 
 # %%
 # !grep -n "depend>" package.xml
 
 # %% [markdown]
 # Look for two lines with `test_depend`: `python3-pytest`, which runs the tests, and `ament_cmake_pytest`, which lets `colcon test` run them.
-# You put both there in notebook 01. They must not be `exec_depend`, and a package that the nodes import must not be only a `test_depend`.
+# A package that the nodes import must not be only a `test_depend`.
 #
 # ## Which lines were reached
 #
-# Coverage cannot say that tests are good.
-# It can say where there are none, and that is worth knowing: on a line that no test reaches, no mistake is noticed.
+# On a line that no test reaches, no mistake is noticed.
 # T2 counts lines and branches of the whole package, and gives full marks at 90 %.
 
 # %% tags=["nbval-ignore-output"]
@@ -1770,19 +1642,15 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # !coverage report --data-file=../../.coverage --show-missing
 
 # %% [markdown]
-# Read the last column as a list of questions, not as a list of lines to tick off.
+# Write a test for the situation in which a missing line matters, not for the line.
 # `102->exit` means: the `if` in line 102 was never false.
-# A test written *for* a line tends to be one that reaches it and asserts nothing; write it for the situation in which the line matters.
 #
-# You have tested two nodes and one module, and yet nearly all modules are covered: the nodes use them.
-# Covered, not tested; look at `scans.py` more closely.
-# What do your node tests say about a beam at 61 degrees?
-# Nothing: their scans have four beams.
+# Nearly all modules are covered, because the nodes use them. Covered, not tested:
+# about a beam at 61 degrees your node tests say nothing, because their scans have four beams.
 #
 # ### Where a thing is
 #
-# So the last file of today tests `utils/scans.py` directly, in three tests.
-# The last of them is done.
+# So the last file of today tests `utils/scans.py` directly, in three tests, the last of which is done.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_scans.py
@@ -1822,7 +1690,6 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py")
 # %% [markdown]
 # #### Seven kinds of nothing
 #
-# `valid_readings` is grey where it decides what is *not* a reading.
 # Make the first test a table with one column, `invalid`: NaN, both infinities, zero, a negative one, one below 0.15 m, one above 12 m.
 # A real 2.0 between two invalid readings must be found; two invalid readings alone give `INF`.
 
@@ -1834,17 +1701,12 @@ def test_an_invalid_reading_hides_no_real_one(invalid):
     # TODO: and of two invalid ones alone?
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# Requirement F6 lists them.
+# `INF` is at the top of the file, `-INF` is a number, too; `0.1` is below `range_min`.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# `INF` is at the top of the file, and `-INF` is a number, too; `0.1` is below `range_min`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 # @pytest.mark.parametrize('invalid', [math.nan, INF, -INF, 0.0, -1.0, 0.1, 12.5])
@@ -1861,8 +1723,8 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "val
 # #### Ahead, behind, neither
 #
 # A single beam with a reading of 1.0, at an angle that the table gives.
-# Within 60 degrees of straight ahead it counts as ahead; within 60 degrees of straight back, as behind; otherwise it is only *anywhere*.
-# Test both sides of each edge, left and right, straight back as 180 and as -180, and 359 degrees, which some drivers send in place of -1.
+# Within 60 degrees of straight ahead it is ahead; of straight back, behind; otherwise only *anywhere*.
+# Test both sides of each edge, left and right, straight back as 180 and as -180, and 359 degrees, which some drivers send for -1.
 
 # %% tags=["piece"]
 # %%into test/test_scans.py
@@ -1875,17 +1737,12 @@ def test_where_a_thing_is_goes_by_the_angle_of_its_beam(degrees, ahead, behind):
     assert near == Proximity(ahead=ahead, behind=behind, anywhere=1.0)
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# 59 degrees is ahead, 61 is not; 121 is behind, 119 is not.
+# 59 degrees is ahead, 61 is not: `(61.0, INF, INF)`; 121 is behind, 119 is not.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# A row for neither: `(61.0, INF, INF)`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # ```python
 #     (0.0, 1.0, INF), (59.0, 1.0, INF), (-59.0, 1.0, INF), (359.0, 1.0, INF),
@@ -1899,38 +1756,26 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 
 # %% [markdown]
 # One row stays grey: `angle - math.pi` became `angle + math.pi`.
-# Think about it before you hunt for a test.
-# The two differ by a whole turn, and `normalize_angle` folds that away: an *equivalent* mutant, on your own code.
+# The two differ by a whole turn, which `normalize_angle` folds away: an *equivalent* mutant, on your own code.
 #
 # ### What the grader finds
 #
-# Now let the grader read, run and break your package: T1, T2, and T3, which mutates all of it.
-# Here it tries ten or twenty mutants, as many as fit into a few seconds; the grading tries fifty, these among them.
-# So the share here is a sample, with a spread of 7 to 11 points.
-# It takes a while: the tests run several times.
+# Now T1, T2, and T3, which mutates your whole package.
+# Here it tries ten or twenty mutants, a sample of the fifty that the grading tries. It takes a while.
 
 # %% tags=["check"]
 check("T1", "T2", "T3")
 
 # %% [markdown]
-# For each mutant that survived the answer names the file, the line, the mistake, and the tests that ran over it and passed.
-# It is the matrix again: a grey row, and the next test.
-#
-# Is T3 not full?
-# Take the first mutant of the list, and ask what would go wrong on the robot.
+# Is T3 not full? Take the first mutant that survived, and ask what would go wrong on the robot.
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
+# <details><summary>Hint 1: what you need</summary>
 #
-# The first of the tests that ran over the mutant and passed is often the place for another assert.
+# Compare whole lists of commands; use numbers that are all different; give parameters values that are *not* their defaults; test both sides of every edge.
 # </details>
 #
-# <details><summary>Hint 2: the API</summary>
-#
-# Compare whole lists of commands instead of the last one; use numbers that are all different; give parameters values that are *not* their defaults; test both sides of every edge.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
+# <details><summary>Hint 2: all but the last line</summary>
 #
 # For a mutant "the parameter safety_margin was ignored, its default 0.3 used":
 #
@@ -1946,8 +1791,7 @@ check("T1", "T2", "T3")
 # %% [markdown]
 # ## Let a linter read it first
 #
-# A linter reads code without running it: names that are not used, lines that are too long, brackets out of place.
-# It takes care of the small things, so that your reviewer can think about the large ones.
+# A linter reads code without running it: unused names, long lines, brackets out of place.
 # ROS has rules of its own for it, `ament_flake8`: up to 99 characters a line, among others.
 #
 # **How many findings** will it report for this file?
@@ -1969,14 +1813,12 @@ class Careless( object ):
 # !cd ../.. && ament_flake8 careless.py | grep careless.py:
 
 # %% [markdown]
-# It finds the unused `os`, spaces and blank lines, the name `l` that looks like a 1, and two habits: `!= None` and `if` in one line.
-# It does not find the worst thing in it, `seen=[]`, one list that all calls share.
-# Nor does it know that a scan can hold NaN.
+# It finds the unused `os`, blanks, the name `l`, `!= None` and `if` in one line.
+# It does not find the worst, `seen=[]`, one list that all calls share, nor that a scan can hold NaN.
 # A linter knows the language, not the robot.
 
 # %% [markdown]
-# And your own package?
-# Q1 wants no finding.
+# And your own package? Q1 wants no finding.
 
 # %% tags=["nbval-ignore-output"]
 # As above: the order of the lines may change.
@@ -1986,70 +1828,43 @@ class Careless( object ):
 check("Q1")
 
 # %% [markdown]
-# In a workspace with several packages nobody types `pytest` in each of them.
-# `colcon test` runs the tests of all packages that were built, in the order of their dependencies; your `CMakeLists.txt` says in its fifth part what yours are.
+# `F401` is an unused import, `E501` a line that is too long.
+# `# noqa` at the end of a line makes the linter look away; the grader counts as if it were not there.
+# T1 does not count tests that only run a linter.
+#
+# `colcon test` runs the tests of all packages that were built.
 # In a terminal, in the folder `ws`:
 #
 #     colcon build
 #     colcon test
 #     colcon test-result --verbose
 #
-# The last line is the one to read, such as `Summary: 294 tests, 0 errors, 0 failures, 0 skipped`.
-# **Why are there two commands?** `colcon test` ends with 0 even when tests have failed: it *ran* them. `colcon test-result` reads the results, and its exit code is what a CI job looks at.
+# **Why two commands?** `colcon test` ends with 0 even when tests have failed: it *ran* them. The exit code of `colcon test-result` is what a CI job looks at.
 #
-# Each line of the linter names the file, the line, the column and the rule; `F401` is an unused import, `E501` a line that is too long.
-#
-# `# noqa` at the end of a line makes the linter look away.
-# The grader counts as if it were not there; a reader asks what is being hidden.
-#
-# `ament_pep257`, from notebook 03, reads the docstrings in the same way.
-# In a package made by `ros2 pkg create` both are run by two small tests; they are welcome, but they say nothing about what your code does, and T1 does not count them.
-#
-# > **On a real TurtleBot 4**
-# >
-# > - On a machine with ROS from apt, `ament_flake8` has more plug-ins and asks for more: single quotes, imports in alphabetical order. Your skeletons keep those rules too.
-# > - A bench finds most mistakes, but never all. It has no wheels that slip, no battery that runs down, no lidar that is mounted 90° off. Make the first drive on a real robot a slow one, with a hand on the emergency stop.
-# > - A recording is a test input: `ros2 bag record /scan /odom` on the day something went wrong, and the next version of your node has to cope with it at your desk.
+# > **On a real TurtleBot 4:** wheels slip and batteries run down, so make the first drive a slow one, as [docs/turtlebot4.md](../docs/turtlebot4.md) says.
 #
 # ## Go further
 #
-# Not needed for the next notebook.
-#
-# - Six more files, for what is left: `test_conversions.py` (angles and quaternions at their edges), `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py` (a small node with a `stop`: is it called once after SIGINT, and may it still publish then?) and `test_layers.py` (each layer of the controller works without those above it). For the first four `mutant_matrix` shows the way.
-# - A goal whose path is blocked, F11: a wall at 0.4 m half a second after the goal was sent, two seconds, then free again.
-# - The grader also tries *equivalent* mutants: a line written another way that does the same. Which tests fail on those? (Tests that compare the source's text, or its line numbers. They notice everything and nothing.)
-# - Let a machine make the situations: `hypothesis` looks for numbers that break "the safe speed is never above the wanted one".
+# - More files, for what is left: `test_conversions.py`, `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py`.
+# - A goal whose path is blocked, F11: a wall at 0.4 m for two seconds, then free again.
+# - Let a machine make the situations: `hypothesis` looks for numbers that break a rule.
 #
 # ## Recall
 #
 # <details><summary>What does 100 % coverage tell you?</summary>
 #
-# That every line and branch was reached by some test.
-# It does not tell you whether anything was asserted about what they did.
+# That every line and branch was reached by some test, not that anything was asserted about it.
 # </details>
 #
 # <details><summary>A test passes on your machine, and one time in ten it fails on the server. What do you look for first?</summary>
 #
-# For wall time: a sleep, a time-out, a count of messages "within a second".
-# Set the clock by hand, or wait for the event itself with a deadline that only a real failure ever reaches.
-# </details>
-#
-# <details><summary>How can you see that a test is about its mock?</summary>
-#
-# Make a mutant of the code: it passes all the same.
-# No line of your own code can make it fail.
+# For wall time: a sleep, a time-out, a count "within a second".
+# Set the clock by hand, or wait for the event itself.
 # </details>
 #
 # <details><summary>Why does <code>bench.hear</code> look for the subscription by its topic, and not call the callback by its name?</summary>
 #
-# So that the test fails when the topic's name or type is wrong, and does not depend on the name of the callback.
-# A test should know what the contract promises, and nothing about how it is done.
-# </details>
-#
-# <details><summary>What is an equivalent mutant, and what does it mean for the share that you can reach?</summary>
-#
-# A change of the code that cannot be seen from outside, so no honest test can fail on it.
-# 100 % of the mutants is therefore not a goal; T3 asks for 75.
+# So that a wrong topic or type fails: a test should know what the contract promises, and nothing about how it is done.
 # </details>
 #
 # **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests support it. Now others have to be able to use it.

@@ -98,7 +98,7 @@ axes.legend();
 # %% [markdown]
 # Forty for what the robot does, sixty for what makes it usable, readable and trustworthy.
 # Nine of the hundred are advanced.
-# On real robots, too, most of the time goes into the sixty.
+# On real robots, too, most work goes into usability, readability and tests.
 #
 # ## The demonstration
 #
@@ -590,12 +590,7 @@ for name in lost:
 # - Follow your own README there, word for word, in a new terminal. Your nodes wait for a robot: the cell with `Bridge` in `docs/ros2-session.md` brings one.
 # - Make `test_results.xml` again if anything has changed since.
 #
-# > **On a real TurtleBot 4**
-# >
-# > - The demonstration drives half a metre, wherever the robot stands. Check where it is pointing, and that nobody stands there.
-# > - In Jazzy the robot's `cmd_vel` takes `TwistStamped`, on the course's robot it is a `Twist`. A README says such things in its first lines, under "needs".
-# > - A base that has heard no command for 0.5 s stops by itself. That helps when your node dies; keep the last zero all the same.
-# > - Record a bag of the demonstration with `ros2 bag record -a`, and you can show it again when the battery is empty.
+# > **On a real TurtleBot 4:** before the demonstration, check where it points; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
 # ## Go further
 #
@@ -696,5 +691,5 @@ Film(recording)
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
 # - **Hunt mutants.** Draw the matrix of notebook 09 for every file of your package, until each row that is left is one that no test can notice. Then swap packages with another learner: each puts three small mistakes into the other's code, and sees how many of them the tests find. A day.
 # - **Let it patrol, and dock.** The capstone: the robot goes from place to place round after round, finds another way when a corridor is closed, and stands in its dock before the battery is empty. No skeleton, no hints, and a league; ask your lecturer for it. A week or two.
-# - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2). Then start your package on one with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md).
+# - **Drive a real one.** Start your package on it with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md), which lists what differs: topic names, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2).
 # - **Let Nav2 drive.** With a map and a planner it does what your `navigator.py` does along a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.

@@ -17,11 +17,12 @@ from grader.authoring import notebook_run, notebook_source
 from grader.notebook import pieces
 from grader.scoring.rubric import Rubric
 
-# Lines of code. Cells that write a file may be longer; plots need more than the usual.
+# Lines of code that are not blank; plots need more than the usual. What writes a file may have up to FOLDED_LINES.
 LONGEST_CELL, USUAL_CELL = 30, 8
 MOST_BYTES = 1_500_000  # of a notebook with its pictures: code-hosting sites stop showing larger ones
-HINTS = 3
+HINTS = 2  # what is needed, and all but the last line; a design has no hint of the second kind
 RECALL = 3
+ALL_BUT_ONE = re.compile(r"<summary>Hint[^<]*all but the last line")
 IGNORED = "nbval-ignore-output"
 
 # The tags of cells that write a file of the package, or into one, or a function of the notebook.
@@ -162,7 +163,7 @@ def cells_after(page: Page, position: int, ends: set[str]) -> list[NotebookNode]
 
 
 def designs_are_left_to_the_learner(page: Page) -> Iterator[str]:
-    """Up to the next exercise: no skeleton, no third hint, and two worked designs afterwards."""
+    """Up to the next exercise: no skeleton, no hint that is all but a line, and two worked designs afterwards."""
     for position, cell in enumerate(page.notebook.cells):
         tags = set(notebook_source.tags(cell))
         if notebook_source.DESIGN not in tags:
@@ -173,10 +174,9 @@ def designs_are_left_to_the_learner(page: Page) -> Iterator[str]:
         ends = {notebook_source.EXERCISE, notebook_source.SKELETON}
         own = cells_after(page, position, ends if exercise else WRITTEN)
         later = own if exercise else page.notebook.cells[position:]
-        if any("<summary>Hint 3" in o.source for o in own) or not any(
-            "<summary>Two designs" in o.source for o in later
-        ):
-            yield f"the design {cell['id']} has a third hint, or no two worked designs to compare it with"
+        told = any(ALL_BUT_ONE.search(other.source) for other in own)
+        if told or not any("<summary>Two designs" in other.source for other in later):
+            yield f"the design {cell['id']} has a hint of all but a line, or no two designs to compare it with"
 
 
 def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
@@ -234,11 +234,16 @@ def tags_fit_the_cells(page: Page) -> Iterator[str]:
 
 
 def cells_are_short(page: Page) -> Iterator[str]:
-    cells = [cell for cell in page.code() if not WRITTEN & set(notebook_source.tags(cell))]
-    lines = {cell["id"]: len([line for line in cell.source.splitlines() if line.strip()]) for cell in cells}
-    for name, count in lines.items():
-        if count > LONGEST_CELL:
-            yield f"cell {name} has {count} lines, more than {LONGEST_CELL}: split it, with prose between"
+    """A cell that writes a whole file may be longer than a screen if it is folded."""
+    lines: dict[str, int] = {}
+    for cell in page.code():
+        count = notebook_source.lines(cell)
+        written = WRITTEN & set(notebook_source.tags(cell))
+        if not written:
+            lines[cell["id"]] = count
+        longest = notebook_source.FOLDED_LINES if written else LONGEST_CELL
+        if count > longest and not cell.metadata.get("jupyter", {}).get("source_hidden"):
+            yield f"cell {cell['id']} has {count} lines, more than {longest}: split it, with prose between, or fold it"
     if lines and (usual := median(lines.values())) > USUAL_CELL:
         yield f"half of its code cells have {usual:g} lines or more, expected {USUAL_CELL} at most"
 

@@ -67,13 +67,13 @@ VIOLATIONS = [
     ("asks_recall_questions", "## Recall", "## Questions"),
     ("asks_recall_questions", "<details><summary>Answer</summary>Three.</details>", "Three."),
     ("folds_are_closed", "Three.</details>", "Three."),
-    ("exercises_are_checked_and_hinted", "<summary>Hint 3</summary>", "<summary>More</summary>"),
+    ("exercises_are_checked_and_hinted", "<summary>Hint 2: all but the last line</summary>", "<summary>More</summary>"),
     ("exercises_are_checked_and_hinted", '# %% tags=["check"]\ncheck("I3")', "# %%\n1"),
     ("designs_are_left_to_the_learner", '# %% tags=["exercise"]', '# %% tags=["exercise", "design"]'),
     ("tags_fit_the_cells", '# %% tags=["check"]', "# %%"),
     ("pieces_are_tried_and_hinted", "# %%\n# The piece, tried", "# %% [markdown]\n# The piece, tried"),
     ("designs_are_left_to_the_learner", '# %% tags=["piece"]', '# %% tags=["piece", "design"]'),
-    ("pieces_are_tried_and_hinted", "<summary>Hint 3: the piece", "<summary>More: the piece"),
+    ("pieces_are_tried_and_hinted", "<summary>Hint 2: the piece", "<summary>More: the piece"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into other.py\ndef first"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into tail.py\ndef second"),
     ("steps_count_up", "# ## Recall", "# ### Step 2: more\n# ## Recall"),
@@ -83,6 +83,7 @@ VIOLATIONS = [
     ("tags_fit_the_cells", "# %%writefile given.py\n", ""),
     ("tags_fit_the_cells", 'check("I3")', 'check("I3")\nprint(1)'),
     ("cells_are_short", 'print("two")', "\n".join(f"print({i})" for i in range(31))),
+    ("cells_are_short", "# %%into tail.py\n", "# %%into tail.py\n" + "# a line\n" * 40),
     ("code_has_no_known_slip", 'print("two")', "plt.figure(figsize=(8, 3))"),
     ("code_has_no_known_slip", 'print("two")', "# !cd .. && colcon build 2>&1 | tail -n 1"),
     ("code_has_no_known_slip", 'print("two")', "# !python3 -m pytest -q test | tail -n 3"),
@@ -106,9 +107,9 @@ def test_a_function_that_stays_in_the_notebook_is_tried_and_hinted_like_a_piece(
     edit(example, '# %% tags=["piece"]\n# %%into tail.py\n', '# %% tags=["function"]\n')
     for check in OF_SOURCES:
         assert list(check(page_of(example, rubric))) == []
-    edit(example, "<summary>Hint 3: the piece", "<summary>More: the piece")
+    edit(example, "<summary>Hint 2: the piece", "<summary>More: the piece")
     (problem,) = rule(page_of(example, rubric))
-    assert problem.endswith("has 2 folded hints, expected 3")
+    assert problem.endswith("has 1 folded hints, expected 2")
 
 
 def test_each_rule_for_sources_has_a_violation():

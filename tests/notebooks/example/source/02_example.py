@@ -62,9 +62,8 @@ def first():
     return 0  # TODO
 
 # %% [markdown]
-# <details><summary>Hint 1: the piece</summary>Where to look.</details>
-# <details><summary>Hint 2: the piece</summary>The formula.</details>
-# <details><summary>Hint 3: the piece</summary>All but the last line.</details>
+# <details><summary>Hint 1: the piece</summary>What you need.</details>
+# <details><summary>Hint 2: the piece, all but the last line</summary>Nothing is left out.</details>
 
 # %%
 # The piece, tried.
@@ -80,9 +79,8 @@ ANSWER = 0
 check("I3")
 
 # %% [markdown]
-# <details><summary>Hint 1</summary>Where to look.</details>
-# <details><summary>Hint 2</summary>The formula.</details>
-# <details><summary>Hint 3</summary>All but the last line.</details>
+# <details><summary>Hint 1: what you need</summary>The question.</details>
+# <details><summary>Hint 2: all but the last line</summary>Nothing is left out.</details>
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: the clock is another one each time.
