@@ -163,16 +163,17 @@ def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decision
 
 
 def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
-    """Return the facts with each submission given to whom a person assigned it; what that decides is no doubt any more.
+    """Return the facts with the people and times that a person gave to submissions, without doubts that are decided.
 
     class.yaml keeps what was found, so that a decision can be taken back.
     """
     assigned = {name: on.people for name, on in decisions.submissions.items() if on.people is not None}
+    timed = [replace(entry, submitted=decisions.on(entry.id).submitted or entry.submitted) for entry in facts.entries]
     entries = tuple(
         replace(entry, people=people, matched=(Claim("overrides", "overrides.yaml"),) * len(people))
         if (people := assigned.get(entry.id)) is not None
         else entry
-        for entry in facts.entries
+        for entry in timed
     )
     everyone = dict.fromkeys([*(who for entry in facts.entries for who in entry.people), *facts.missing])
     handed_in = {who.key for entry in entries for who in entry.people}
