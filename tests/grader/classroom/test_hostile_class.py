@@ -9,6 +9,7 @@ import re
 import unicodedata
 import zipfile
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import partial
@@ -26,7 +27,7 @@ from grader.classroom.class_folder import Status
 from grader.classroom.one_grading import Ending, Order
 from grader.scoring import rubric
 
-LAYOUTS = {
+LAYOUTS: dict[str, Callable[[Path], None]] = {
     "moodle": hostile.moodle,
     "moodle 3": partial(hostile.moodle, separator="_/"),
     "moodle flat": partial(hostile.moodle, separator="_"),
