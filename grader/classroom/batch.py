@@ -29,7 +29,6 @@ from grader.host.atomic import write_atomically
 from grader.progress import Progress
 from grader.sanitize import printable
 from grader.scoring import rubric
-from grader.scoring.grading import HandIn
 
 # One grading keeps two cores busy nearly all the time: build, trials and tests beside each other. The memory is an
 # estimate with room to spare, not a measurement.
@@ -177,8 +176,11 @@ def run(source: Path | None, out: Path, people: Sequence[Person] | None, options
 @contextmanager
 def _prepared(
     source: Path | None, folder: ClassFolder, people: Sequence[Person] | None, options: Options
-) -> Iterator[tuple[Plan, ClassFacts, str, list[Job]]]:
-    """Yield the plan, the class, its rubric's text and what is to be graded; the sources are open meanwhile."""
+) -> Iterator[tuple[Plan, ClassFacts, str, list[tuple[Order, Record]]]]:
+    """Yield the plan, the class, its rubric's text and what is to be graded, each with the record that it will have.
+
+    The sources are open meanwhile.
+    """
     before = folder.facts() if source is None or (folder.path / CLASS).exists() else None
     course = named(before.course) if before else find(options.course)
     if options.course and load(options.course).folder != course.folder:
@@ -218,10 +220,18 @@ def _prepared(
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
         actions, todo = {}, []
         for entry, known in zip(found.entries, now.entries, strict=True):
-            hand_in = hand_ins.hand_in(known, now, decided)
-            job = _job(entry, hand_in, decided.on(entry.id).package, text, facts, options)
-            actions[entry.id] = plan.decide(entry, records[entry.id], job.record, options)
-            todo += [job] * (actions[entry.id].action is Action.GRADE)
+            package = decided.on(entry.id).package
+            record = Record(
+                entry.id, Status.ERROR, "", entry.content, facts.rubric, facts.kit, facts.seed, package=package
+            )
+            actions[entry.id] = plan.decide(entry, records[entry.id], record, options)
+            if actions[entry.id].action is Action.GRADE:
+                order = Order(
+                    entry.id, str(entry.path.resolve()), "", text, facts.seed,
+                    asdict(hand_ins.hand_in(known, now, decided)), options.fresh, facts.course, package,
+                    60.0 * options.minutes,
+                )  # fmt: skip
+                todo.append((order, record))
         several = 1 if options.scheduler else options.jobs or jobs_here()
         new = [each for each in now.doubts if before is None or each not in before.doubts]
         planned = plan.make(now, decided, actions, filter(None, records.values()), new, several, options.minutes)
@@ -236,14 +246,6 @@ def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
     return entry
 
 
-@dataclass(frozen=True)
-class Job:
-    """One submission to grade, and the record of it as far as it is known beforehand."""
-
-    order: Order
-    record: Record
-
-
 @contextmanager
 def local(jobs: int) -> Iterator[Workforce]:
     """Yield what grades up to `jobs` submissions at a time on this machine."""
@@ -256,30 +258,29 @@ def local(jobs: int) -> Iterator[Workforce]:
 
 
 def _grade(
-    folder: ClassFolder, workforce: Workforce, console: Console, total: int, jobs: list[Job]
-) -> bool:  # fmt: skip
+    folder: ClassFolder, workforce: Workforce, console: Console, total: int, jobs: list[tuple[Order, Record]]
+) -> bool:
     """Grade all jobs, and once more, alone, what failed for reasons of ours; return whether Ctrl-C interrupted that."""
     done, written = total - len(jobs), time.monotonic()
     overview.attempt(folder)
     try:
         for attempt, slots in enumerate((workforce.slots, *[1] * (_ATTEMPTS - 1)), 1):
-            waiting, again, running = jobs[::-1], list[Job](), dict[Future[Ending], Job]()
+            waiting, again, running = jobs[::-1], jobs[:0], dict[Future[Ending], tuple[Order, Record]]()
             while waiting or running:
                 while waiting and len(running) < slots:
-                    job = waiting.pop()
-                    out = str(folder.working(job.order.id).resolve())
+                    order, record = waiting.pop()
+                    order = replace(order, out=str(folder.working(order.id).resolve()))
                     begun = dt.datetime.now().astimezone().isoformat(timespec="seconds")
-                    job = replace(job, order=replace(job.order, out=out), record=replace(job.record, started=begun))
-                    running[workforce.submit(job.order)] = job
+                    running[workforce.submit(order)] = order, replace(record, started=begun)
                 ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
                 for future in [each for each in running if each in ended]:  # in the order in which they began
-                    job, ending = running.pop(future), future.result()
+                    (order, record), ending = running.pop(future), future.result()
                     if ending.status is Status.ERROR and attempt < _ATTEMPTS:
-                        again.append(job)
+                        again.append((order, record))
                         continue
                     seconds = round(ending.seconds, 1)
-                    record = replace(job.record, status=ending.status, why=ending.why, seconds=seconds)
-                    folder.keep(Path(job.order.out), record)
+                    record = replace(record, status=ending.status, why=ending.why, seconds=seconds)
+                    folder.keep(Path(order.out), record)
                     done += 1
                     console.finished(record, done, total)
                 if ended and time.monotonic() > written + _PAGE_S:
@@ -293,28 +294,3 @@ def _grade(
     finally:
         overview.attempt(folder)
     return False
-
-
-def _job(entry: Entry, known: HandIn, package: str, text: str, facts: ClassFacts, options: Options) -> Job:
-    order = Order(
-        id=entry.id,
-        source=str(entry.path.resolve()),
-        out="",
-        rubric=text,
-        seed=facts.seed,
-        hand_in=asdict(known),
-        fresh=options.fresh,
-        course=facts.course,
-        package=package,
-        limit_s=60.0 * options.minutes,
-    )
-    record = Record(
-        id=entry.id,
-        status=Status.ERROR,
-        content=entry.content,
-        rubric=facts.rubric,
-        kit=facts.kit,
-        seed=facts.seed,
-        package=package,
-    )
-    return Job(order, record)

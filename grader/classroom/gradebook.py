@@ -51,6 +51,11 @@ class RequirementPoints:
     override: PointsOverride | None = None
 
     @property
+    def lost(self) -> Decimal:
+        """Return the points that are missing, none while there are no points."""
+        return NOTHING if self.points is None else self.max - self.points
+
+    @property
     def withheld(self) -> bool:
         """Return whether the points wait for a person, because of an integrity flag."""
         return self.outcome == "withheld" and self.override is None
@@ -236,7 +241,7 @@ def _line_of(
     # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
     if state is State.REFUSED and any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts):
         state = State.PENDING
-    submitted = on.submitted or entry.submitted
+    submitted = entry.submitted
     marked = [lateness.MARKED] if entry.late and submitted is None else []
     accepted = [f"flags accepted by {a.by} ({a.why})"] if (a := on.flags_accepted) else []
     points = [f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in on.points]

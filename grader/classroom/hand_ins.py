@@ -45,7 +45,6 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions, rows: Sequence[
     own extension too, is in the report of a submission with one row.
     """
     on = decided.on(entry.id)
-    submitted = on.submitted or entry.submitted
     alone = rows[0].person if len(rows) == 1 else entry.people[0] if len(entry.people) == 1 else None
     about = decided.about(alone) if alone else PersonDecision()
     given = [each.override for each in rows[0].requirements if each.override] if rows else on.points
@@ -54,9 +53,9 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions, rows: Sequence[
         people=tuple(person.label for person in entry.people),
         team=next((person.team for person in entry.people if person.team), ""),
         name=entry.path.as_posix(),
-        submitted=_time(submitted),
+        submitted=_time(entry.submitted),
         deadline=f"{_time(facts.deadline)}; extended to {_time(deadline)}" if about.extension else _time(deadline),
-        late=_late(entry, submitted, deadline, facts.late_rule),
+        late=_late(entry, deadline, facts.late_rule),
         decisions=tuple(Decision(o.requirement, float(o.points), o.why, o.by) for o in given),
         comments=(*on.comments, *about.comments),
         finals=tuple(_finals(rows)),
@@ -143,7 +142,7 @@ def rescore(
         judged: list[dict[str, str]] = []
         with ProcessPoolExecutor() as pool:
             made = {record.id: folder.working(record.id) for record in graded}
-            orders = ((folder.submission(r.id), made[r.id], text, r.seed, known[r.id], facts.course) for r in graded)
+            orders = ((folder.submission(r.id), made[r.id], whole, r.seed, known[r.id], facts.course) for r in graded)
             for points in pool.map(_judge, orders, chunksize=_TOGETHER):
                 judged.append(points)
                 progress(len(judged), len(graded))
@@ -170,13 +169,10 @@ def _points(said: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _judge(order: tuple[Path, Path, str, int, HandIn, str]) -> dict[str, str]:
+def _judge(order: tuple[Path, Path, Rubric, int, HandIn, str]) -> dict[str, str]:
     """Judge one submission into a new folder, and return its points by requirement. Runs in a process of its own."""
-    old, new, text, seed, known, course = order
-    file = new / "rubric.yaml"
-    file.write_text(text, encoding="utf-8")
-    settings = Settings(rubric=rubric.load(file), cache=new, course=named(course), seed=seed)
-    file.unlink()
+    old, new, whole, seed, known, course = order
+    settings = Settings(rubric=whole, cache=new, course=named(course), seed=seed)
     grading = pipeline.judge(old / pipeline.EVIDENCE, settings)
     first = data.circumstances(data.read(old / DATA))
     grading = replace(grading, wall_seconds=first["wall_seconds"], graded=first["graded"], rescored=provenance.now())
@@ -207,10 +203,10 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: S
             )
 
 
-def _late(entry: Entry, submitted: dt.datetime | None, deadline: dt.datetime | None, late_rule: str) -> str:
-    if submitted is None or deadline is None:
+def _late(entry: Entry, deadline: dt.datetime | None, late_rule: str) -> str:
+    if entry.submitted is None or deadline is None:
         return lateness.MARKED if entry.late else ""
-    said = lateness.late_by(submitted, deadline, lateness.parse(late_rule) if late_rule else None)
+    said = lateness.late_by(entry.submitted, deadline, lateness.parse(late_rule) if late_rule else None)
     return f"by {said}{f'; the rule is: {late_rule}' if late_rule else ''}" if said else ""
 
 

@@ -1,26 +1,6 @@
 """Read overrides.yaml: what people have decided about a class. Every mistake in it is named with its line.
 
-    submissions:
-      team07:
-        points:
-          F4: {points: 3, why: "the wall stood in the start", by: "A. Lovelace"}
-        adjust: {points: -2, why: "handed in a build folder", by: "A. Lovelace"}
-        flags_accepted: {why: "a generated parser", by: "A. Lovelace"}
-        comments: ["A fine README."]
-        submitted: 2026-11-21T10:00
-        package: ws/src/controller
-      stranger:
-        people: [s1237]
-    people:
-      s1234:
-        extension: {until: 2026-11-25T23:59, why: "ill", by: "A. Lovelace"}
-        bonus: {points: 3, why: "found a fault in the simulator", by: "A. Lovelace"}
-      s1235:
-        excused: {why: "passed last year", by: "A. Lovelace"}
-      s1236:
-        adjust: {total: 50, why: "oral exam", by: "A. Lovelace"}
-
-The kit never writes this file.
+docs/classes.md shows a whole one. The kit never writes this file.
 """
 
 from __future__ import annotations
@@ -163,16 +143,17 @@ def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decision
 
 
 def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
-    """Return the facts with each submission given to whom a person assigned it; what that decides is no doubt any more.
+    """Return the facts with the people and times that a person gave to submissions, without doubts that are decided.
 
     class.yaml keeps what was found, so that a decision can be taken back.
     """
     assigned = {name: on.people for name, on in decisions.submissions.items() if on.people is not None}
+    timed = [replace(entry, submitted=decisions.on(entry.id).submitted or entry.submitted) for entry in facts.entries]
     entries = tuple(
         replace(entry, people=people, matched=(Claim("overrides", "overrides.yaml"),) * len(people))
         if (people := assigned.get(entry.id)) is not None
         else entry
-        for entry in facts.entries
+        for entry in timed
     )
     everyone = dict.fromkeys([*(who for entry in facts.entries for who in entry.people), *facts.missing])
     handed_in = {who.key for entry in entries for who in entry.people}

@@ -251,15 +251,14 @@ def make(
 
 
 def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
-    submitted = decided.on(entry.id).submitted or entry.submitted
-    late = _late(entry, submitted, facts, decided, rule)
+    late = _late(entry, facts, decided, rule)
     cells = (
         entry.id,
         entry.label,
         ", ".join(person.label for person in entry.people),
         ", ".join(dict.fromkeys(each.text for each in entry.matched)),
         " ".join(entry.notes),
-        submitted.isoformat(sep=" ", timespec="minutes") if submitted else "",
+        entry.submitted.isoformat(sep=" ", timespec="minutes") if entry.submitted else "",
         late,
         decision.action.value,
         decision.why,
@@ -267,17 +266,15 @@ def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions
     return PlanRow(decision, entry, late, cells)
 
 
-def _late(
-    entry: Entry, submitted: dt.datetime | None, facts: ClassFacts, decided: Decisions, rule: LateRule | None
-) -> str:
+def _late(entry: Entry, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> str:
     """Return by how much a submission is late; of a team whose members have other deadlines, for each of them."""
-    if submitted is None:
+    if entry.submitted is None:
         return "marked as late by the platform" if entry.late else "time unknown" if facts.deadline else ""
     names: dict[str, list[str]] = {}
     for person in entry.people or (Person(),):
         extension = decided.about(person).extension
         until = extension.until if extension else facts.deadline
-        by = lateness.late_by(submitted, until, rule) if until else ""
+        by = lateness.late_by(entry.submitted, until, rule) if until else ""
         text = (f"late by {by}" if by else "in time" if until else "") + (", with an extension" if extension else "")
         names.setdefault(text, []).append(person.label)
     if len(names) == 1:

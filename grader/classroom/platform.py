@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.classroom.cells import Sheet
-from grader.classroom.gradebook import Gradebook, Row, State
+from grader.classroom.gradebook import Gradebook, RequirementPoints, Row, State
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import Person
 from grader.intake.containers import ARCHIVE_SUFFIXES
@@ -281,6 +281,17 @@ def losses(requirement: dict[str, Any]) -> Iterator[str]:
                 yield f"  {'' if number else name:<9} {line}"
 
 
+def judged(
+    row: Row, rubric: Rubric, report: Mapping[str, Any]
+) -> list[tuple[RequirementPoints, str, list[str]]]:  # fmt: skip
+    """Return for each requirement of a row its points, what it is called, and what its checks say of what was lost."""
+    measured = by_requirement(report)
+    return [
+        (each, f"{each.id} {rubric.requirement(each.id).title}", list(losses(measured.get(each.id, {}))))
+        for each in row.requirements
+    ]
+
+
 def comment(row: Row, rubric: Rubric, before: str = "") -> str:
     """Return a comment for a platform without a person behind it: it says what integrity flags do, if there are any."""
     do = "withhold points until a person decides" if rubric.withholds else "take no points by themselves"
@@ -298,14 +309,14 @@ def short(row: Row, report: Mapping[str, Any]) -> list[str]:
     measured = by_requirement(report)
     unreached = []
     for each in row.requirements:
-        if each.points is None or each.points >= each.max:
+        if each.lost <= 0:
             continue
         said = measured.get(each.id, {})
         if said.get("outcome") == "not_reached" and not each.override:
             unreached.append(each)
         else:
             seen = "" if each.override else prose(str(said.get("seen", "")), _SEEN)
-            lines.append(f"{each.id}: {f'{seen}, ' if seen else ''}{each.max - each.points} of {each.max} points lost")
+            lines.append(f"{each.id}: {f'{seen}, ' if seen else ''}{each.lost} of {each.max} points lost")
     if unreached:
         lost = sum(each.max for each in unreached)
         lines.append(f"not reached: {', '.join(each.id for each in unreached)}, {lost} points lost")

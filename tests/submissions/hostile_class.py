@@ -148,6 +148,18 @@ def moodle_name(who: Student) -> str:
     return unicodedata.normalize("NFD", name) if who.n == 9 else name
 
 
+def moodle(root: Path, separator: str = "/", groups: bool = False) -> None:
+    """Moodle since 4.0: a folder for each participant. In Moodle 3 folders' names end in "_"; there may be none.
+
+    In Moodle 3 an assignment for groups has the group before the name.
+    """
+
+    def prefix(who: Student) -> str:
+        return f"{_group(who)}-" * groups + f"{moodle_name(who)}_{who.moodle}"
+
+    _moodle(root, prefix, separator)
+
+
 def _moodle(root: Path, prefix: Callable[[Student], str], separator: str) -> None:
     for who in HANDED_IN:
         file, text = (f"{prefix(who)}_assignsubmission_{kind}{separator}" for kind in ("file", "onlinetext"))
@@ -158,26 +170,6 @@ def _moodle(root: Path, prefix: Callable[[Student], str], separator: str) -> Non
             _write(root / f"{file}robot_v2.zip", package(token(who)))
         elif who.how not in ("text", "link"):
             _write(root / f"{file}robot.zip", package(token(who)))
-
-
-def moodle(root: Path) -> None:
-    """Moodle since 4.0: a folder for each participant."""
-    _moodle(root, lambda who: f"{moodle_name(who)}_{who.moodle}", "/")
-
-
-def moodle_3(root: Path) -> None:
-    """Moodle 3: the folders' names end in an underscore."""
-    _moodle(root, lambda who: f"{moodle_name(who)}_{who.moodle}", "_/")
-
-
-def moodle_flat(root: Path) -> None:
-    """Moodle without folders."""
-    _moodle(root, lambda who: f"{moodle_name(who)}_{who.moodle}", "_")
-
-
-def moodle_groups_3(root: Path) -> None:
-    """Moodle 3, an assignment for groups: a folder for each member, with the group before the name."""
-    _moodle(root, lambda who: f"{_group(who)}-{moodle_name(who)}_{who.moodle}", "_/")
 
 
 def moodle_groups(root: Path) -> None:

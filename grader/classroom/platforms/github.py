@@ -17,7 +17,7 @@ from typing import Any
 from grader import sandbox
 from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, by_requirement, comment, has, losses, others
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, comment, has, judged, others
 from grader.host import submission_user, tempdir
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable, prose
@@ -50,35 +50,33 @@ def _write(delivery: Delivery) -> list[str]:
 
 def workflow_commands(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return workflow commands: one for each requirement that lost points, the dearest first."""
-    lost = [each for each in row.requirements if each.points is not None and each.points < each.max]
-    lost.sort(key=lambda each: each.points - each.max if each.points is not None else 0)
-    measured = by_requirement(report)
+    lost = [(each, said) for each, _, said in judged(row, rubric, report) if each.lost > 0]
     lines = []
-    for each in lost[:MOST_ANNOTATIONS]:
-        text = _joined(measured.get(each.id, {})) or prose(row.comment) or "no points"
+    for each, said in sorted(lost, key=lambda one: -one[0].lost)[:MOST_ANNOTATIONS]:
+        text = _joined(said) or prose(row.comment) or "no points"
         title = f"{each.id}: {each.points} of {each.max} points"
         lines.append(f"::warning title={_data(title, ':,')}::{_data(printable(text, 900))}\n")
     total = "no grade" if row.total is None else f"{row.total} of {row.max}"
-    said = printable(comment(row, rubric, total), 900) if row.flags else total
-    return f"::notice title=Points::{_data(said)}\n" + "".join(lines)
+    shown = printable(comment(row, rubric, total), 900) if row.flags else total
+    return f"::notice title=Points::{_data(shown)}\n" + "".join(lines)
 
 
 def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return the summary of a step: a table of all requirements, and what was lost, as GitHub's Markdown."""
-    measured = by_requirement(report)
+    found = judged(row, rubric, report)
     total = "no grade" if row.total is None else f"{row.total} of {row.max} points"
     lines = [f"# {_markdown(rubric.title)}: {total}", ""]
     if remarks := comment(row, rubric):
         lines += [_markdown(prose(remarks)), ""]
     lines += ["| requirement | points | of | |", "|---|---:|---:|---|"]
-    for each in row.requirements:
+    for each, title, _ in found:
         shown = "withheld" if each.withheld else "not graded" if each.points is None else str(each.points)
         mark = "" if each.points == each.max else "by a person" if each.override else _markdown(each.outcome)
         mark = "until a person decides" if each.withheld else mark
-        lines.append(f"| {each.id} {_markdown(rubric.requirement(each.id).title)} | {shown} | {each.max} | {mark} |")
-    for each in row.requirements:
-        if said := list(losses(measured.get(each.id, {}))):
-            lines += ["", f"## {each.id} {_markdown(rubric.requirement(each.id).title)}", ""]
+        lines.append(f"| {_markdown(title)} | {shown} | {each.max} | {mark} |")
+    for _, title, said in found:
+        if said:
+            lines += ["", f"## {_markdown(title)}", ""]
             lines += [f"    {printable(line, 1000)}" for line in said]  # as code, which Markdown leaves alone
     text = "\n".join(lines) + "\n"
     return text.encode()[: MOST_SUMMARY_BYTES - 1].decode(errors="ignore")
@@ -86,12 +84,11 @@ def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
 
 def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     """Return the result of a step of GitHub Classroom: base64 of JSON, version 3. Its numbers are whole or not."""
-    measured = by_requirement(report)
     tests = [
         {
-            "name": f"{each.id} {rubric.requirement(each.id).title}",
+            "name": title,
             "status": "pass" if each.points == each.max else "fail",
-            "message": printable(_joined(measured.get(each.id, {})), _TEXT),
+            "message": printable(_joined(lost), _TEXT),
             "test_code": "",
             "task_id": 0,
             "filename": "",
@@ -99,7 +96,7 @@ def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
             "duration": 0,
             "score": float(each.points or 0),
         }
-        for each in row.requirements
+        for each, title, lost in judged(row, rubric, report)
         if each.points is not None
     ]
     state = "error" if row.total is None else "pass" if row.total == row.max else "fail"
@@ -108,8 +105,8 @@ def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
     return base64.b64encode(json.dumps(data).encode()).decode()
 
 
-def _joined(requirement: dict[str, Any]) -> str:
-    return " | ".join(map(str.strip, losses(requirement)))
+def _joined(said: Sequence[str]) -> str:
+    return " | ".join(map(str.strip, said))
 
 
 def _data(text: str, more: str = "") -> str:

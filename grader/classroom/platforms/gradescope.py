@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,15 +25,14 @@ _METADATA = "submission_metadata.yml"
 
 def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
     """Return what results.json says: a test for each requirement that has points; `report` is empty without a grade."""
-    measured = platform.by_requirement(report)
     numbers = {
         requirement.id: f"{chapter}.{place}"
         for chapter, criterion in enumerate(rubric.criteria, 1)
         for place, requirement in enumerate(criterion.requirements, 1)
     }
     tests: list[dict[str, object]] = []
-    for each in row.requirements:
-        test: dict[str, object] = {"name": f"{each.id} {rubric.requirement(each.id).title}", "number": numbers[each.id]}
+    for each, title, lost in platform.judged(row, rubric, report):
+        test: dict[str, object] = {"name": title, "number": numbers[each.id]}
         said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
         if each.withheld:
             tests.append(test | {"output": State.WITHHELD.value, "visibility": "visible"})
@@ -43,7 +43,7 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
                     "score": float(each.points),
                     "max_score": float(each.max),
                     "status": "passed" if each.points == each.max else "failed",
-                    "output": "\n".join(filter(None, [said, *platform.losses(measured.get(each.id, {}))])),
+                    "output": "\n".join(filter(None, [said, *lost])),
                     "visibility": "visible",
                 }
             )
@@ -131,10 +131,7 @@ def _described(value: dict[str, Any]) -> HandIn:
 def _time(value: object) -> dt.datetime | None:
     """Return a time as Ruby writes it: YAML knows "2026-11-20 22:58:01 Z", but not "2026-11-20 22:58:01.5 +0100"."""
     if isinstance(value, str):
-        day, clock, *zone = value.replace("T", " ").split()
-        clock, _, fraction = clock.partition(".")
-        offset = zone[0].replace("Z", "+00:00") if zone and zone[0] != "UTC" else "+00:00"
-        value = dt.datetime.fromisoformat(f"{day} {clock}.{fraction[:6]:0<6}{offset}")
+        value = dt.datetime.fromisoformat(re.sub(r"\s+(?=[-+ZU])", "", value).replace("UTC", "Z"))
     if isinstance(value, dt.datetime):
         return value if value.tzinfo else value.replace(tzinfo=dt.UTC)
     return None

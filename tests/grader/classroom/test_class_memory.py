@@ -174,7 +174,6 @@ def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, worke
     second = workers(graded)
     (source / "team04").mkdir()
     (source / "team04" / "readme").write_text("new")
-    capsys.readouterr()
     assert again(tmp_path) == 0
     assert second.orders == ["team04"]
     assert "3 kept from another kit: team01, team02, team03; --regrade grades them again" in capsys.readouterr().err
@@ -186,9 +185,6 @@ def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, worke
     page = overview.write(folder, gradebook.read(folder)).read_text()
     assert "graded by 2 versions of the kit" in page
     assert f"graded by kit {old.kit[:8]}" in page
-    assert again(tmp_path, "--regrade") == 0
-    assert second.orders == ["team04", "team01", "team02", "team03"]
-    assert {row.kit for row in gradebook.read(folder).rows} == {"01234567"}
 
 
 def test_a_class_is_not_a_source(tmp_path, source, workers, capsys):

@@ -118,16 +118,11 @@ def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
     assert re.match(r"li@uni.edu counts, not jane@uni.edu: it is the latest, of 2026-11-20", doubt.what)
 
 
-def test_without_times_all_of_a_team_are_graded(tmp_path):
-    (tmp_path / "jdoe.zip").write_text("1")
-    (tmp_path / "liwu.zip").write_text("2")
-    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ["team07-jdoe", "team07-liwu"]
-
-
-def test_the_same_bytes_from_two_members_are_one_submission(tmp_path):
-    for name in ("jdoe.zip", "liwu.zip"):
-        (tmp_path / name).write_text("same")
-    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ["team07"]
+@pytest.mark.parametrize(("one", "other", "ids"), [("1", "2", ["team07-jdoe", "team07-liwu"]), ("1", "1", ["team07"])])
+def test_without_times_all_of_a_team_are_graded_and_the_same_bytes_once(tmp_path, one, other, ids):
+    (tmp_path / "jdoe.zip").write_text(one)
+    (tmp_path / "liwu.zip").write_text(other)
+    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ids
 
 
 def test_the_time_of_a_repository_is_its_last_commits(tmp_path):

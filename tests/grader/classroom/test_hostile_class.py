@@ -9,8 +9,10 @@ import re
 import unicodedata
 import zipfile
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +27,12 @@ from grader.classroom.class_folder import Status
 from grader.classroom.one_grading import Ending, Order
 from grader.scoring import rubric
 
-LAYOUTS = {
+LAYOUTS: dict[str, Callable[[Path], None]] = {
     "moodle": hostile.moodle,
-    "moodle 3": hostile.moodle_3,
-    "moodle flat": hostile.moodle_flat,
+    "moodle 3": partial(hostile.moodle, separator="_/"),
+    "moodle flat": partial(hostile.moodle, separator="_"),
     "moodle groups": hostile.moodle_groups,
-    "moodle 3 groups": hostile.moodle_groups_3,
+    "moodle 3 groups": partial(hostile.moodle, separator="_/", groups=True),
     "canvas": hostile.canvas,
     "gradescope": hostile.gradescope,
     "github": hostile.github,

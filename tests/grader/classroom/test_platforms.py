@@ -89,47 +89,51 @@ def test_gradescope_says_who_and_when_in_its_metadata(tmp_path):
     assert stray.label == "submission_999", "what the metadata do not list may be somebody's all the same"
 
 
-def test_damaged_metadata_is_a_sentence(tmp_path):
-    (tmp_path / "submission_metadata.yml").write_text("just words")
-    with pytest.raises(GraderError, match="not as Gradescope writes it"):
-        layout(tmp_path, "submission_101/package.xml")
+@pytest.mark.parametrize(
+    ("folder", "names", "kind", "labels", "notes"),
+    [
+        (
+            "robots-submissions",
+            ("robots-jane-doe/.git/HEAD", "robots-janus/.git/HEAD", "loose/readme.md"),
+            "git",
+            ["jane-doe", "janus", "loose"],
+            (),
+        ),
+        ("clones", ("hw-2-anna/.git/HEAD", "hw-2-andy/.git/HEAD"), "git", ["andy", "anna"], ()),
+        (
+            "e",
+            ("team01.zip", "team02.TAR.GZ", "team03.rar", "team04/package.xml", "roster.csv", ".DS_Store"),
+            "plain",
+            ["team01", "team02", "team03", "team04"],
+            ("roster.csv is neither an archive nor a folder; it was left out.",),
+        ),
+        (
+            "e",
+            ("export/__MACOSX/x", "export/team01.zip", "export/team02.zip"),
+            "plain",
+            ["team01", "team02"],
+            (),
+        ),
+    ],
+    ids=["clones, assignment-login", "the login is what names do not share", "archives and folders", "one around all"],
+)
+def test_what_else_is_handed_in_is_called_by_its_name(tmp_path, folder, names, kind, labels, notes):
+    export = layout(tmp_path / folder, *names)
+    assert (export.layout, [each.label for each in export.hand_ins], export.notes) == (kind, labels, notes)
 
 
-def test_clones_of_github_classroom_are_named_assignment_login(tmp_path):
-    root = tmp_path / "robots-submissions"
-    export = layout(root, "robots-jane-doe/.git/HEAD", "robots-janus/.git/HEAD", "loose/readme.md")
-    assert export.layout == "git"
-    assert [hand_in.label for hand_in in export.hand_ins] == ["jane-doe", "janus", "loose"]
-
-
-def test_the_login_is_what_the_names_do_not_share(tmp_path):
-    export = layout(tmp_path, "hw-2-anna/.git/HEAD", "hw-2-andy/.git/HEAD")
-    assert [hand_in.label for hand_in in export.hand_ins] == ["andy", "anna"]
-
-
-def test_a_plain_folder_has_archives_and_folders(tmp_path):
-    export = layout(
-        tmp_path, "team01.zip", "team02.TAR.GZ", "team03.rar", "team04/package.xml", "roster.csv", ".DS_Store"
-    )
-    assert export.layout == "plain"
-    assert [hand_in.label for hand_in in export.hand_ins] == ["team01", "team02", "team03", "team04"]
-    assert export.notes == ("roster.csv is neither an archive nor a folder; it was left out.",)
-
-
-def test_one_folder_around_everything_is_looked_through(tmp_path):
-    export = layout(tmp_path, "export/__MACOSX/x", "export/team01.zip", "export/team02.zip")
-    assert [hand_in.label for hand_in in export.hand_ins] == ["team01", "team02"]
-
-
-@pytest.mark.parametrize("name", ["package.xml", "src/robot/package.xml"])
-def test_a_single_submission_is_named_as_such(tmp_path, name):
-    with pytest.raises(GraderError, match="is a single submission"):
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("package.xml", "is a single submission"),
+        ("src/robot/package.xml", "is a single submission"),
+        ("readme.txt", "holds no submission"),
+        ("submission_metadata.yml", "not as Gradescope writes it"),
+    ],
+)
+def test_what_is_no_class_is_refused(tmp_path, name, said):
+    with pytest.raises(GraderError, match=said):
         layout(tmp_path, name)
-
-
-def test_a_folder_without_submissions_is_refused(tmp_path):
-    with pytest.raises(GraderError, match="holds no submission"):
-        layout(tmp_path, "readme.txt")
 
 
 @pytest.mark.parametrize(
