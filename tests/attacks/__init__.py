@@ -20,6 +20,7 @@ from attacks import made, on_intake, weaknesses
 from grader.authoring.package_edits import Change, append, put
 from grader.selftest.attacks.attack import Attack, attack, cmake, node
 from grader.selftest.attacks.on_nodes import CREEPS
+from grader.yaml_reader import FAST_LOADER
 
 
 def beside(payload: str) -> Change:
@@ -86,7 +87,7 @@ def _weak(given: str | list[dict[str, Any]]) -> tuple[Change, ...]:
 
 def _listed() -> Iterable[Attack]:
     for path in sorted(Path(__file__).parent.glob("on_*.yaml")):
-        given = yaml.safe_load(path.read_text())
+        given = yaml.load(path.read_text(), FAST_LOADER)
         given.pop("texts", None)
         for name, fields in given.items():
             weak, changes = _weak(fields.pop("weak", [])), map(_change, fields.pop("changes"))
