@@ -21,7 +21,7 @@ from grader.settings import Reuse, Settings
 from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.trials.source import wanted as wanted_trials
 
-pytestmark = pytest.mark.slow  # judges four packages twice
+pytestmark = pytest.mark.slow  # judges ten packages twice, and grades a dozen
 
 REFERENCE = "reference"
 BAD = (
@@ -29,7 +29,6 @@ BAD = (
     "renames_the_package", "sets_the_parameters_in_the_launch_file", "sleeps_in_a_callback",
     "tests_its_conversions_only",
 )  # fmt: skip
-OFTEN = (REFERENCE, "does_not_compile", "renames_the_package")
 
 
 @dataclass(frozen=True)
@@ -59,10 +58,7 @@ class Recorded:
         return Asked([], lambda _results: Collected({field: facts[field]}))
 
 
-@pytest.mark.parametrize(
-    "name",  # six seconds each; the ones that are not of every run are built as the others are
-    [*OFTEN, *(pytest.param(name, marks=pytest.mark.slow) for name in BAD if name not in OFTEN)],
-)
+@pytest.mark.parametrize("name", [REFERENCE, *BAD])
 def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     name: str, settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -101,7 +97,6 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow  # a whole grading of each
 @pytest.mark.parametrize("name", [REFERENCE, *VARIANTS, "written", "tests_its_conversions_only"])
 def test_a_check_of_one_requirement_gives_what_a_grading_gives(name: str, settings: Settings, tmp_path: Path):
     """Nothing is run twice: a check takes what the grading has kept, where that decides it."""

@@ -13,6 +13,17 @@ def crash() -> Recording:
 
 
 @pytest.fixture(scope="module")
+def touched() -> Recording:
+    """The robot drives straight into a wall at x = 1 m, recorded for 3 s."""
+    simulator = Simulator(World(name="crash", obstacles=(Wall((1.0, -1.0), (1.0, 1.0), name="wall"),)))
+    recorder = Recorder(simulator)
+    simulator.command(0.5, 0.0)
+    for _ in range(60):
+        recorder.take(simulator.step(0.05))
+    return recorder.recording()
+
+
+@pytest.fixture(scope="module")
 def cart() -> Recording:
     simulator = Simulator(load_world("moving_cart"))
     return drive(simulator, Tourist(simulator), 6.0)

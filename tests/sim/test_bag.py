@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim import Recorder, Recording, Simulator, Wall, World
+from sim import Recording
 
 pytest.importorskip("rosbags")
 
@@ -23,27 +23,16 @@ geometry_msgs/Vector3 angular_velocity
 
 
 @pytest.fixture(scope="module")
-def crash() -> Recording:
-    """The robot drives into a wall at x = 1 m, recorded for 3 s."""
-    simulator = Simulator(World(obstacles=(Wall((1.0, -1.0), (1.0, 1.0), name="wall"),)))
-    recorder = Recorder(simulator)
-    simulator.command(0.5, 0.0)
-    for _ in range(60):
-        recorder.take(simulator.step(0.05))
-    return recorder.recording()
-
-
-@pytest.fixture(scope="module")
-def bag(crash: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def bag(touched: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The run, and one message of the contract's type."""
     path = tmp_path_factory.mktemp("bags") / "bag"
     fields = {"battery_level": 85.5, "linear_acceleration": {"z": 9.81}}
     fused = BagMessage("/sensor_fusion_data", FUSION_TYPE, 0.5, fields)
-    write_bag(crash, path, types={FUSION_TYPE: FUSION}, messages=[fused])
+    write_bag(touched, path, types={FUSION_TYPE: FUSION}, messages=[fused])
     return path
 
 
-def test_an_independent_reader_opens_the_bag(crash: Recording, bag: Path) -> None:
+def test_an_independent_reader_opens_the_bag(touched: Recording, bag: Path) -> None:
     from rosbags.highlevel import AnyReader
 
     with AnyReader([bag]) as reader:
@@ -53,14 +42,14 @@ def test_an_independent_reader_opens_the_bag(crash: Recording, bag: Path) -> Non
     assert counts["/scan"] == 30
     assert counts["/odom"] == counts["/cmd_vel"] == counts["/tf"] == 61
     assert stamps == sorted(stamps)
-    assert read["/scan"].ranges.tolist() == crash.scan_ranges[-1].astype(np.float32).tolist()
-    assert read["/odom"].pose.pose.position.x == crash.odom_x[-1]
+    assert read["/scan"].ranges.tolist() == touched.scan_ranges[-1].astype(np.float32).tolist()
+    assert read["/odom"].pose.pose.position.x == touched.odom_x[-1]
     assert read["/ground_truth/contacts"].data.startswith("touched wall at (1.000")
     assert read["/sensor_fusion_data"].battery_level == 85.5
     assert read["/sensor_fusion_data"].linear_acceleration.z == 9.81
 
 
-def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(crash: Recording, bag: Path) -> None:
+def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(touched: Recording, bag: Path) -> None:
     """That reader knows no types, so the file must define all of them."""
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
@@ -70,14 +59,14 @@ def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(crash: Recordin
         messages = list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
     read = {channel.topic: (schema.name, message) for schema, channel, _, message in messages}
     assert read["/scan"][0] == "sensor_msgs/msg/LaserScan"
-    assert list(read["/scan"][1].ranges) == crash.scan_ranges[-1].astype(np.float32).tolist()
-    assert read["/odom"][1].pose.pose.position.x == crash.odom_x[-1]
+    assert list(read["/scan"][1].ranges) == touched.scan_ranges[-1].astype(np.float32).tolist()
+    assert read["/odom"][1].pose.pose.position.x == touched.odom_x[-1]
     assert read["/sensor_fusion_data"][0] == FUSION_TYPE
     assert read["/sensor_fusion_data"][1].battery_level == 85.5
     assert read["/sensor_fusion_data"][1].linear_acceleration.z == 9.81
 
 
-def test_the_error_for_an_unknown_field_names_it(crash: Recording, tmp_path: Path) -> None:
+def test_the_error_for_an_unknown_field_names_it(touched: Recording, tmp_path: Path) -> None:
     typo = BagMessage("/x", "std_msgs/msg/String", 0.0, {"text": "a"})
     with pytest.raises(KeyError, match="no field 'text'"):
-        write_bag(crash, tmp_path / "bag", messages=[typo])
+        write_bag(touched, tmp_path / "bag", messages=[typo])

@@ -218,15 +218,6 @@ def test_an_obstacle_can_be_added_and_removed() -> None:
         simulator.remove_obstacle(name)
 
 
-def test_an_obstacle_added_in_the_way_stops_the_robot() -> None:
-    simulator = exact()
-    simulator.command(0.5, 0.0)
-    simulator.step(1.0)
-    simulator.add_obstacle(Box((1.2, 0.0), (0.2, 1.0), name="late"))
-    simulator.step(3.0)
-    assert [c.obstacle for c in simulator.contacts] == ["late"]
-
-
 def test_an_obstacle_added_onto_the_robot_is_a_contact_and_the_robot_can_leave() -> None:
     simulator = exact()
     simulator.add_obstacle(Circle((0.25, 0.0), 0.2, name="stone"))

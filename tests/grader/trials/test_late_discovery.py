@@ -107,15 +107,3 @@ def test_a_node_that_hangs_for_five_seconds_is_waited_for(run: Run):
     )
     found = run("slow_robot", body)
     assert found.ended is None
-
-
-@pytest.mark.slow  # a node more
-def test_a_node_sees_the_robot_of_a_course_session_and_nobody_who_grades_it(run: Run):
-    """A name such as observer_1f2e told a node that it was being graded."""
-    look = 'late(lambda: print("SEES", sorted(node.get_node_names()), flush=True))'
-    found = run("slow_robot", COMMANDS + ODOMETRY + look)
-    from sim.bridge import NODE_NAME
-
-    assert found.process is not None
-    assert f"SEES {sorted(['robot_controller', NODE_NAME])}" in found.process.output_tail
-    assert NODE_NAME == "simulated_robot"  # as docs/ros2-session.md and the first notebook show it

@@ -382,16 +382,15 @@ def test_invalid_arguments_are_refused() -> None:
 
 NODE = """
 import rclpy
-from geometry_msgs.msg import PointStamped, Twist
+from geometry_msgs.msg import Twist
 from sensor_msgs.msg import LaserScan
 rclpy.init()
 node = rclpy.create_node("robot_controller", parameter_overrides=[rclpy.Parameter("use_sim_time", value=True)])
-publisher, heard, goals = node.create_publisher(Twist, "cmd_vel", 10), [], []
+publisher, heard = node.create_publisher(Twist, "cmd_vel", 10), []
 node.create_subscription(LaserScan, "scan", heard.append, 10)
-node.create_subscription(PointStamped, "goal", goals.append, 10)
 def control():
     twist = Twist()
-    twist.linear.x, twist.angular.z = 0.1 * len(goals), float(len(heard))
+    twist.linear.x, twist.angular.z = 0.1, float(len(heard))
     publisher.publish(twist)
 node.create_timer(0.1, control)
 rclpy.spin(node)
@@ -399,16 +398,15 @@ rclpy.spin(node)
 
 HOST = """
 import json, math, os, subprocess, sys
-from geometry_msgs.msg import PointStamped
 from sim import Simulator, load_world
 from sim.bridge import CONTROLLER, Bridge
 from sim.live import Live
 node = subprocess.Popen([sys.executable, "node.py"], env={**os.environ, "ROS_DOMAIN_ID": "3"})
 simulator = Simulator(load_world("open_field"), seed=1)
 bridge = Bridge(simulator, CONTROLLER, "robot_controller", domain_id=3, alive=lambda: node.poll() is None)
-goals, frames, commands = bridge.node.create_publisher(PointStamped, "goal", 10), [], []
+frames, commands = [], []
 bridge.on_command = lambda t, m: commands.append([round(t, 6), m.linear.x, m.angular.z])
-assert bridge.await_node(lambda: goals.get_subscription_count() > 0)
+assert bridge.await_node(lambda: True)
 if sys.argv[1] == "ticks":
     for _ in range(40):
         bridge.tick()
@@ -416,13 +414,10 @@ else:
     class Channel:
         def send(self, content, buffers):
             frames.append(content["t"])
-    live = Live(simulator, step=bridge.tick, on_goal=lambda x, y: goals.publish(PointStamped()), rate=math.inf)
+    live = Live(simulator, step=bridge.tick, rate=math.inf)
     live._audience.channel = Channel()
     live.receive({"kind": "hello", "view": "a"})
     live.run(2.0)
-    if sys.argv[1] == "goal":
-        live.receive({"kind": "goal", "x": 1.0, "y": 0.0})
-        live.run(2.0)
     live.stop()
 print(json.dumps({"commands": commands, "frames": frames, "t": simulator.time}))
 node.kill()
@@ -445,10 +440,3 @@ def test_a_node_in_lockstep_does_the_same_with_and_without_a_view(tmp_path: File
     assert watched["frames"]
     assert watched["t"] == alone["t"] == 2.0
     assert [c for c in watched["commands"] if c[0] > 0.15] == [c for c in alone["commands"] if c[0] > 0.15]
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_a_click_reaches_the_node_through_on_goal(tmp_path: FilePath) -> None:
-    speeds = [v for _, v, _ in with_a_node(tmp_path, "goal")["commands"]]
-    assert (speeds[0], speeds[-1]) == (0.0, 0.1)
