@@ -47,6 +47,20 @@ def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pyte
     assert compared < 100
 
 
+# Two starts of one node with an events executor, which commands -0.1, -0.2, -0.3 at 0.4, 0.5 and 0.6 s, and one jump.
+LATE = [(0.0, 0.0), (0.15, 0.0), (0.3, 0.0), (0.35, -0.1), (0.35, -0.2), (0.4, -0.3), (0.6, -0.375)]
+LATER = [(0.0, 0.0), (0.2, 0.0), (0.3, 0.1), (0.4, 0.3), (0.5, 0.4), (0.6, 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("speeds", "within"),
+    [(LATE, True), (LATER, True), ([(t + 0.1 * (t > 0), v) for t, v in ((0.0, 0.0), (0.1, 0.0), (0.2, 0.5))], False)],
+)
+def test_a_node_whose_commands_are_out_of_step_may_be_as_much_later(speeds: list[tuple[float, float]], within: bool):
+    commands = [Command(t, v, 0.0, 0.0) for t, v in speeds]
+    assert (checks._excess(trial("wall_backward", commands=commands)) is None) is within
+
+
 def changed(accepted: bool, *speeds: tuple[float, float]) -> Trial:
     """Return a trial whose node was told at 1 s that 0.25 m/s is the limit, and its commands."""
     answer = ParameterAnswer(1.0, "max_linear_speed", 0.25, accepted, 0.25 if accepted else 0.5)
