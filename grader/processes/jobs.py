@@ -17,7 +17,7 @@ from grader.words import mark
 T = TypeVar("T")
 
 _PLACES_PER_CORE = 2  # more than one, because every process waits at times
-_RESERVED = 2  # by each job of the chain
+_RESERVED = 1  # by each job of the chain
 _TRIALS_AT_ONCE, _BESIDE_AT_ONCE = 4, 2
 
 
@@ -37,7 +37,7 @@ class Turn(Enum):
     """
 
     AT_ONCE = "begins at once"
-    CHAIN = "begins at once, and two places on the cores are its own"
+    CHAIN = "begins at once, and one place on the cores is its own"
     PLACE = "waits for a free place on the cores"
     BESIDE = "mostly waits by itself, so it needs no place"
 

@@ -69,7 +69,7 @@ class WouldWaitError(Exception):
     """No place is free."""
 
 
-@pytest.mark.parametrize(("reserved", "free"), [(0, 4), (1, 2), (2, 1), (3, 1)])
+@pytest.mark.parametrize(("reserved", "free"), [(0, 4), (1, 3), (3, 1), (4, 1)])
 def test_the_chain_reserves_places_but_one_is_always_free(monkeypatch: pytest.MonkeyPatch, reserved: int, free: int):
     places = jobs._Places(4)
 
