@@ -91,7 +91,7 @@ def run_suite(
 
 
 def _run_steadily(workers: WorkerPool, module: TestModule, seconds: float) -> list[ModuleRun]:
-    """Return two runs of the module, which show what is steady; one if it hangs. Only the first one is measured."""
+    """Return two runs of the module, which show what is steady; one if it hangs. After failures both are measured."""
     request = ModuleRequest(module.path, coverage=True, reach=True, limit=seconds, total=seconds)
     first = _run_to_the_end(workers, request)
     if first.timed_out:

@@ -62,7 +62,7 @@ def become(command: list[str], environment: dict[str, str]) -> ModuleType:
     sys.path[:] = [*first, *(path for path in sys.path if path not in known)]
     sys.modules.pop("sitecustomize", None)
     with suppress(ImportError):
-        importlib.import_module("sitecustomize")  # which Python imports at its start
+        importlib.import_module("sitecustomize")  # which notes something only from the first trial on
     main = ModuleType("__main__")
     main.__dict__.update(__file__=command[0], __builtins__=builtins)
     sys.modules["__main__"] = main

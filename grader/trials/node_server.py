@@ -43,8 +43,8 @@ def can_fork(install: Path, program: Path) -> bool:
     if namespaces.confinement() is not namespaces.Confinement.NAMESPACES or namespaces.sandbox_disabled():
         return False
     modules = {*sys.stdlib_module_names, *(name.partition(".")[0] for name in (*MODULES, "usercustomize"))}
-    found = [*(install / ros_env.SITE_IN_PREFIX).glob("*"), *program.parent.glob("*.*")]
-    installed = {path.name.partition(".")[0] for path in found}
+    beside = (path for path in program.parent.glob("*") if path.suffix or path.is_dir())
+    installed = {path.name.partition(".")[0] for path in (*(install / ros_env.SITE_IN_PREFIX).glob("*"), *beside)}
     text = untrusted.read_bytes(program, _PROGRAM_BYTES)
     return text is not None and bool(_PYTHON.match(text)) and installed.isdisjoint(modules)
 
@@ -60,7 +60,8 @@ class NodeServer:
     def __init__(self, install: Path, folder: Path, limits: sandbox.Limits) -> None:
         self.notes = Notes(folder)
         environment = node_environment()
-        environment["PYTHONPATH"] = ros_env.environment(home=sandbox.HOME)["PYTHONPATH"]
+        own = ros_env.environment(home=sandbox.HOME)["PYTHONPATH"]  # nothing that is installed
+        environment["PYTHONPATH"] = f"{sandbox.AT_START}:{own}".removesuffix(":")
         box = sandbox.Sandbox(
             read_only={
                 install: str(building.INSTALL), Path(__file__).with_name("fork_nodes.py"): _SCRIPT,
@@ -68,7 +69,6 @@ class NodeServer:
             },
             environment=environment, network=True, pipes=(self.notes.pipe,), as_init=True, asked=True,
         )  # fmt: skip
-        self.notes.forked = (COMMAND, environment)
         self.process = sandbox.Process(COMMAND, box, limits)
         self._words: list[str] = []
         self.works = self.said() is not None

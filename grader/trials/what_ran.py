@@ -15,7 +15,6 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
-from types import MappingProxyType
 
 from grader import building, sandbox
 from grader.evidence import Flag, Ran, Trial
@@ -40,7 +39,6 @@ _OF_TYPES = re.compile(
 )
 _PYTHON = re.compile(r"(^|/)(lib)?python3?[\d.]*(\.so[\d.]*)?$")
 _OPTIONS = re.compile(r"((-[WX] ?\S+|-[bBcdEiIOPqsSuvx]+) )*")
-_OF_SHELLS = {"PWD", "OLDPWD", "SHLVL", "_"}
 _CONCERNS = ("what ran", "student tests", "mutation")
 _WORDS = {
     "code made at run time": "code ran that was made at run time, or lies where nobody has handed it in",
@@ -55,6 +53,8 @@ _WORDS = {
 class Notes:
     """The pipe into which the processes of a trial write what runs, of one trial after another. Close it at the end.
 
+    A Python that starts before the first trial begins finds a pipe into which it cannot write, and notes nothing.
+
     Args:
         parent: a folder, for a new one in it. Its path can be read in the sandbox, so it does not name the trial.
     """
@@ -66,12 +66,10 @@ class Notes:
         """Where it is on the host."""
         os.mkfifo(self.pipe)
         self._read_end = os.open(self.pipe, os.O_RDONLY | os.O_NONBLOCK)
-        self.pipe.chmod(0o222)
+        self.pipe.chmod(0)
         with contextlib.suppress(OSError):  # of a user with many large pipes: it holds 64 KB, and no note beyond
             fcntl.fcntl(self._read_end, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         self.functions = False
-        self.forked: tuple[Sequence[str], Mapping[str, str]] = (), {}
-        """The command and the environment of the process that nodes are forks of."""
         self._outside: list[str] = []
         self._if_functions = folder / "functions"
         self.mounts = {folder: "/ws/ran", _AT_START: str(sandbox.AT_START)}
@@ -80,6 +78,7 @@ class Notes:
     def begin(self, *, functions: bool) -> None:
         """Begin with a trial; `functions` is whether each function that runs is noted."""
         self.functions, self._outside = functions, []
+        self.pipe.chmod(0o222)
         self._if_functions.touch() if functions else self._if_functions.unlink(missing_ok=True)
         while self._chunk():
             pass
@@ -91,8 +90,7 @@ class Notes:
     def look_at(self, processes: Iterable[int]) -> None:
         """Note what /proc shows of the node's processes: what their own Python cannot see, or keeps to itself."""
         if not namespaces.refusal():  # a sandbox without them has other paths
-            folders = [Path("/proc", str(pid)) for pid in processes]
-            self._outside += [words for each in folders for words in unseen_of_process(each, *self.forked)]
+            self._outside += [words for pid in processes for words in unseen_of_process(Path("/proc", str(pid)))]
 
     def read(self, node_is_up: bool) -> Ran | None:
         """Return what has been noted, by installed paths; None if that is nothing that the trial was to note."""
@@ -120,14 +118,11 @@ class Notes:
             return b""
 
 
-def unseen_of_process(
-    process: Path, forked: Sequence[str] = (), environment: Mapping[str, str] = MappingProxyType({})
-) -> list[str]:
+def unseen_of_process(process: Path) -> list[str]:
     """Return what a process's folder in /proc shows of code that its Python notes nothing of, as "kind: what".
 
     That is a library or a program that the package brought along, however it was loaded, and a Python that was started
-    so that it notes nothing. What rosidl makes for a package's types is no code of the package. A fork of the command
-    `forked` with exactly the variables of `environment` notes by itself what it becomes.
+    so that it notes nothing. What rosidl makes for a package's types is no code of the package.
     """
     try:
         mapped = {" ".join(words[5:]) for line in (process / "maps").read_text("utf-8", "replace").splitlines()
@@ -143,9 +138,6 @@ def unseen_of_process(
     found = [f"library: {printable(file)}" for file in files if not _OF_TYPES.fullmatch(file)]
     if any(_PYTHON.search(file) for file in mapped):
         words = [os.fsdecode(word) for word in command]
-        given = dict(os.fsdecode(each).partition("=")[::2] for each in variables)
-        if words == [*forked] and {name: given[name] for name in given.keys() - _OF_SHELLS} == environment:
-            return found
         start = next((n for n, word in enumerate(words) if _PYTHON.search(word)), 0)
         options = _OPTIONS.match(" ".join([*words[start + 1 :], ""]))
         path = next((each for each in variables if each.startswith(b"PYTHONPATH=")), b"")

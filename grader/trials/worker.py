@@ -139,14 +139,15 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: For
     simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
     plan = plan.placed_in(simulator.world)
     with ExitStack() as others:
-        server = forks.take(plan, request) if forks else None
+        server = None
+        if forks and (server := forks.take(plan, request)):
+            others.callback(forks.give_back, server)
         notes = server.notes if server else others.enter_context(closing(Notes(Path(request.out).parent)))
         notes.begin(functions=plan.notes_functions)
         box, in_files = _sandbox(course, plan, request, notes)
         command = _command(plan, install, request.ros_name)
         process: sandbox.Process | ForkedNode
-        if forks and server:
-            others.callback(forks.give_back, server)
+        if server:
             process = server.start(command, box.environment)
         else:
             process = others.enter_context(sandbox.Process(command, box, _LIMITS))

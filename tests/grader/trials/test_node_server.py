@@ -163,28 +163,39 @@ def test_no_node_reads_or_stops_the_process_that_forks(run, server: NodeServer):
     assert server.clear()
 
 
-def test_what_runs_in_a_fork_is_noted_and_a_second_program_in_its_place_is_seen(run, server: NodeServer):
+def test_what_runs_in_a_fork_is_noted(run, server: NodeServer):
     node = run("from p import fail\nimport time\nprint('up', flush=True)\ntime.sleep(60)", until="up")
     server.notes.look_at(node.pids())
     ran = server.notes.read(node_is_up=True)
     assert ran is not None
     assert (sorted(ran.functions), ran.unseen) == ([PROGRAM, f"{ros_env.SITE_IN_PREFIX}/p.py"], [])
-    assert server.clear()
-    other = 'exec(open("/tmp/other.py").read())'
-    code = "import time; print('other', flush=True); time.sleep(60)"
+
+
+@pytest.mark.parametrize("hook", ["/ws/at_start", ""])
+def test_another_process_that_forks_hides_nothing(run, server: NodeServer, hook: str):
+    """The node starts it as the grader does, where no hook sees that, and asks it for a program nobody handed in."""
     node = run(
         f"""
-        import ctypes, os
-        os.environ.clear()
-        open("/tmp/other.py", "w").write({code!r})
-        os.execv("/proc/self/exe", ["python3", "-c", {other!r}])
+        import ctypes, json, os, subprocess
+        open("/tmp/other.py", "w").write("import time; print('other', flush=True); time.sleep(60)")
+        asked, ask = os.pipe()
+        request = {{"command": ["/tmp/other.py"], "environment": {{"PYTHONPATH": ""}}}}
+        os.write(ask, json.dumps(request).encode() + b"\\n")
+        path, started = b"PYTHONPATH={hook}", open("/proc/self/environ", "rb").read()
+        variables = started.replace(b"PYTHONPATH=/ws/at_start", path).rstrip(b"\\0").split(b"\\0")
+        if os.fork() == 0:
+            os.dup2(asked, 0)
+            words = [b"python3", b"/ws/first/fork_nodes.py"]
+            arrays = [(ctypes.c_char_p * (len(each) + 1))(*each, None) for each in (words, variables)]
+            ctypes.CDLL(None).execve(os.readlink("/proc/self/exe").encode(), *arrays)
+        os.wait()
         """,
         until="other",
     )
     server.notes.look_at(node.pids())
     ran = server.notes.read(node_is_up=True)
     assert ran is not None
-    assert any(words.startswith("notes turned off") for words in ran.unseen)
+    assert any("/tmp/other.py" in words or words.startswith("notes turned off") for words in ran.unseen)
 
 
 @pytest.mark.parametrize(
