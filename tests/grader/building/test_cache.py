@@ -59,7 +59,11 @@ def test_a_damaged_entry_is_not_used(entry: Path, damage: str):
     assert cache.load(entry) is None
 
 
-@pytest.mark.parametrize("data", [b"", gzip.compress(b"[]"), gzip.compress(b'{"hashes": {"srv/SetSpeed": "x"}}')[:-9]])
+@pytest.mark.parametrize(
+    "data",
+    [b"", gzip.compress(b"[]"), gzip.compress(b'{"hashes": {"srv/SetSpeed": "x"}}')[:-9]],
+    ids=["empty", "a list", "cut off"],  # packed data hold the second in which they were packed
+)
 def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, data: bytes):
     def answers(*_: object) -> sandbox.RunResult:
         raise GraderError("computed again")
