@@ -28,7 +28,7 @@ from grader.words import mark, say
 SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
 
-_CONTRACT, _BUILD = mark("the contract's build"), mark("the package's build")
+_CONTRACT, BUILD = mark("the contract's build"), mark("the package's build")
 
 
 def collect(submission: Submission, folder: Path, settings: Settings) -> Evidence:
@@ -43,7 +43,7 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     with ExitStack() as closing:
         subject = Subject(submission, settings, folder, closing)
         text = _asked(Phase.TEXT, subject)
-        built, contract = found.of(text, builds(subject)).get(_BUILD, (None, None))
+        built, contract = found.of(text, builds(subject)).get(BUILD, (None, None))
         if built is not None and built.facts.ok:
             subject = replace(subject, built=built, contract=contract)
             found.of(_asked(Phase.RUN, subject))
@@ -81,7 +81,7 @@ def builds(subject: Subject) -> list[Job[Any]]:
         lasting=_kept_by_itself, says=first,
     )  # fmt: skip
     package = Job(
-        _BUILD, Where.SANDBOX, tuple[Built, Built], lambda built: _build(subject.submission, built, settings),
+        BUILD, Where.SANDBOX, tuple[Built, Built], lambda built: _build(subject.submission, built, settings),
         after=_CONTRACT, lasting=_kept_by_itself, says=say("building the package"),
     )  # fmt: skip
     return [contract, package]
@@ -96,7 +96,7 @@ def explain(submission: Submission, folder: Path, settings: Settings) -> list[tu
     with ExitStack() as closing:
         subject = Subject(submission, settings, folder, closing)
         listed = [*_jobs(_asked(Phase.TEXT, subject)), *builds(subject)]
-        built, contract = jobs.run(builds(subject), kept, settings.progress).results.get(_BUILD, (None, None))
+        built, contract = jobs.run(builds(subject), kept, settings.progress).results.get(BUILD, (None, None))
         if built is not None and built.facts.ok:
             listed += _jobs(_asked(Phase.RUN, replace(subject, built=built, contract=contract)))
         return [(job, (jobs.find(job, kept) or ("", ""))[1]) for job in listed]

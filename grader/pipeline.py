@@ -93,14 +93,14 @@ def explain(source: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
     Raises:
         SubmissionError, GraderError: as by `grade`.
     """
-    _require_host(settings)
+    require_host(settings)
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         submission = open_submission(source, folder / "submission", settings.course, package=settings.package_path)
         (folder / "work").mkdir()
         return explain_jobs(submission, folder / "work", settings)
 
 
-def _require_host(settings: Settings) -> None:
+def require_host(settings: Settings) -> None:
     """Check that this host can grade, and say as whom submissions run."""
     shortage.require_memory()
     sandbox.require(for_points=not settings.requirements)
@@ -112,7 +112,7 @@ def _require_host(settings: Settings) -> None:
 @contextmanager
 def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
     """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
-    _require_host(settings)
+    require_host(settings)
     if not source.exists():
         raise SubmissionError(
             say("There is no file or folder {path}.", path=printable(str(source))), say("Check the path.")

@@ -29,7 +29,7 @@ _TRY_ZERO = mark("publish a zero before the context is shut down, and wait until
 _TRY_COLLECTED = mark("call executor.shutdown() before rclpy shuts down")
 
 
-def _is_a_race_in_rclpy(output: str) -> bool:
+def is_a_race_in_rclpy(output: str) -> bool:
     """Return whether the only traceback is one of rclpy's try_shutdown, which is what a node should end with.
 
     It asks whether the context is up and then shuts it down; in between the signal handler's thread may have done so
@@ -70,7 +70,7 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
         if process.exit_code == 0 and (complaint := tracebacks.ignored(output)):
             collected[trial.node] = complaint
             output = tracebacks.without_ignored(output)
-        if tracebacks.BEGIN in output and not _is_a_race_in_rclpy(output):
+        if tracebacks.BEGIN in output and not is_a_race_in_rclpy(output):
             said, place = tracebacks.raised(output)
             line = (f"{said} ({place})" if place else said) or output.rstrip().rpartition("\n")[2].strip()[:200]
             seen = say("a traceback after SIGINT, ending {line!r}", line=line)

@@ -148,8 +148,9 @@ class Observers:
             # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
             with dds_domain.free(after=worker.domain) as worker.domain:
                 request = self._request(
-                    trial=plan.name, domain_id=worker.domain, out=str(out), patience_s=self.patience_s(plan)
-                )
+                    trial=plan.name, domain_id=worker.domain, out=str(out), patience_s=self.patience_s(plan),
+                    case=plan.case,
+                )  # fmt: skip
                 answer, out_of_time = _ask(worker.process, request)
         except BaseException:
             _end(worker.process)

@@ -42,6 +42,7 @@ class TrialPlan:
         use_sim_time: the launch file's argument of that name; None to give it no argument.
         shows_source: the sandbox shows the package's source folder, for a script of it. What is not installed is
             nothing that a node should run.
+        case: the data that the script does, if they are its own (case.py): a trial that is in no list of a course.
     """
 
     name: str
@@ -65,6 +66,7 @@ class TrialPlan:
     namespace: str = ""
     use_sim_time: bool | None = True
     shows_source: bool = False
+    case: Mapping[str, Any] | None = None
 
     def placed_in(self, world: World) -> TrialPlan:
         """Return the plan with those of its node's parameters that depend on the world."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from grader import building, evidence, sandbox
 from grader.evidence import Reason
@@ -49,6 +51,8 @@ class TrialRequest:
     """Whether the simulated sensors publish best effort."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
+    case: Mapping[str, Any] | None = None
+    """What is done in it, if it is in no list of the course (case.py)."""
 
 
 def not_started(plan: TrialPlan, seed: int, script_error: str = "", ended: Reason | None = None) -> evidence.Trial:

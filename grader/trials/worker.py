@@ -27,6 +27,7 @@ from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import shortage
 from grader.trials import catalog, parameter_files, wire_layout
+from grader.trials.case import Case
 from grader.trials.interfaces import interface, own_package
 from grader.trials.node_server import ForkedNode, NodeServer, can_fork
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
@@ -56,7 +57,8 @@ def main() -> int:
 def _serve(course: Course, answers: TextIO, forks: Forks) -> int:
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
-        plan = catalog.trials(course)[request.trial]
+        case = Case.of(request.case) if request.case else None
+        plan = case.plan(request.trial) if case else catalog.trials(course)[request.trial]
         try:
             run_trial(course, plan, request, forks)
         except Exception as error:  # an error of ours must not take the other trials along
@@ -136,7 +138,8 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: For
     if missing:
         _save(request, not_started(plan, request.seed, ended=missing))
         return
-    simulator = Simulator(_transformed_world(course, plan, request.seed), seed=request.seed)
+    seed = plan.case.get("seed", 0) if plan.case else request.seed
+    simulator = Simulator(_transformed_world(course, plan, request.seed), seed=seed)
     plan = plan.placed_in(simulator.world)
     with ExitStack() as others:
         server = None
@@ -248,7 +251,12 @@ def _share(install: Path, package: str) -> Path:
 
 
 def _transformed_world(course: Course, plan: TrialPlan, seed: int) -> World:
-    """Return the trial's world turned, mirrored and shifted by the seed, so that memorising places does not help."""
+    """Return the trial's world turned, mirrored and shifted by the seed, so that memorising places does not help.
+
+    That of a case is turned as the case says.
+    """
+    if plan.case:
+        return load_world(course.world(plan.world)).transformed(rotate=math.radians(plan.case.get("heading", 0.0)))
     rng = random.Random(f"{seed}:{plan.name}:world")
     return load_world(course.world(plan.world)).transformed(
         rotate=rng.uniform(-math.pi, math.pi),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -142,3 +143,9 @@ def first_near(trial: Trial, threshold: float = THRESHOLD_M) -> float:
 def closest_ahead(trial: Trial) -> float:
     """Return the smallest valid reading in the way in the whole trial, in metres."""
     return min((distance for _, distance in in_the_way(trial)), default=math.inf)
+
+
+def time_in(seen: str) -> float:
+    """Return the first time in s that words name as "0.35 s", 0 if they name none."""
+    found = re.search(r"(\d+(?:[.,]\d+)?) (?:to [\d.,]+ )?s\b", seen)
+    return float(found[1].replace(",", ".")) if found else 0.0

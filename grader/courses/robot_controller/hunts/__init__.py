@@ -1,0 +1,1 @@
+"""What the nodes promise in every world, and how worlds are made up."""

@@ -1,0 +1,438 @@
+"""Cases for the controller, and what it promises in each of them. Every promise is kept by what the contract allows."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from grader.checks import check_interrupt
+from grader.courses.robot_controller.checks import check_limits, check_set_speed, motion
+from grader.evidence import Call, Command, Goal
+from grader.tracebacks import BEGIN
+from grader.trials.case import Case, Step
+from grader.trials.promises import Broken, Run, makes, promise
+from grader.words import say
+
+_NODE = "robot_controller"
+_DEFAULTS = motion.DEFAULTS
+_WITHIN_S = 0.35  # 0.3 s by the contract, and one tick
+_NOISE = 0.02  # of a reading of half a metre, twice its standard deviation
+_MOVES = 0.02  # m/s: less is a twitch at the edge of the sector
+_AGREES_M, _AGREES_RAD = 0.1, 0.2
+_DRIFT_M = 0.05
+
+Steps = SearchStrategy[list[Step]]
+
+
+# -- how cases are made up ---------------------------------------------------------------------------------------------
+_speed = st.sampled_from([0.25, 0.5, 0.375, 0.125, -0.25, -0.5, -0.375, 0.4375, 0.0625, -0.125])
+_wait = st.integers(2, 20).map(lambda n: Step("wait", n / 10))
+
+
+def _then_wait(step: SearchStrategy[Step]) -> Steps:
+    return st.tuples(step, _wait).map(list)
+
+
+def _set_speed(speed: SearchStrategy[float]) -> SearchStrategy[Step]:
+    return speed.map(lambda value: Step("call", {"service": "set_speed", "speed": value}))
+
+
+_ask = st.just(Step("call", {"service": "get_status"}))
+_refused = _set_speed(st.sampled_from([0.75, -0.75, 0.5625, math.nan, math.inf, -math.inf, 100.0]))
+
+
+@st.composite
+def _obstacle(draw: Any, nearest: float = 0.19, radii: tuple[float, ...] = (0.15, 0.03, 0.012, 0.3)) -> Step:
+    bearing = draw(st.one_of(st.integers(-64, 64), st.integers(-180, 180)))
+    # The hull goes to 0.171 m, and what appears nearer than it can stop is nobody's fault.
+    distance = draw(st.integers(round(nearest * 50) + 1, 75)) / 50
+    to = {"name": "pole", "bearing": bearing, "distance": distance, "radius": draw(st.sampled_from(radii))}
+    if draw(st.integers(0, 4)) == 4:
+        to |= {"speed": draw(st.sampled_from([0.1, 0.2, 0.3])), "towards": draw(st.integers(-180, 180))}
+    return Step("obstacle", to)
+
+
+_readings = st.tuples(
+    st.sampled_from(["nan", "inf", "zero", "too near", "too far", "none"]), st.sampled_from([1, 2, 5, 7])
+).map(lambda each: Step("readings", {"kind": each[0], **({"every": each[1]} if each[1] > 1 else {})}))
+_true = st.just(Step("readings", {"kind": "true"}))
+_limits = st.sampled_from(
+    [
+        {"max_linear_speed": 0.375}, {"linear_acceleration": 0.5}, {"obstacle_detection_threshold": 0.75},
+        {"max_linear_speed": -1.0}, {"laser_processing_rate": 0.0}, {"obstacle_detection_threshold": -1.0},
+    ]
+).map(lambda to: Step("set", dict(to)))  # fmt: skip
+
+
+def _numbered(steps: list[Step]) -> tuple[Step, ...]:
+    """Return the steps with a name of its own for each obstacle; `remove` means the one before."""
+    numbers, found, last = itertools.count(1), [], ""
+    for step in steps:
+        if step.do == "obstacle":
+            last = f"{step.to['name']} {next(numbers)}"
+            step = Step("obstacle", {**step.to, "name": last})
+        elif step.do == "remove":
+            if not last:
+                continue
+            step, last = Step("remove", last), ""
+        found.append(step)
+    return tuple(found)
+
+
+@st.composite
+def _case(draw: Any, first: Steps, later: Steps, most: int, last: Steps | None = None) -> Case:
+    steps = [Step("wait", 0.3), *draw(first)]
+    for more in draw(st.lists(later, max_size=most)):
+        steps += more
+    steps += draw(last) if last is not None else [Step("wait", 1.0)]
+    return Case(_NODE, _numbered(steps), heading=draw(st.sampled_from([0, 90, 180, -90, 45])), seed=draw(st.integers(0, 3)))
+
+
+_OBSTACLE = _then_wait(_obstacle())
+_REMOVE = _then_wait(st.just(Step("remove", "")))
+_SPEED = _then_wait(_set_speed(_speed))
+
+
+@makes("F1", "F2", "F3", "F4", "F5", "F11")
+def _drives() -> SearchStrategy[Case]:
+    """Speeds that are set, changed and refused, obstacles that come, move and go, limits that are changed."""
+    later = st.one_of(_OBSTACLE, _OBSTACLE, _REMOVE, _SPEED, _then_wait(_refused), _then_wait(_limits))
+    return _case(st.one_of(_SPEED, _SPEED, _SPEED, _then_wait(st.just(Step("wait", 0.5)))), later, 5)
+
+
+@makes("F7")
+def _asks() -> SearchStrategy[Case]:
+    """The status, asked for at any time."""
+    later = st.one_of(_OBSTACLE, _REMOVE, _SPEED, _then_wait(_ask), _then_wait(_ask))
+    return _case(st.one_of(_SPEED, _then_wait(_ask)), later, 5, st.just([Step("call", {"service": "get_status"})]))
+
+
+@makes("F4", "F6")
+def _spoilt() -> SearchStrategy[Case]:
+    """Bad readings, with and without an obstacle among them."""
+    later = st.one_of(_then_wait(_readings), _then_wait(_readings), _then_wait(_true), _OBSTACLE, _REMOVE)
+    return _case(_SPEED, later, 5)
+
+
+@makes("F4", "F8", "F9", "F10", "F11")
+def _goes() -> SearchStrategy[Case]:
+    """Goals, one after another: reached, cancelled, or with something in the way."""
+    goal = st.builds(
+        lambda bearing, distance, tolerance: Step("goal", {"bearing": bearing, "distance": distance, "tolerance": tolerance}),
+        st.integers(-180, 180), st.integers(1, 30).map(lambda n: n / 20), st.sampled_from([0.1, 0.25, 0.15]),
+    )  # fmt: skip
+    between = st.lists(st.one_of(_OBSTACLE, _REMOVE, _then_wait(_ask), _then_wait(_refused)), max_size=2)
+    ends = st.sampled_from([Step("arrive", 12.0), Step("cancel", None), Step("arrive", 12.0)])
+    whole = st.tuples(goal, _wait, between, ends, _wait).map(
+        lambda each: [each[0], each[1], *itertools.chain(*each[2]), each[3], Step("wait", 1.2), each[4]]
+    )
+    return _case(whole, st.one_of(whole, _SPEED), 1)
+
+
+@makes("I8")
+def _stops() -> SearchStrategy[Case]:
+    """Ctrl-C at any time."""
+    goal = st.just([Step("goal", {"bearing": 90, "distance": 1.0, "tolerance": 0.1}), Step("wait", 0.5)])
+    return _case(st.one_of(_SPEED, goal), st.one_of(_SPEED, _OBSTACLE), 2, st.just([Step("interrupt", 5.0)]))
+
+
+# -- what is promised --------------------------------------------------------------------------------------------------
+@promise("F4")
+def never_touches(run: Run) -> Broken | None:
+    """It touches nothing that it could have seen in time."""
+    for touch in run.trial.touches:
+        if abs(touch.speed) > _MOVES and _near_for(run, touch.t, run.sample(touch.t - 0.05).v):
+            return Broken(touch.t, say("touched {touch.obstacle} at {t:.2f} s, at {touch.speed:.2f} m/s", touch=touch, t=touch.t))
+    return None
+
+
+@promise("F4")
+def stops_in_time(run: Run) -> Broken | None:
+    """It does not drive on for more than 0.3 s towards what is nearer than `obstacle_detection_threshold`."""
+    for command in run.trial.commands:
+        if not abs(command.v) <= _MOVES and (near := _near_for(run, command.t, command.v)):
+            return Broken(
+                command.t,
+                say("commands {v:.2f} m/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m in the way",
+                    v=command.v, t=command.t, late=command.t - near[0], near=near[1]),
+            )  # fmt: skip
+    return None
+
+
+@promise("F4")
+def stands_in_an_emergency(run: Run) -> Broken | None:
+    """Nearer than `emergency_stop_distance` to anything it commands zero for everything."""
+    for command in run.trial.commands:
+        least = _value(run, "emergency_stop_distance", command.t)
+        if not command.is_zero and (near := _all_below(run, command.t, "anywhere", least - _NOISE / 2)):
+            return Broken(
+                command.t,
+                say("commands {c.v:.2f} m/s and {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m",
+                    c=command, t=command.t, late=command.t - near[0], near=near[1]),
+            )  # fmt: skip
+    return None
+
+
+@promise("F1")
+def stands_without_a_command(run: Run) -> Broken | None:
+    """Until it is told to move it commands zero, at the control loop's rate."""
+    asked = [t for name in ("call", "goal", "set") for t, _ in run.times(name)]
+    until = min([*asked, run.end])
+    before = run.commands(0.0, until)
+    if moving := next((command for command in before if not command.is_zero), None):
+        return Broken(moving.t, say("commands {v:.2f} m/s at {t:.2f} s, and nothing was asked", v=moving.v, t=moving.t))
+    hertz = len(run.commands(0.5, until)) / (until - 0.5) if until >= 1.5 else 10.0
+    if not 7.5 <= hertz <= 12.5:  # over a second, one more or one less is no fault
+        return Broken(until, say("{hertz:.1f} commands a second until {t:.2f} s", hertz=hertz, t=until))
+    return None
+
+
+@promise("F2")
+def drives_at_the_set_speed(run: Run) -> Broken | None:
+    """With nothing in the way it drives at the speed that was set."""
+    return next((broken for broken, why in _off_speed(run) if why == "F2"), None)
+
+
+@promise("F5")
+def drives_on(run: Run) -> Broken | None:
+    """When the way is free again it drives on at the set speed, and what is behind it does not matter."""
+    return next((broken for broken, why in _off_speed(run) if why == "F5"), None)
+
+
+@promise("F6")
+def takes_no_bad_reading_for_an_obstacle(run: Run) -> Broken | None:
+    """Readings that are not valid are no obstacle."""
+    return next((broken for broken, why in _off_speed(run) if why == "F6"), None)
+
+
+@promise("F6")
+def sees_what_is_real_among_bad_readings(run: Run) -> Broken | None:
+    """A real obstacle among bad readings is still seen."""
+    spoilt = [t for t, to in run.times("readings") if to["kind"] != "true"]
+    broken = stops_in_time(run) if spoilt else None
+    return broken if broken and broken.t > spoilt[0] else None
+
+
+@promise("F3")
+def refuses_what_is_too_fast(run: Run) -> Broken | None:
+    """`set_speed` takes what is finite and within the limit, and refuses the rest with a message that states it."""
+    for call in _calls(run, "set_speed"):
+        speed, limit = float(call.request["speed"]), _value(run, "max_linear_speed", call.t)
+        taken, message = (call.response or {})["success"], str((call.response or {})["message"])
+        right = math.isfinite(speed) and abs(speed) <= limit
+        if taken is not right:
+            return Broken(call.t, say("speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}", speed=speed, taken=taken, t=call.t, limit=limit))
+        if not right and not check_set_speed.states(message, limit):
+            return Broken(call.t, say("speed {speed:g} was refused at {t:.2f} s with {message!r}", speed=speed, t=call.t, message=message))
+    return None
+
+
+@promise("F7")
+def status_is_true(run: Run) -> Broken | None:
+    """The status has the speed in force, what is in the way, and the pose from `odom`."""
+    for call in _calls(run, "get_status"):
+        said = call.response or {}
+        place, sample = said["pose"]["position"], run.sample(call.t)
+        off = math.hypot(float(place["x"]) - sample.odom_x, float(place["y"]) - sample.odom_y)
+        if not off <= _AGREES_M:
+            return Broken(call.t, say("the pose at {t:.2f} s is {off:.2f} m from that of odom", t=call.t, off=off))
+        set_ = _in_force(run, call.t)
+        if set_ is not None and not abs(float(said["speed"]) - set_[1]) <= 0.01:
+            return Broken(call.t, say("speed {said:g} at {t:.2f} s, after set_speed {wanted:g}", said=float(said["speed"]), t=call.t, wanted=set_[1]))
+        blocked = _blocked(run, call.t)
+        flag, status = said["obstacle_detected"], said["status"]
+        if blocked is not None and (flag is not blocked or status != ("OBSTACLE_DETECTED" if blocked else "ACTIVE")):
+            return Broken(call.t, say("obstacle_detected = {flag}, {status} at {t:.2f} s", flag=flag, status=status, t=call.t))
+    return None
+
+
+@promise("F8")
+def arrives_where_it_says(run: Run) -> Broken | None:
+    """A goal that succeeds has been reached, the final pose is that of odom, and the robot stands still there."""
+    for goal in run.trial.goals:
+        if not goal.accepted:
+            return Broken(goal.t, say("the goal at {t:.2f} s was rejected", t=goal.t))
+        if not math.isfinite(goal.ended_t):
+            continue
+        t = goal.ended_t
+        if (goal.success is True) != (goal.status == "succeeded"):
+            return Broken(t, say("the goal was {goal.status} at {t:.2f} s with success = {goal.success}", goal=goal, t=t))
+        if goal.status == "canceled" and math.isnan(goal.cancel_t):
+            return Broken(t, say("the goal was canceled at {t:.2f} s, and nobody had asked for that", t=t))
+        if goal.status != "succeeded":
+            continue
+        sample = run.sample(t)
+        off = math.hypot(goal.x - sample.x, goal.y - sample.y)
+        if not off <= goal.tolerance + _DRIFT_M:
+            return Broken(t, say("the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m", t=t, off=off, goal=goal))
+        off = math.hypot(goal.final_x - sample.odom_x, goal.final_y - sample.odom_y)
+        if not off <= _AGREES_M:
+            return Broken(t, say("final_pose is {off:.2f} m from odom at {t:.2f} s", off=off, t=t))
+        if moving := _moves_after(run, goal, t + 1.0):
+            return Broken(moving.t, say("moves at {t:.2f} s, after the goal has succeeded", t=moving.t))
+    return None
+
+
+@promise("F8")
+def arrives_in_the_end(run: Run) -> Broken | None:
+    """A goal with nothing in the way succeeds."""
+    if run.times("obstacle"):
+        return None
+    for t, limit in run.times("arrive"):
+        late = next((goal for goal in run.trial.goals if goal.t < t and not goal.ended_t <= t + limit + 0.1), None)
+        if late:
+            return Broken(t + limit, say("the goal of {a:.2f} s had not ended at {t:.2f} s", a=late.t, t=t + limit))
+    return None
+
+
+@promise("F9")
+def feedback_is_true(run: Run) -> Broken | None:
+    """Feedback comes twice a second, with the true distance."""
+    for goal in (each for each in run.trial.goals if each.accepted):
+        wrong = next((entry for entry in goal.feedback if not abs(entry[1] - entry[2]) <= 0.15 + _DRIFT_M), None)
+        if wrong:
+            return Broken(wrong[0], say("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m", w=wrong, t=wrong[0]))
+        end = min(goal.ended_t if math.isfinite(goal.ended_t) else run.end, goal.cancel_t if math.isfinite(goal.cancel_t) else math.inf)
+        times = [goal.t, *(entry[0] for entry in goal.feedback if entry[0] <= end), end]
+        start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
+        if gap > 1.1:
+            return Broken(start, say("no feedback for {gap:.1f} s from {t:.2f} s on", gap=gap, t=start))
+    return None
+
+
+@promise("F10")
+def cancels(run: Run) -> Broken | None:
+    """A goal that is cancelled ends as canceled with success = false, and the robot stands still within 1 s."""
+    for goal in run.trial.goals:
+        if not goal.accepted or math.isnan(goal.cancel_t) or goal.cancel_t + 1.1 > run.end:
+            continue
+        if goal.status == "succeeded" and goal.ended_t <= goal.cancel_t + 0.15:
+            continue
+        if goal.status != "canceled" or goal.success is not False:
+            return Broken(goal.cancel_t, say("cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}", t=goal.cancel_t, goal=goal))
+        if moving := _moves_after(run, goal, goal.cancel_t + 1.0):
+            return Broken(moving.t, say("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s", t=moving.t, c=goal.cancel_t))
+    return None
+
+
+@promise("F11")
+def keeps_the_limits(run: Run) -> Broken | None:
+    """Speeds stay within their limits, and rise no faster than the accelerations."""
+    found = check_limits.excess(run.trial)
+    return Broken(motion.time_in(found[0]), found[0]) if found else None
+
+
+@promise("I8")
+def ends_on_ctrl_c(run: Run) -> Broken | None:
+    """Ctrl-C ends it within 2 s, without a traceback, and its last command is zero."""
+    pressed = run.trial.marks.get("interrupt")
+    process = run.trial.process
+    if pressed is None or process is None:
+        return None
+    took = run.trial.measured.get("seconds_to_end")
+    if took is None or took > 2.0:
+        return Broken(pressed, say("still running 2 s after Ctrl-C at {t:.2f} s", t=pressed))
+    if BEGIN in process.output_tail and not check_interrupt.is_a_race_in_rclpy(process.output_tail):
+        return Broken(pressed, say("a traceback after Ctrl-C at {t:.2f} s", t=pressed))
+    last = run.trial.commands[-1] if run.trial.commands else None
+    if last and not last.is_zero:
+        return Broken(pressed, say("the last command is {v:.2f} m/s after Ctrl-C at {t:.2f} s", v=last.v, t=pressed))
+    return None
+
+
+# -- facts over a run --------------------------------------------------------------------------------------------------
+def _calls(run: Run, service: str) -> list[Call]:
+    return [call for call in run.trial.calls if call.service == service and call.response is not None]
+
+
+def _value(run: Run, name: str, t: float, within: float = 0.0) -> float:
+    """Return the lowest value that a parameter had in the `within` seconds before t."""
+    changes = [(p.t, float(p.wanted)) for p in run.trial.parameters if p.name == name and p.accepted is True]
+    before = [value for at, value in changes if at <= t - within]
+    return min([before[-1] if before else _DEFAULTS[name], *(value for at, value in changes if t - within < at <= t)])
+
+
+def _all_below(run: Run, t: float, where: str, limit: float) -> tuple[float, float] | None:
+    """Return (t, m) of the first of the scans since 0.3 s before `t` if all read less than `limit`, else None."""
+    scans = [(scan.t, getattr(scan, where)) for scan in run.trial.scans if t - 0.6 <= scan.t < t - 0.01]
+    first = max((at for at, _ in scans if at <= t - _WITHIN_S), default=None)
+    if first is None:
+        return None
+    since = [(at, read) for at, read in scans if at >= first]
+    return since[0] if all(read < limit for _, read in since) else None
+
+
+def _near_for(run: Run, t: float, v: float) -> tuple[float, float] | None:
+    """Return (t, m) of a scan more than 0.3 s ago since which there is an obstacle in the direction of v, else None."""
+    # What lies in the way is asked anew when the way is another one.
+    if any(t - 0.6 <= at < t for name in ("call", "goal", "cancel") for at, _ in run.times(name)):
+        return None
+    if v < 0 and any(goal.t <= t and not goal.ended_t <= t for goal in run.trial.goals):
+        return None
+    limit = _value(run, "obstacle_detection_threshold", t, 0.6) - _NOISE
+    return _all_below(run, t, "behind" if v < 0 else "ahead", limit)
+
+
+def _in_force(run: Run, t: float) -> tuple[float, float] | None:
+    """Return (t, m/s) of the speed in force at a time, None if the contract leaves it open."""
+    if any(goal.t <= t for goal in run.trial.goals):
+        return None
+    set_ = [(0.0, 0.0)] + [
+        (call.t, float(call.request["speed"])) for call in _calls(run, "set_speed")
+        if call.t <= t and (call.response or {})["success"] is True
+    ]  # fmt: skip
+    return set_[-1] if abs(set_[-1][1]) <= _value(run, "max_linear_speed", t, t) else None
+
+
+def _blocked(run: Run, t: float) -> bool | None:
+    """Return whether there is an obstacle in the way, None if that is a close call or has just changed."""
+    set_ = _in_force(run, t)
+    if set_ is None or any(t - 0.8 < at < t for at, _ in [*run.times("set"), set_]):
+        return None
+    read = [scan.behind if set_[1] < 0 else scan.ahead for scan in run.trial.scans if t - 0.45 <= scan.t < t - 0.01]
+    limit = _value(run, "obstacle_detection_threshold", t)
+    if len(read) < 3 or any(abs(each - limit) <= _NOISE for each in read):
+        return None
+    return None if len({each < limit for each in read}) > 1 else read[0] < limit
+
+
+def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
+    """Yield where the robot should have driven at the set speed for a while and did not, and whose fault it is."""
+    if not run.trial.scans:
+        return
+    slow = _DEFAULTS["safety_margin"] + 0.05
+    for command in run.trial.commands:
+        set_ = _in_force(run, command.t)
+        if set_ is None:
+            return
+        acceleration = _value(run, "linear_acceleration", command.t, command.t)
+        settled = 0.5 + abs(set_[1]) / acceleration
+        start = max([set_[0], *(t for t, _ in run.times("set") if t <= command.t)])
+        if command.t - start < settled:
+            continue
+        way = "behind" if set_[1] < 0 else "ahead"
+        limit = _value(run, "obstacle_detection_threshold", command.t) + slow
+        recent = [scan for scan in run.trial.scans if command.t - settled - 0.2 <= scan.t < command.t]
+        emergency = _value(run, "emergency_stop_distance", command.t) + _NOISE
+        if any(getattr(scan, way) < limit or scan.anywhere < emergency for scan in recent):
+            continue
+        if abs(command.v - set_[1]) > 0.05 * abs(set_[1]) + 1e-3 or abs(command.omega) > 0.1:
+            seen = say("commands {c.v:.3f} m/s at {t:.2f} s, after set_speed {wanted:g} at {since:.2f} s, with nothing in the way",
+                       c=command, t=command.t, wanted=set_[1], since=set_[0])  # fmt: skip
+            spoilt = any(at <= command.t and to["kind"] != "true" for at, to in run.times("readings"))
+            met = any(at <= command.t for at, _ in run.times("obstacle"))
+            yield Broken(command.t, seen), "F6" if spoilt else "F5" if met else "F2"
+
+
+def _moves_after(run: Run, goal: Goal, t: float) -> Command | None:
+    """Return the first command that moves the robot after `t`, before it is told to do anything new."""
+    new = [at for name in ("call", "goal") for at, to in run.times(name) if at > goal.t and to.get("service") != "get_status"]
+    asked = [at for at in new if at > min(goal.ended_t, t)]
+    if any(at < t for at in asked):
+        return None
+    return next((c for c in run.commands(t, min([*asked, run.end])) if not c.is_zero), None)

@@ -1,0 +1,218 @@
+"""A case: a short trial as data that a person can read and edit. Hunts make them up; people keep and hand them in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import yaml
+
+from grader import yaml_reader
+from grader.course import Course
+from grader.errors import GraderError
+from grader.trials.plan import TrialPlan
+from grader.yaml_reader import YamlReader
+from sim import Circle, sensors
+from sim.obstacles import Path as Motion
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+WORLD = "open_field"
+_HEAD = ("node", "steps")
+_OPTIONAL = ("parameters", "heading", "seed", "breaks", "seen")
+_SENSORS = {"scan": sensors.ScanReading, "imu": sensors.ImuReading, "battery": sensors.BatteryReading}
+READINGS: Mapping[str, float | None] = {
+    "nan": math.nan, "inf": math.inf, "zero": 0.0, "too near": 0.1, "too far": 13.0, "none": None, "true": None,
+}  # fmt: skip
+"""What beams may be made to read, in m; "none" is a scan without readings, "true" puts an end to it."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that is done: the name of it, and with what."""
+
+    do: str
+    to: Any
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is done to a node and its robot, step by step.
+
+    Attributes:
+        node: the node under test.
+        steps: what is done, in order.
+        parameters: overrides of the node's parameters.
+        heading: of the robot at the start, in degrees from the x axis of the odom frame.
+        seed: of the sensors' noise.
+    """
+
+    node: str
+    steps: tuple[Step, ...]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    heading: float = 0.0
+    seed: int = 0
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as YAML and JSON can hold it; `of` reads it again."""
+        found: dict[str, Any] = {"node": self.node, "steps": [{step.do: step.to} for step in self.steps]}
+        found |= {"parameters": dict(self.parameters)} if self.parameters else {}
+        found |= {name: value for name in ("heading", "seed") if (value := getattr(self, name))}
+        return found
+
+    @classmethod
+    def of(cls, plain: Mapping[str, Any]) -> Case:
+        """Return the case of which `plain` has returned this."""
+        steps = tuple(Step(*next(iter(step.items()))) for step in plain["steps"])
+        return cls(**{**plain, "steps": steps})
+
+    def __hash__(self) -> int:
+        return hash(self.text())
+
+    def text(self) -> str:
+        """Return it as YAML, a line for each step."""
+        return yaml.dump(self.plain(), default_flow_style=None, sort_keys=False, width=100, allow_unicode=True)
+
+    def plan(self, name: str) -> TrialPlan:
+        """Return the trial that does the steps."""
+        return TrialPlan(
+            name, "", self.script, self.node, WORLD, parameters=self.parameters, case=self.plain()
+        )
+
+    def script(self, stage: Stage) -> None:
+        """Do the steps. Of each, the mark "NUMBER NAME" has the time."""
+        goals: list[Any] = []
+        for number, step in enumerate(self.steps):
+            stage.mark(f"{number} {step.do}")
+            STEPS[step.do](stage, step.to, goals)
+
+
+def _call(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+    stage.call(to["service"], **{name: value for name, value in to.items() if name != "service"})
+
+
+def _goal(stage: Stage, to: Mapping[str, Any], goals: list[Any]) -> None:
+    pose = stage.simulator.odometry().pose
+    angle = pose.yaw + math.radians(to["bearing"])
+    x, y = pose.x + to["distance"] * math.cos(angle), pose.y + to["distance"] * math.sin(angle)
+    goals.append(stage.navigate(x, y, to["tolerance"]))
+
+
+def _cancel(_stage: Stage, _to: object, goals: list[Any]) -> None:
+    if goals and goals[-1].running:
+        goals[-1].cancel()
+
+
+def _arrive(stage: Stage, to: float, goals: list[Any]) -> None:
+    stage.run_until(lambda: all(goal.ended or goal.problem for goal in goals), to)
+
+
+def _obstacle(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+    pose, angle = stage.simulator.pose, math.radians(to["bearing"])
+    reach = to["distance"] + to["radius"]
+    center = pose.point_to_parent((reach * math.cos(angle), reach * math.sin(angle)))
+    motion = None
+    if to.get("speed"):
+        away = pose.yaw + math.radians(to.get("towards", 0.0))
+        aim = (center[0] + 10.0 * math.cos(away), center[1] + 10.0 * math.sin(away))
+        motion = Motion((aim,), to["speed"], starts=stage.t)
+    stage.simulator.add_obstacle(Circle(center=center, radius=to["radius"], name=str(to["name"]), motion=motion))
+
+
+def _remove(stage: Stage, to: object, _goals: list[Any]) -> None:
+    if any(obstacle.name == str(to) for obstacle, _ in stage.simulator.obstacles):
+        stage.remove_obstacle(str(to))
+
+
+def _readings(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+    kind, every = to["kind"], int(to.get("every", 1))
+    value = READINGS[kind]
+
+    def change(ranges: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        return ranges[:0] if value is None else np.where(np.arange(len(ranges)) % every == 0, value, ranges)
+
+    stage.distort(None if kind == "true" else change)
+
+
+def _set(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+    for name, value in to.items():
+        stage.set_parameter(name, value)
+
+
+STEPS: Mapping[str, Callable[[Stage, Any, list[Any]], object]] = {
+    "wait": lambda stage, to, _: stage.run(to),
+    "call": _call,
+    "goal": _goal,
+    "cancel": _cancel,
+    "arrive": _arrive,
+    "obstacle": _obstacle,
+    "remove": _remove,
+    "readings": _readings,
+    "silence": lambda stage, to, _: stage.mute(_SENSORS[to]),
+    "hear": lambda stage, to, _: stage.unmute(_SENSORS[to]),
+    "set": _set,
+    "listen": lambda stage, to, _: stage.listen(to),
+    "battery": lambda stage, to, _: stage.simulator.set_battery(to / 100),
+    "interrupt": lambda stage, to, _: stage.interrupt(to),
+}
+"""What a step may do. Distances in m, bearings in degrees to the left of the robot's heading, times in simulated s."""
+
+_NEEDED: Mapping[str, tuple[str, ...]] = {
+    "call": ("service",),
+    "goal": ("bearing", "distance", "tolerance"),
+    "obstacle": ("name", "bearing", "distance", "radius"),
+    "readings": ("kind",),
+}
+_MAY: Mapping[str, tuple[str, ...]] = {"obstacle": ("speed", "towards"), "readings": ("every",)}
+_NUMBERS = ("wait", "arrive", "battery", "interrupt")
+
+
+def read(path: Path, course: Course) -> Case:
+    """Return the case in a file.
+
+    Raises:
+        GraderError: it cannot be read, or something in it is not as it should be; file and line are named.
+    """
+    root, reader = yaml_reader.read(path), YamlReader(path)
+    found = reader.fields(root, root, _HEAD, "a case", _OPTIONAL) if root else {}
+    if not found:
+        raise GraderError(f"{path} is empty. A case needs node and steps.")
+    contract = course.nodes[reader.one_of(found["node"], tuple(course.nodes), "a node of the contract")]
+    for item in reader.items(found["steps"]):
+        _check(reader, item, contract.services)
+    plain: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return Case.of({name: plain[name] for name in plain if name not in ("breaks", "seen")})
+
+
+def _check(reader: YamlReader, item: yaml.Node, services: Mapping[str, str]) -> None:
+    found = list(reader.mapping(item, tuple(STEPS)))
+    if len(found) != 1:
+        reader.fail(item, "a step has one name, such as `- wait: 1.0`")
+    name, key, to = found[0]
+    if name == "call":
+        fields = {each: node for each, _, node in reader.mapping(to)}
+        if "service" not in fields:
+            reader.fail(key, "'service' is missing; a call needs service")
+        reader.one_of(fields["service"], tuple(services), "a service of this node")
+    elif name in _NEEDED:
+        fields = reader.fields(to, key, _NEEDED[name], f"the step {name}", _MAY.get(name, ()))
+        if name == "readings":
+            reader.one_of(fields["kind"], tuple(READINGS), "a kind of reading")
+        numbers = [node for field, node in fields.items() if field not in ("name", "kind")]
+        for node in numbers:
+            _number(reader, node)
+    elif name in ("silence", "hear"):
+        reader.one_of(to, tuple(_SENSORS), "a sensor")
+    elif name in _NUMBERS:
+        _number(reader, to)
+
+
+def _number(reader: YamlReader, node: yaml.Node) -> None:
+    value = yaml_reader.scalar_of(node) if isinstance(node, yaml.ScalarNode) else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        reader.fail(node, "a number is expected here")

@@ -1,0 +1,177 @@
+"""What a course's folder `hunts/` holds: how cases are made up, and what the node under test promises in each."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+from hypothesis.strategies import SearchStrategy
+
+from grader import tracebacks
+from grader.checks import first_cause
+from grader.course import Course
+from grader.course.reader import modules
+from grader.errors import UsageError
+from grader.evidence import Command, Kind, Sample, Trial
+from grader.trials.case import Case
+from grader.words import say
+
+_MAKES, _PROMISES = "hunt_makes", "hunt_promises"
+_OURS = (Kind.OBSERVER_CRASHED, Kind.WAITED, Kind.SLOW)  # it is this machine's doing that a trial ended so
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A promise that was not kept: when, in simulated s, and what was seen."""
+
+    t: float
+    seen: str
+
+
+@dataclass(frozen=True)
+class Run:
+    """A case with the trial that came of it. Times are simulated seconds since the trial began."""
+
+    case: Case
+    trial: Trial
+
+    @cached_property
+    def end(self) -> float:
+        """Return the time of the last sample."""
+        return self.trial.samples[-1].t if self.trial.samples else 0.0
+
+    def times(self, step: str) -> list[tuple[float, Any]]:
+        """Return when the steps of this name were done, and with what; those that were not reached are left out."""
+        marks = self.trial.marks
+        named = ((marks.get(f"{number} {each.do}"), each.to) for number, each in enumerate(self.case.steps))
+        return [(t, to) for (t, to), each in zip(named, self.case.steps, strict=True) if each.do == step and t is not None]
+
+    def commands(self, start: float, end: float) -> list[Command]:
+        """Return the commands with start < t <= end."""
+        return [command for command in self.trial.commands if start + 1e-9 < command.t <= end + 1e-9]
+
+    def sample(self, t: float) -> Sample:
+        """Return the sample nearest to a time."""
+        return min(self.trial.samples, key=lambda sample: abs(sample.t - t))
+
+
+Judges = Callable[[Run], Broken | None]
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What a node promises in every case: the function returns where a run breaks it, None where it does not.
+
+    `serves` are the requirements in whose words it stands; one without is promised in every hunt.
+    """
+
+    name: str
+    sentence: str
+    judge: Judges
+    serves: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Making:
+    """How cases are made up for some requirements: a Hypothesis strategy of Case."""
+
+    serves: tuple[str, ...]
+    cases: SearchStrategy[Case]
+
+
+@dataclass(frozen=True)
+class Hunts:
+    """All that a course can hunt for."""
+
+    makings: tuple[Making, ...] = ()
+    promises: tuple[Promise, ...] = ()
+
+    @property
+    def requirements(self) -> tuple[str, ...]:
+        """Return the ids of the requirements that can be hunted for."""
+        return tuple(dict.fromkeys(name for making in self.makings for name in making.serves))
+
+    def of(self, requirements: Iterable[str]) -> tuple[Making, tuple[Promise, ...]]:
+        """Return a making of cases for some requirements together, and what is promised in them.
+
+        Raises:
+            UsageError: the course has no hunt for one of them.
+        """
+        wanted = tuple(requirements) or self.requirements
+        for name in wanted:
+            if name not in self.requirements:
+                words = say("No hunt is for {name!r}.", name=name)
+                raise UsageError(words, say("There are {known}.", known=", ".join(self.requirements) or say("none")))
+        strategies = [making.cases for making in self.makings if {*making.serves} & {*wanted}]
+        promises = [promise for promise in self.promises if not promise.serves or {*promise.serves} & {*wanted}]
+        return Making(wanted, strategies[0] if len(strategies) == 1 else _either(strategies)), (*promises, LIVES)
+
+
+def _either(strategies: list[SearchStrategy[Case]]) -> SearchStrategy[Case]:
+    from hypothesis.strategies import one_of
+
+    return one_of(strategies)
+
+
+def makes(*serves: str) -> Callable[[Callable[[], SearchStrategy[Case]]], Callable[[], SearchStrategy[Case]]]:
+    """Make the decorated function, which returns a Hypothesis strategy of Case, the source of cases for requirements."""
+
+    def add(function: Callable[[], SearchStrategy[Case]]) -> Callable[[], SearchStrategy[Case]]:
+        setattr(function, _MAKES, serves)
+        return function
+
+    return add
+
+
+def promise(*serves: str) -> Callable[[Judges], Judges]:
+    """Make the decorated function a promise of these requirements; its docstring says what is promised."""
+
+    def add(function: Judges) -> Judges:
+        setattr(function, _PROMISES, serves)
+        return function
+
+    return add
+
+
+@cache
+def hunts(course: Course) -> Hunts:
+    """Return all that a course can hunt for, after importing its modules."""
+    makings, promises = [], []
+    for module in modules(*(layer / "hunts" for layer in course.layers)):
+        for name, item in vars(module).items():
+            if getattr(item, "__module__", "") != module.__name__:
+                continue
+            if hasattr(item, _MAKES):
+                makings.append(Making(getattr(item, _MAKES), item()))
+            elif hasattr(item, _PROMISES):
+                sentence = (inspect.getdoc(item) or name).partition("\n")[0]
+                promises.append(Promise(name, sentence, item, getattr(item, _PROMISES)))
+    return Hunts(tuple(makings), tuple(promises))
+
+
+def _lives(run: Run) -> Broken | None:
+    trial, ended = run.trial, run.trial.ended
+    if ended is not None:
+        return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
+    output = trial.process.output_tail if trial.process else ""
+    if tracebacks.BEGIN in output and run.trial.process is not None and run.trial.process.by != "interrupt":
+        return Broken(run.end, say("a traceback: {said}", said=tracebacks.last_words(output)))
+    unanswered = [call for call in trial.calls if call.problem is not None]
+    return Broken(unanswered[0].t, str(unanswered[0].problem)) if unanswered else None
+
+
+LIVES = Promise("lives", "The node lives on, answers, and raises nothing.", _lives)
+
+
+def first_broken(promises: Iterable[Promise], run: Run) -> tuple[Promise, Broken] | None:
+    """Return the promise that was broken first in a run, None if all were kept or this machine spoilt the run."""
+    if run.trial.script_error or run.trial.foreign:
+        return None
+    found = [(broken, each) for each in promises if (broken := each.judge(run)) is not None]
+    if not found:
+        return None
+    broken, each = min(found, key=lambda pair: pair[0].t)
+    return each, broken
