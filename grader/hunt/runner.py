@@ -22,7 +22,6 @@ from grader.trials.case import Case
 from grader.trials.observers import Observers
 from grader.words import say
 
-
 AT_ONCE = 2  # cases
 
 

@@ -16,9 +16,9 @@ import hypothesis
 from hypothesis import HealthCheck, Phase
 
 from grader.evidence import Trial
-from grader.trials.promises import Broken, Making, Promise, Run, first_broken
 from grader.hunt.runner import Runner
 from grader.trials.case import Case
+from grader.trials.promises import Broken, Making, Promise, Run, first_broken
 
 SHRINKS = 60
 """How many further cases may be run to make a found one smaller."""
@@ -70,7 +70,9 @@ def hunt(
     """
     unsteady: list[Finding] = []
     number = 0
-    for number, (case, trial) in enumerate(runner.run(itertools.takewhile(lambda _: goes_on(), listed(making, cases, seed))), 1):
+    for number, (case, trial) in enumerate(
+        runner.run(itertools.takewhile(lambda _: goes_on(), listed(making, cases, seed))), 1
+    ):
         tried(number)
         finding = _finding(case, trial, promises, number)
         if finding is None:
@@ -92,7 +94,13 @@ def listed(making: Making, cases: int, seed: int) -> list[Case]:
 
 
 def _shrunk(
-    runner: Runner, making: Making, first: Finding, cases: int, seed: int, shrinks: int, found: Callable[[Finding], object]
+    runner: Runner,
+    making: Making,
+    first: Finding,
+    cases: int,
+    seed: int,
+    shrinks: int,
+    found: Callable[[Finding], object],
 ) -> Finding:
     """Return the smallest case that breaks the same promise, of those that Hypothesis tries and `shrinks` allow."""
     smallest, tries = first, 0

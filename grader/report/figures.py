@@ -107,7 +107,8 @@ def choose(grading: Grading, bags: Collection[str]) -> Figures:
         if trial is None or result.outcome not in (Outcome.FAILED, Outcome.PARTIAL):
             return None
         if trial.name not in made:
-            made[trial.name] = _figure(f"trial-{len(made)}", trial, result, album, trial.name in bags)
+            name, has_bag = f"trial-{len(made)}", trial.name in bags
+            made[trial.name] = _figure(name, trial, result.seen, result.outcome, album, has_bag=has_bag)
         return made[trial.name]
 
     candidates = (figure(loss.result) for loss in dearest(grading.losses))
@@ -136,7 +137,12 @@ def failed_trials(grading: Grading) -> list[Trial]:
     return [trial for name in names if (trial := grading.evidence.trials.get(name)) and len(trial.samples) > 1]
 
 
-def _figure(name: str, trial: Trial, result: CheckResult, album: Album, has_bag: bool) -> Figure | None:
+def of_trial(trial: Trial, seen: str) -> Figure | None:
+    """Return the figure of a trial in which `seen` was seen, None if there is nothing to see."""
+    return _figure("trial", trial, seen, Outcome.FAILED, Album({trial.name: trial}, most=1), has_bag=False)
+
+
+def _figure(name: str, trial: Trial, seen: str, outcome: Outcome, album: Album, *, has_bag: bool) -> Figure | None:
     """Return the figure of a trial, None if there is nothing to see."""
     picture = album.draw(trial)
     played = words = ""
@@ -146,9 +152,9 @@ def _figure(name: str, trial: Trial, result: CheckResult, album: Album, has_bag:
 
         pictures = _pictures()
         # A share of the points may rest on several trials, of which only the last is known.
-        if pictures.drawable(trial) or (result.outcome is Outcome.FAILED and len(trial.samples) > 1):
+        if pictures.drawable(trial) or (outcome is Outcome.FAILED and len(trial.samples) > 1):
             words = one_line(pictures.describe(trial), 1_000)
-            played = replay(trial, result.seen)
+            played = replay(trial, seen)
     if picture is None and not played:
         return None
     bag = f"evidence/trials/{trial.name}.mcap" if has_bag else ""

@@ -54,6 +54,11 @@ def render(
     )
 
 
+def page_of(template: str, **facts: Any) -> str:
+    """Return another page of the kit's, in the same style."""
+    return _environment(words.spoken()).get_template(template).render(**facts)
+
+
 @cache
 def _environment(language: str) -> Environment:
     """Return the environment of all pages in a language. It compiles a template once, in a tenth of a second."""

@@ -80,9 +80,7 @@ class Case:
 
     def plan(self, name: str) -> TrialPlan:
         """Return the trial that does the steps."""
-        return TrialPlan(
-            name, "", self.script, self.node, WORLD, parameters=self.parameters, case=self.plain()
-        )
+        return TrialPlan(name, "", self.script, self.node, WORLD, parameters=self.parameters, case=self.plain())
 
     def script(self, stage: Stage) -> None:
         """Do the steps. Of each, the mark "NUMBER NAME" has the time."""

@@ -47,7 +47,9 @@ class Run:
         """Return when the steps of this name were done, and with what; those that were not reached are left out."""
         marks = self.trial.marks
         named = ((marks.get(f"{number} {each.do}"), each.to) for number, each in enumerate(self.case.steps))
-        return [(t, to) for (t, to), each in zip(named, self.case.steps, strict=True) if each.do == step and t is not None]
+        return [
+            (t, to) for (t, to), each in zip(named, self.case.steps, strict=True) if each.do == step and t is not None
+        ]
 
     def commands(self, start: float, end: float) -> list[Command]:
         """Return the commands with start < t <= end."""

@@ -28,10 +28,10 @@ def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     )
     trial, fused = _fused(judge)
     edge = trial.marks.get("at range_min", math.inf)
-    _expect_distances(trial, [message for message in fused if message.t < edge], try_)
-    _expect_distances(*_fused_without_readings(judge), try_)
+    expect_distances(trial, [message for message in fused if message.t < edge], try_)
+    expect_distances(*_fused_without_readings(judge), try_)
     try:
-        _expect_distances(trial, [message for message in fused if message.t >= edge], try_)
+        expect_distances(trial, [message for message in fused if message.t >= edge], try_)
     except Failed as failed:
         seen = say("{failed.seen}, which is range_min itself", failed=failed)
         judge.share(0.5, seen, say("range_min <= reading <= range_max: the limits themselves are valid"))
@@ -43,8 +43,8 @@ def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     measured = [(-math.inf, 100.0)]
     measured += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     off = [min(abs(float(m.data["battery_level"]) - level) for _, level in measured) for m in fused]
-    _expect_followed(
-        trial, fused, "battery_level", "battery/state", measured, lambda said, true: _same(said, true, 0.1),
+    expect_followed(
+        trial, fused, "battery_level", "battery/state", measured, lambda said, true: same(said, true, 0.1),
         say("publish the level as it is, with its decimals: do not round it, nor cut it to an int")
         if any(0.1 < difference < 1.0 for difference in off)
         else say("BatteryState.percentage is 0 to 1; start with 100.0"),
@@ -58,7 +58,7 @@ def test_fuses_the_latest_imu_message(judge: Judge) -> None:
         measured: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
         measured += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
         try_ = say("keep the latest Imu message and copy both vectors from it")
-        _expect_followed(trial, fused, field, "imu/data", measured, _same_vector, try_)
+        expect_followed(trial, fused, field, "imu/data", measured, same_vector, try_)
 
 
 def test_battery_alarms_are_logged_once(judge: Judge) -> None:
@@ -134,12 +134,12 @@ def test_publishes_nothing_before_the_first_scan(judge: Judge) -> None:
     judge.expect(not early, seen, say("remember whether a scan has come, and publish nothing before"))
     frames = {m.data["header"]["frame_id"] for m in fused}
     judge.expect(frames == {"base_link"}, say("frame_id {frames}", frames=sorted(frames)), say("set header.frame_id"))
-    worst = max(fused, key=lambda m: abs(_stamp(m) - m.t))
-    seen = say("a stamp of {stamp:.2f} s at {worst.t:.2f} s of simulated time", stamp=_stamp(worst), worst=worst)
-    judge.expect(abs(_stamp(worst) - worst.t) <= _LATE_S[trial.pace] + 1e-6, seen, "self.get_clock().now().to_msg()")
+    worst = max(fused, key=lambda m: abs(stamp(m) - m.t))
+    seen = say("a stamp of {stamp:.2f} s at {worst.t:.2f} s of simulated time", stamp=stamp(worst), worst=worst)
+    judge.expect(abs(stamp(worst) - worst.t) <= _LATE_S[trial.pace] + 1e-6, seen, "self.get_clock().now().to_msg()")
 
 
-def _stamp(message: Message) -> float:
+def stamp(message: Message) -> float:
     """Return a header's stamp in seconds since the trial began (ROS time 100 s)."""
     stamp = message.data["header"]["stamp"]
     return float(stamp["sec"]) - 100.0 + float(stamp["nanosec"]) * 1e-9
@@ -186,7 +186,7 @@ def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
     return trial, fused
 
 
-def _expect_followed(
+def expect_followed(
     trial: Trial,
     fused: list[Message],
     field: str,
@@ -216,20 +216,20 @@ def _expect_followed(
             raise Failed(seen, try_)
 
 
-def _expect_distances(trial: Trial, fused: list[Message], try_: str) -> None:
+def expect_distances(trial: Trial, fused: list[Message], try_: str) -> None:
     scans = [(scan.t, scan.anywhere) for scan in trial.scans]
     field = "closest_obstacle_distance"
-    _expect_followed(trial, fused, field, "raw_scan", scans, lambda said, true: _same(said, true, 0.01), try_)
+    expect_followed(trial, fused, field, "raw_scan", scans, lambda said, true: same(said, true, 0.01), try_)
 
 
-def _same(said: Any, true: Any, tolerance: float) -> bool:
+def same(said: Any, true: Any, tolerance: float) -> bool:
     a, b = float(said), float(true)
     return a == b or abs(a - b) <= tolerance
 
 
-def _same_vector(said: Any, true: Any) -> bool:
+def same_vector(said: Any, true: Any) -> bool:
     values = [said[axis] for axis in "xyz"]
-    return all(_same(a, b, 1e-6) for a, b in zip(values, true, strict=True))
+    return all(same(a, b, 1e-6) for a, b in zip(values, true, strict=True))
 
 
 def _show(value: Any) -> str:

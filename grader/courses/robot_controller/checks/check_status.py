@@ -87,7 +87,7 @@ def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
     """`get_status` reports the pose from `odom`."""
     trial, calls = _calls(judge)
     for moment, call in zip(map(say, _MOMENTS), calls, strict=True):
-        position, yaw = _answer(call)["pose"]["position"], _yaw(_answer(call)["pose"]["orientation"])
+        position, yaw = _answer(call)["pose"]["position"], yaw(_answer(call)["pose"]["orientation"])
         sample = motion.at(trial.samples, call.t)
         off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
         turned = abs(math.remainder(yaw - sample.odom_yaw, math.tau))
@@ -133,7 +133,8 @@ def _stops_for_what_is_behind(judge: Judge) -> bool:
     return "end" not in marks or motion.odometry_speed(trial.samples, marks["start"], marks["end"]) < 0.15
 
 
-def _yaw(q: dict[str, Any]) -> float:
+def yaw(q: dict[str, Any]) -> float:
+    """Return the yaw of a quaternion as it stands in an answer, in rad."""
     x, y, z, w = (float(q[axis]) for axis in "xyzw")
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from grader.checks import check_interrupt
-from grader.courses.robot_controller.checks import check_limits, check_set_speed, motion
+from grader.courses.robot_controller.checks import check_limits, check_set_speed, check_status, motion
 from grader.evidence import Call, Command, Goal
 from grader.tracebacks import BEGIN
 from grader.trials.case import Case, Step
 from grader.trials.promises import Broken, Run, makes, promise
-from grader.words import say
+from grader.words import mark, say
 
 _NODE = "robot_controller"
 _DEFAULTS = motion.DEFAULTS
@@ -46,17 +46,25 @@ _ask = st.just(Step("call", {"service": "get_status"}))
 _refused = _set_speed(st.sampled_from([0.75, -0.75, 0.5625, math.nan, math.inf, -math.inf, 100.0]))
 
 
+_radius = st.sampled_from([0.15, 0.03, 0.012, 0.3])
+
+
 @st.composite
-def _obstacle(draw: Any, nearest: float = 0.19, radii: tuple[float, ...] = (0.15, 0.03, 0.012, 0.3)) -> Step:
-    bearing = draw(st.one_of(st.integers(-64, 64), st.integers(-180, 180)))
-    # The hull goes to 0.171 m, and what appears nearer than it can stop is nobody's fault.
-    distance = draw(st.integers(round(nearest * 50) + 1, 75)) / 50
-    to = {"name": "pole", "bearing": bearing, "distance": distance, "radius": draw(st.sampled_from(radii))}
-    if draw(st.integers(0, 4)) == 4:
+def _obstacle(draw: Any, bearings: SearchStrategy[int], distances: SearchStrategy[int], moves: bool = True) -> Step:
+    """An obstacle: where, in degrees and in steps of 2 cm; sometimes it moves."""
+    to = {"name": "pole", "bearing": draw(bearings), "distance": draw(distances) / 50, "radius": draw(_radius)}
+    if moves and draw(st.integers(0, 4)) == 4:
         to |= {"speed": draw(st.sampled_from([0.1, 0.2, 0.3])), "towards": draw(st.integers(-180, 180))}
     return Step("obstacle", to)
 
 
+_around = st.one_of(st.integers(-60, 60), st.integers(-180, 180))
+_near, _far = st.integers(10, 26), st.integers(10, 75)  # the hull goes to 0.171 m
+_anywhere = st.one_of(_obstacle(_around, _far), _obstacle(_around, _near))
+_at_the_edge = _obstacle(st.one_of(st.integers(46, 59), st.integers(-59, -46)), st.integers(15, 24), moves=False)
+_in_the_way = _obstacle(st.integers(-30, 30), st.integers(13, 40), moves=False)
+_beside = _obstacle(st.one_of(st.integers(80, 180), st.integers(-180, -80)), st.just(9), moves=False)
+_wall = Step("obstacle", {"name": "wall", "bearing": 0, "distance": 2.5, "radius": 6.0})
 _readings = st.tuples(
     st.sampled_from(["nan", "inf", "zero", "too near", "too far", "none"]), st.sampled_from([1, 2, 5, 7])
 ).map(lambda each: Step("readings", {"kind": each[0], **({"every": each[1]} if each[1] > 1 else {})}))
@@ -69,85 +77,108 @@ _limits = st.sampled_from(
 ).map(lambda to: Step("set", dict(to)))  # fmt: skip
 
 
-def _numbered(steps: list[Step]) -> tuple[Step, ...]:
-    """Return the steps with a name of its own for each obstacle; `remove` means the one before."""
-    numbers, found, last = itertools.count(1), [], ""
+def _named(steps: list[Step]) -> tuple[Step, ...]:
+    """Return the steps, each obstacle with a name of its own, of which `remove` means the last, and waits joined."""
+    numbers, found, last = itertools.count(1), list[Step](), ""
     for step in steps:
         if step.do == "obstacle":
             last = f"{step.to['name']} {next(numbers)}"
-            step = Step("obstacle", {**step.to, "name": last})
+            found.append(Step("obstacle", {**step.to, "name": last}))
         elif step.do == "remove":
-            if not last:
-                continue
-            step, last = Step("remove", last), ""
-        found.append(step)
+            found += [Step("remove", last)] if last else []
+            last = ""
+        elif step.do == "wait" and found and found[-1].do == "wait":
+            found[-1] = Step("wait", round(found[-1].to + step.to, 3))
+        else:
+            found.append(step)
     return tuple(found)
 
 
 @st.composite
-def _case(draw: Any, first: Steps, later: Steps, most: int, last: Steps | None = None) -> Case:
+def _case(draw: Any, first: Steps, later: Steps, last: Steps | None = None, *, least: int = 0, most: int = 5) -> Case:
     steps = [Step("wait", 0.3), *draw(first)]
-    for more in draw(st.lists(later, max_size=most)):
+    for more in draw(st.lists(later, min_size=least, max_size=most)):
         steps += more
     steps += draw(last) if last is not None else [Step("wait", 1.0)]
-    return Case(_NODE, _numbered(steps), heading=draw(st.sampled_from([0, 90, 180, -90, 45])), seed=draw(st.integers(0, 3)))
+    heading, seed = draw(st.sampled_from([0, 90, 180, -90, 45])), draw(st.integers(0, 3))
+    return Case(_NODE, _named(steps), heading=heading, seed=seed)
 
 
-_OBSTACLE = _then_wait(_obstacle())
-_REMOVE = _then_wait(st.just(Step("remove", "")))
-_SPEED = _then_wait(_set_speed(_speed))
+_SPEED, _REMOVE = _then_wait(_set_speed(_speed)), _then_wait(st.just(Step("remove", "")))
+_OBSTACLE = _then_wait(_anywhere)
+_AFTER_SPEED = _SPEED.map(lambda steps: [steps[0], Step("wait", 0.8)])
 
 
-@makes("F1", "F2", "F3", "F4", "F5", "F11")
+@makes("F1", "F2", "F3", "F5", "F11")
 def _drives() -> SearchStrategy[Case]:
     """Speeds that are set, changed and refused, obstacles that come, move and go, limits that are changed."""
-    later = st.one_of(_OBSTACLE, _OBSTACLE, _REMOVE, _SPEED, _then_wait(_refused), _then_wait(_limits))
-    return _case(st.one_of(_SPEED, _SPEED, _SPEED, _then_wait(st.just(Step("wait", 0.5)))), later, 5)
+    blind = st.just([Step("silence", "scan"), Step("wait", 1.6), Step("hear", "scan")])
+    later = st.one_of(_OBSTACLE, _REMOVE, _SPEED, _then_wait(_refused), _then_wait(_limits))
+    first = st.one_of(_SPEED, _SPEED, _SPEED, st.just([Step("wait", 1.6)]), blind)
+    return _case(first, later, least=1)
+
+
+@makes("F4")
+def _watches() -> SearchStrategy[Case]:
+    """Obstacles near a robot that drives: ahead, at the edge of its sector, moving, nearer than the emergency distance."""
+    come = st.one_of(_at_the_edge, _in_the_way, _anywhere, _beside).map(lambda step: [step, Step("wait", 0.8)])
+    later = st.one_of(come, come, come, _REMOVE, _SPEED)
+    first = st.tuples(_AFTER_SPEED, st.booleans()).map(lambda each: [*each[0], *([_wall] if each[1] else [])])
+    return _case(first, later, least=1)
 
 
 @makes("F7")
 def _asks() -> SearchStrategy[Case]:
     """The status, asked for at any time."""
-    later = st.one_of(_OBSTACLE, _REMOVE, _SPEED, _then_wait(_ask), _then_wait(_ask))
-    return _case(st.one_of(_SPEED, _then_wait(_ask)), later, 5, st.just([Step("call", {"service": "get_status"})]))
+    ask = _then_wait(_ask)
+    goal = st.just([Step("goal", {"bearing": 0, "distance": 1.5, "tolerance": 0.1}), Step("wait", 0.8)])
+    later = st.one_of(_then_wait(st.one_of(_in_the_way, _anywhere)), _REMOVE, _SPEED, ask, ask)
+    first = st.one_of(_SPEED, _SPEED, ask, goal)
+    return _case(first, later, st.just([Step("call", {"service": "get_status"})]))
 
 
-@makes("F4", "F6")
+@makes("F6")
 def _spoilt() -> SearchStrategy[Case]:
     """Bad readings, with and without an obstacle among them."""
-    later = st.one_of(_then_wait(_readings), _then_wait(_readings), _then_wait(_true), _OBSTACLE, _REMOVE)
-    return _case(_SPEED, later, 5)
+    spoil = _then_wait(_readings)
+    return _case(_AFTER_SPEED, st.one_of(spoil, spoil, _then_wait(_true), _then_wait(_in_the_way), _REMOVE), least=1)
 
 
-@makes("F4", "F8", "F9", "F10", "F11")
+@makes("F8", "F9", "F10", "F11")
 def _goes() -> SearchStrategy[Case]:
     """Goals, one after another: reached, cancelled, or with something in the way."""
     goal = st.builds(
-        lambda bearing, distance, tolerance: Step("goal", {"bearing": bearing, "distance": distance, "tolerance": tolerance}),
+        lambda bearing, distance, tolerance: Step(
+            "goal", {"bearing": bearing, "distance": distance, "tolerance": tolerance}
+        ),
         st.integers(-180, 180), st.integers(1, 30).map(lambda n: n / 20), st.sampled_from([0.1, 0.25, 0.15]),
     )  # fmt: skip
-    between = st.lists(st.one_of(_OBSTACLE, _REMOVE, _then_wait(_ask), _then_wait(_refused)), max_size=2)
-    ends = st.sampled_from([Step("arrive", 12.0), Step("cancel", None), Step("arrive", 12.0)])
-    whole = st.tuples(goal, _wait, between, ends, _wait).map(
-        lambda each: [each[0], each[1], *itertools.chain(*each[2]), each[3], Step("wait", 1.2), each[4]]
+    block = _in_the_way.map(lambda step: [step, Step("wait", 1.5)])
+    between = st.lists(st.one_of(block, _REMOVE, _then_wait(_refused)), max_size=2)
+    arrive, cancel = Step("arrive", 12.0), Step("cancel", None)
+    ends = st.sampled_from([[arrive], [cancel], [Step("remove", ""), arrive]])
+    whole = st.tuples(goal, _wait, between, ends).map(
+        lambda each: [each[0], each[1], *itertools.chain(*each[2]), *each[3], Step("wait", 1.4)]
     )
-    return _case(whole, st.one_of(whole, _SPEED), 1)
+    return _case(st.one_of(whole, whole, _SPEED), st.one_of(whole, _SPEED), most=2)
 
 
 @makes("I8")
 def _stops() -> SearchStrategy[Case]:
     """Ctrl-C at any time."""
     goal = st.just([Step("goal", {"bearing": 90, "distance": 1.0, "tolerance": 0.1}), Step("wait", 0.5)])
-    return _case(st.one_of(_SPEED, goal), st.one_of(_SPEED, _OBSTACLE), 2, st.just([Step("interrupt", 5.0)]))
+    return _case(st.one_of(_SPEED, goal), st.one_of(_SPEED, _OBSTACLE), st.just([Step("interrupt", 5.0)]), most=2)
 
 
 # -- what is promised --------------------------------------------------------------------------------------------------
-@promise("F4")
+@promise("F4", "F11")
 def never_touches(run: Run) -> Broken | None:
     """It touches nothing that it could have seen in time."""
     for touch in run.trial.touches:
         if abs(touch.speed) > _MOVES and _near_for(run, touch.t, run.sample(touch.t - 0.05).v):
-            return Broken(touch.t, say("touched {touch.obstacle} at {t:.2f} s, at {touch.speed:.2f} m/s", touch=touch, t=touch.t))
+            return Broken(
+                touch.t, say("touched {touch.obstacle} at {t:.2f} s, at {touch.speed:.2f} m/s", touch=touch, t=touch.t)
+            )
     return None
 
 
@@ -226,9 +257,23 @@ def refuses_what_is_too_fast(run: Run) -> Broken | None:
         taken, message = (call.response or {})["success"], str((call.response or {})["message"])
         right = math.isfinite(speed) and abs(speed) <= limit
         if taken is not right:
-            return Broken(call.t, say("speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}", speed=speed, taken=taken, t=call.t, limit=limit))
+            return Broken(
+                call.t,
+                say(
+                    "speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}",
+                    speed=speed,
+                    taken=taken,
+                    t=call.t,
+                    limit=limit,
+                ),
+            )
         if not right and not check_set_speed.states(message, limit):
-            return Broken(call.t, say("speed {speed:g} was refused at {t:.2f} s with {message!r}", speed=speed, t=call.t, message=message))
+            return Broken(
+                call.t,
+                say(
+                    "speed {speed:g} was refused at {t:.2f} s with {message!r}", speed=speed, t=call.t, message=message
+                ),
+            )
     return None
 
 
@@ -239,15 +284,27 @@ def status_is_true(run: Run) -> Broken | None:
         said = call.response or {}
         place, sample = said["pose"]["position"], run.sample(call.t)
         off = math.hypot(float(place["x"]) - sample.odom_x, float(place["y"]) - sample.odom_y)
-        if not off <= _AGREES_M:
-            return Broken(call.t, say("the pose at {t:.2f} s is {off:.2f} m from that of odom", t=call.t, off=off))
+        turned = abs(math.remainder(check_status.yaw(said["pose"]["orientation"]) - sample.odom_yaw, math.tau))
+        if not (off <= _AGREES_M and turned <= _AGREES_RAD):
+            words = mark("the pose at {t:.2f} s is {off:.2f} m and {turned:.2f} rad from that of odom")
+            return Broken(call.t, say(words, t=call.t, off=off, turned=turned))
         set_ = _in_force(run, call.t)
         if set_ is not None and not abs(float(said["speed"]) - set_[1]) <= 0.01:
-            return Broken(call.t, say("speed {said:g} at {t:.2f} s, after set_speed {wanted:g}", said=float(said["speed"]), t=call.t, wanted=set_[1]))
+            return Broken(
+                call.t,
+                say(
+                    "speed {said:g} at {t:.2f} s, after set_speed {wanted:g}",
+                    said=float(said["speed"]),
+                    t=call.t,
+                    wanted=set_[1],
+                ),
+            )
         blocked = _blocked(run, call.t)
         flag, status = said["obstacle_detected"], said["status"]
         if blocked is not None and (flag is not blocked or status != ("OBSTACLE_DETECTED" if blocked else "ACTIVE")):
-            return Broken(call.t, say("obstacle_detected = {flag}, {status} at {t:.2f} s", flag=flag, status=status, t=call.t))
+            return Broken(
+                call.t, say("obstacle_detected = {flag}, {status} at {t:.2f} s", flag=flag, status=status, t=call.t)
+            )
     return None
 
 
@@ -261,7 +318,9 @@ def arrives_where_it_says(run: Run) -> Broken | None:
             continue
         t = goal.ended_t
         if (goal.success is True) != (goal.status == "succeeded"):
-            return Broken(t, say("the goal was {goal.status} at {t:.2f} s with success = {goal.success}", goal=goal, t=t))
+            return Broken(
+                t, say("the goal was {goal.status} at {t:.2f} s with success = {goal.success}", goal=goal, t=t)
+            )
         if goal.status == "canceled" and math.isnan(goal.cancel_t):
             return Broken(t, say("the goal was canceled at {t:.2f} s, and nobody had asked for that", t=t))
         if goal.status != "succeeded":
@@ -269,7 +328,15 @@ def arrives_where_it_says(run: Run) -> Broken | None:
         sample = run.sample(t)
         off = math.hypot(goal.x - sample.x, goal.y - sample.y)
         if not off <= goal.tolerance + _DRIFT_M:
-            return Broken(t, say("the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m", t=t, off=off, goal=goal))
+            return Broken(
+                t,
+                say(
+                    "the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m",
+                    t=t,
+                    off=off,
+                    goal=goal,
+                ),
+            )
         off = math.hypot(goal.final_x - sample.odom_x, goal.final_y - sample.odom_y)
         if not off <= _AGREES_M:
             return Broken(t, say("final_pose is {off:.2f} m from odom at {t:.2f} s", off=off, t=t))
@@ -290,14 +357,28 @@ def arrives_in_the_end(run: Run) -> Broken | None:
     return None
 
 
+@promise("F11")
+def does_not_give_up(run: Run) -> Broken | None:
+    """A goal whose way is blocked goes on: it is not given up."""
+    for goal in run.trial.goals:
+        if goal.accepted and goal.status == "aborted" and math.isnan(goal.cancel_t):
+            return Broken(goal.ended_t, say("the goal was aborted at {t:.2f} s", t=goal.ended_t))
+    return None
+
+
 @promise("F9")
 def feedback_is_true(run: Run) -> Broken | None:
     """Feedback comes twice a second, with the true distance."""
     for goal in (each for each in run.trial.goals if each.accepted):
         wrong = next((entry for entry in goal.feedback if not abs(entry[1] - entry[2]) <= 0.15 + _DRIFT_M), None)
         if wrong:
-            return Broken(wrong[0], say("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m", w=wrong, t=wrong[0]))
-        end = min(goal.ended_t if math.isfinite(goal.ended_t) else run.end, goal.cancel_t if math.isfinite(goal.cancel_t) else math.inf)
+            return Broken(
+                wrong[0], say("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m", w=wrong, t=wrong[0])
+            )
+        end = min(
+            goal.ended_t if math.isfinite(goal.ended_t) else run.end,
+            goal.cancel_t if math.isfinite(goal.cancel_t) else math.inf,
+        )
         times = [goal.t, *(entry[0] for entry in goal.feedback if entry[0] <= end), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
         if gap > 1.1:
@@ -314,9 +395,19 @@ def cancels(run: Run) -> Broken | None:
         if goal.status == "succeeded" and goal.ended_t <= goal.cancel_t + 0.15:
             continue
         if goal.status != "canceled" or goal.success is not False:
-            return Broken(goal.cancel_t, say("cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}", t=goal.cancel_t, goal=goal))
+            return Broken(
+                goal.cancel_t,
+                say(
+                    "cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}",
+                    t=goal.cancel_t,
+                    goal=goal,
+                ),
+            )
         if moving := _moves_after(run, goal, goal.cancel_t + 1.0):
-            return Broken(moving.t, say("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s", t=moving.t, c=goal.cancel_t))
+            return Broken(
+                moving.t,
+                say("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s", t=moving.t, c=goal.cancel_t),
+            )
     return None
 
 
@@ -358,8 +449,11 @@ def _value(run: Run, name: str, t: float, within: float = 0.0) -> float:
 
 
 def _all_below(run: Run, t: float, where: str, limit: float) -> tuple[float, float] | None:
-    """Return (t, m) of the first of the scans since 0.3 s before `t` if all read less than `limit`, else None."""
-    scans = [(scan.t, getattr(scan, where)) for scan in run.trial.scans if t - 0.6 <= scan.t < t - 0.01]
+    """Return (t, m) of the first of the scans since 0.3 s before `t` if all read less than `limit`, else None.
+
+    A command may answer the scan of its own tick.
+    """
+    scans = [(scan.t, getattr(scan, where)) for scan in run.trial.scans if t - 0.6 <= scan.t <= t + 1e-9]
     first = max((at for at, _ in scans if at <= t - _WITHIN_S), default=None)
     if first is None:
         return None
@@ -392,9 +486,11 @@ def _in_force(run: Run, t: float) -> tuple[float, float] | None:
 def _blocked(run: Run, t: float) -> bool | None:
     """Return whether there is an obstacle in the way, None if that is a close call or has just changed."""
     set_ = _in_force(run, t)
+    if run.trial.goals and not run.times("obstacle"):
+        return False
     if set_ is None or any(t - 0.8 < at < t for at, _ in [*run.times("set"), set_]):
         return None
-    read = [scan.behind if set_[1] < 0 else scan.ahead for scan in run.trial.scans if t - 0.45 <= scan.t < t - 0.01]
+    read = [scan.behind if set_[1] < 0 else scan.ahead for scan in run.trial.scans if t - 0.45 <= scan.t <= t + 1e-9]
     limit = _value(run, "obstacle_detection_threshold", t)
     if len(read) < 3 or any(abs(each - limit) <= _NOISE for each in read):
         return None
@@ -417,7 +513,7 @@ def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
             continue
         way = "behind" if set_[1] < 0 else "ahead"
         limit = _value(run, "obstacle_detection_threshold", command.t) + slow
-        recent = [scan for scan in run.trial.scans if command.t - settled - 0.2 <= scan.t < command.t]
+        recent = [scan for scan in run.trial.scans if command.t - settled - 0.2 <= scan.t <= command.t + 1e-9]
         emergency = _value(run, "emergency_stop_distance", command.t) + _NOISE
         if any(getattr(scan, way) < limit or scan.anywhere < emergency for scan in recent):
             continue
@@ -431,7 +527,12 @@ def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
 
 def _moves_after(run: Run, goal: Goal, t: float) -> Command | None:
     """Return the first command that moves the robot after `t`, before it is told to do anything new."""
-    new = [at for name in ("call", "goal") for at, to in run.times(name) if at > goal.t and to.get("service") != "get_status"]
+    new = [
+        at
+        for name in ("call", "goal")
+        for at, to in run.times(name)
+        if at > goal.t and to.get("service") != "get_status"
+    ]
     asked = [at for at in new if at > min(goal.ended_t, t)]
     if any(at < t for at in asked):
         return None

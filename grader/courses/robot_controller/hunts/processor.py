@@ -1,0 +1,185 @@
+"""Cases for the sensor processor, and what it promises in each of them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from grader.checks.judge import Failed
+from grader.courses.robot_controller.checks import check_fusion, motion
+from grader.evidence import Message
+from grader.trials.case import Case, Step
+from grader.trials.promises import Broken, Run, makes, promise
+from grader.words import say
+
+_NODE, _FUSED, _DISTANCE = "sensor_processor", "sensor_fusion_data", "obstacle_distance"
+_RATE, _TICK_S, _LATE_S = 20.0, 0.05, 0.1
+_WARN, _ERROR = 30, 40
+_LOW, _CRITICAL = "battery_low_threshold", "battery_critical_threshold"
+_DEFAULTS = motion.COURSE.nodes[_NODE].defaults
+
+_wait = st.integers(2, 12).map(lambda n: Step("wait", n / 10))
+_sensor = st.sampled_from(["scan", "imu", "battery"])
+
+
+@makes("F12", "F13")
+def _fuses() -> SearchStrategy[Case]:
+    """Sensors that begin, end and begin again, obstacles all around, bad readings, any battery."""
+    obstacle = st.builds(
+        lambda bearing, distance: Step("obstacle", {"name": "pole", "bearing": bearing, "distance": distance, "radius": 0.15}),
+        st.integers(-180, 180), st.integers(13, 75).map(lambda n: n / 50),
+    )  # fmt: skip
+    readings = st.tuples(
+        st.sampled_from(["nan", "zero", "too near", "too far", "inf", "none", "true"]), st.sampled_from([1, 2, 7])
+    )
+    step = st.one_of(
+        st.builds(Step, st.just("hear"), _sensor), st.builds(Step, st.just("hear"), _sensor), st.builds(Step, st.just("silence"), _sensor),
+        obstacle, st.builds(Step, st.just("battery"), st.integers(3, 100)),
+        readings.map(lambda each: Step("readings", {"kind": each[0], "every": each[1]})),
+    )  # fmt: skip
+    silent = [
+        Step("listen", _FUSED),
+        Step("listen", _DISTANCE),
+        *(Step("silence", each) for each in ("scan", "imu", "battery")),
+    ]
+    pairs = st.lists(st.tuples(step, _wait), min_size=2, max_size=7)
+    return pairs.map(
+        lambda found: Case(
+            _NODE,
+            _named([*silent, Step("wait", 0.4), Step("hear", "scan"), Step("wait", 0.6), *itertools.chain(*found)]),
+        )
+    )
+
+
+@makes("F12")
+def _drains() -> SearchStrategy[Case]:
+    """A battery that runs down, with other thresholds or the default ones."""
+    thresholds = st.sampled_from([{}, {_LOW: 30.0, _CRITICAL: 15.0}, {_LOW: 55.0, _CRITICAL: 5.0}])
+    levels = st.lists(st.integers(2, 95), min_size=2, max_size=5).map(lambda found: sorted(set(found), reverse=True))
+    return st.builds(
+        lambda parameters, found: Case(
+            _NODE,
+            (Step("listen", "rosout"), *itertools.chain(*([Step("battery", level), Step("wait", 1.1)] for level in found))),
+            parameters=parameters,
+        ),
+        thresholds, levels,
+    )  # fmt: skip
+
+
+def _named(steps: list[Step]) -> tuple[Step, ...]:
+    numbers = itertools.count(1)
+    return tuple(
+        Step("obstacle", {**step.to, "name": f"pole {next(numbers)}"}) if step.do == "obstacle" else step
+        for step in steps
+    )
+
+
+def _messages(run: Run, topic: str) -> list[Message]:
+    return [message for message in run.trial.messages if message.topic == topic]
+
+
+def _failed(run: Run, expect: Callable[[], object]) -> Broken | None:
+    try:
+        expect()
+    except Failed as failed:
+        return Broken(min(motion.time_in(failed.seen), run.end), failed.seen)
+    return None
+
+
+@promise("F12")
+def fuses_the_closest_valid_reading(run: Run) -> Broken | None:
+    """`closest_obstacle_distance` is the closest valid reading of the latest scan, inf where there is none."""
+    return _failed(run, lambda: check_fusion.expect_distances(run.trial, _messages(run, _FUSED), ""))
+
+
+@promise("F12")
+def fuses_the_latest_imu(run: Run) -> Broken | None:
+    """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
+    for field in ("linear_acceleration", "angular_velocity"):
+        if broken := _followed(
+            run, field, "imu/data", [0.0, 0.0, 0.0], lambda data, name=field: data[name], check_fusion.same_vector
+        ):
+            return broken
+    return None
+
+
+@promise("F12")
+def fuses_the_battery_in_percent(run: Run) -> Broken | None:
+    """`battery_level` is in percent, 100 before the first battery message."""
+    same = lambda said, true: check_fusion.same(said, true, 0.1)  # noqa: E731
+    return _followed(run, "battery_level", "battery/state", 100.0, lambda data: 100.0 * data["percentage"], same)
+
+
+def _followed(
+    run: Run, field: str, topic: str, before: Any, read: Callable[[Any], Any], same: Callable[[Any, Any], bool]
+) -> Broken | None:
+    measured = [(-1e9, before)] + [(m.t, read(m.data)) for m in run.trial.published if m.topic == topic]
+    fused = _messages(run, _FUSED)
+    return _failed(run, lambda: check_fusion.expect_followed(run.trial, fused, field, topic, measured, same, ""))
+
+
+@promise("F12")
+def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
+    """A battery below the low threshold is logged as a warning once, below the critical one as an error once."""
+    if not any(to == "rosout" for _, to in run.times("listen")):
+        return None
+    levels = [(m.t, 100.0 * m.data["percentage"]) for m in run.trial.published if m.topic == "battery/state"]
+    low, critical = (float({**_DEFAULTS, **run.case.parameters}[name]) for name in (_LOW, _CRITICAL))
+    ours = [m for m in _messages(run, "rosout") if _NODE in m.data.get("name", "").split(".")]
+    for level, word, below, needed in (
+        (_WARN, "warning", low, any(critical <= percent < low for _, percent in levels)),
+        (_ERROR, "error", critical, any(percent < critical for _, percent in levels)),
+    ):
+        found = [m for m in ours if m.data["level"] == level]
+        found = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
+        crossed = next((t for t, percent in levels if percent < below), run.end)
+        if len(found) > 1 or any(m.t < crossed - 1e-9 for m in found):
+            return Broken(
+                found[-1].t,
+                say(
+                    "{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s",
+                    n=len(found),
+                    word=word,
+                    t=found[-1].t,
+                    below=below,
+                    crossed=crossed,
+                ),
+            )
+        if needed and not found and run.end > crossed + 1.0:
+            return Broken(
+                crossed,
+                say(
+                    "no battery {word}, though it was below {below:g} % at {t:.2f} s", word=word, below=below, t=crossed
+                ),
+            )
+    return None
+
+
+@promise("F13")
+def publishes_in_time(run: Run) -> Broken | None:
+    """Nothing is published before the first scan; from then on both topics come at the fusion frequency."""
+    if not run.times("listen") or not run.trial.scans:
+        return None
+    first = run.trial.scans[0].t
+    for topic in (_FUSED, _DISTANCE):
+        found = _messages(run, topic)
+        if found and found[0].t < first - 1e-9:
+            return Broken(found[0].t, say("{topic} at {t:.2f} s, before the first scan", topic=topic, t=found[0].t))
+        seconds = run.end - first - 0.4
+        hertz = sum(m.t > first + 0.4 for m in found) / seconds if seconds >= 1.0 else _RATE
+        if not 0.8 * _RATE - 1.0 <= hertz <= 1.2 * _RATE + 1.0:
+            return Broken(
+                run.end, say("{topic} at {hertz:.1f} Hz until {t:.2f} s", topic=topic, hertz=hertz, t=run.end)
+            )
+    for message in _messages(run, _FUSED):
+        stamp, frame = check_fusion.stamp(message), message.data["header"]["frame_id"]
+        if not abs(stamp - message.t) <= _LATE_S + 1e-6 or frame != "base_link":
+            return Broken(
+                message.t,
+                say("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s", stamp=stamp, frame=frame, t=message.t),
+            )
+    return None

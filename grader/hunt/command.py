@@ -1,0 +1,105 @@
+"""The verb `grader hunt`: make up cases, find one in which a promise is broken, and keep it."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+from grader import building
+from grader.course import Course, find
+from grader.errors import UsageError
+from grader.hunt import report, search
+from grader.hunt.runner import runner
+from grader.progress import Progress
+from grader.scoring import rubric
+from grader.settings import Settings
+from grader.trials.promises import Run, first_broken, hunts
+from grader.words import mark, say
+
+CASES = 300
+
+
+def add(verbs: Any) -> None:
+    """Add the verb to the command line."""
+    parser = verbs.add_parser(
+        "hunt",
+        help="make up worlds until a package breaks a promise",
+        description="Make up trials within the contract, run the package in them, and stop at the first in which it\n"
+        "breaks a promise; make that one as small as possible, and keep it as a file and as a page with its replay.",
+        epilog="Example:  grader hunt F4 --package ws/src/PACKAGE --for 60\n"
+        "Exit status: 0 no fault found, 1 a fault found, 2 wrong usage, 3 an error of the kit or host.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("requirements", nargs="*", metavar="REQUIREMENT", help="what to hunt for (default: all)")
+    parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
+    parser.add_argument("--cases", type=int, default=CASES, help=f"how many to try (default {CASES})")
+    parser.add_argument("--for", type=float, metavar="S", dest="seconds", help="try no new case after S seconds")
+    parser.add_argument("--seed", type=int, default=0, help="the same seed tries the same cases (default 0)")
+    parser.add_argument("--again", type=Path, metavar="CASE", help="run the case in this file again, and nothing else")
+    parser.add_argument("--out", type=Path, default=Path("hunt"), help="the folder for what is found (default: hunt)")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
+    parser.add_argument("--cache", type=Path, help=argparse.SUPPRESS)
+    parser.set_defaults(run=main, interrupted=mark("what was found by then is in the folder that --out names."))
+
+
+def main(options: argparse.Namespace) -> int:
+    """Hunt, say what was found, and return the exit status."""
+    if options.cases < 1:
+        raise UsageError(say("--cases must be at least 1."))
+    course = find(options.course)
+    again = report.read(options.again, course) if options.again else None
+    making, promises = hunts(course).of([] if again else options.requirements)
+    progress = Progress()
+    settings = Settings(
+        rubric=rubric.load(course.rubric), course=course, cache=options.cache or building.cache_folder(),
+        requirements=making.serves, progress=progress.say,
+    )  # fmt: skip
+    with runner(options.package, settings) as running:
+        if again:
+            progress.done()
+            return _again(running.again(again[0], 1)[0], again, course)
+        begun = time.monotonic()
+        kept: list[Path] = []
+
+        def keep(finding: search.Finding) -> None:
+            kept.append(report.save(finding, options.out))
+            progress.show(say("found: {seen}; making it smaller", seen=finding.broken.seen))
+
+        found = search.hunt(
+            running, making, promises, cases=options.cases, seed=options.seed, found=keep,
+            goes_on=lambda: options.seconds is None or time.monotonic() - begun < options.seconds,
+            tried=lambda number: progress.show(say("{n} cases tried", n=number)),
+        )  # fmt: skip
+    progress.done()
+    return _say(found, options.out)
+
+
+def _say(found: search.Hunted, out: Path) -> int:
+    if found.unsteady:
+        words = say("{n} cases failed once and not again; they are no finding.", n=len(found.unsteady))
+        print(words)
+    if found.finding is None:
+        print(say("{n} cases, no fault found, seed {seed}.", n=found.cases, seed=found.seed))
+        return 0
+    file = report.save(found.finding, out)
+    print(say("Found in case {n}, seed {seed}:", n=found.finding.after, seed=found.seed))
+    for name, text in report.told(found.finding):
+        print(f"  {name + ':':10} {text}")
+    print(say("The replay: {page}. Again: grader hunt --again {file}", page=file.with_suffix(".html"), file=file))
+    return 1
+
+
+def _again(trial: Any, again: tuple[Any, str], course: Course) -> int:
+    case, name = again
+    all_ = hunts(course).promises
+    asked = [promise for promise in all_ if promise.name == name] or all_
+    broken = first_broken(asked, Run(case, trial))
+    if broken is None:
+        print(say("No fault: every promise was kept in this case."))
+        return 0
+    promise, found = broken
+    for row in report.told(search.Finding(case, trial, promise, found, 1)):
+        print(f"  {row[0] + ':':10} {row[1]}")
+    return 1

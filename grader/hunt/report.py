@@ -1,0 +1,122 @@
+"""Tell what a hunt has found: a case in words, as a file to keep, and as a page with its replay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from grader.course import Course
+from grader.errors import GraderError
+from grader.hunt.search import Finding
+from grader.report import figures, html
+from grader.sanitize import one_line
+from grader.trials import case as cases
+from grader.trials.case import Case, Step
+from grader.trials.promises import Promise
+from grader.words import mark, say
+
+_WORDS = {
+    "call": mark("{service} {with_}"),
+    "goal": mark("a goal {distance:g} m away, {where}"),
+    "cancel": mark("the goal cancelled"),
+    "obstacle": mark("{what} {where}, {distance:.2f} m away{moving}"),
+    "remove": mark("{name} gone"),
+    "readings": mark("{share} reading {kind}"),
+    "silence": mark("no more messages of {name}"),
+    "hear": mark("messages of {name} again"),
+    "set": mark("{with_}"),
+    "battery": mark("the battery at {percent:g} %"),
+    "interrupt": mark("Ctrl-C"),
+}
+
+
+def in_words(case: Case) -> str:
+    """Return a case in one sentence: "at 0.3 s set_speed 0.25; at 0.5 s a pole of 3 cm 43 degrees to the right, ..."."""
+    said, t = [], 0.0
+    for step in case.steps:
+        if step.do in ("wait", "arrive"):
+            t += step.to if step.do == "wait" else 0.0
+        elif words := _in_words(step):
+            said.append(say("at {t:.1f} s {words}", t=t, words=words))
+    return "; ".join(said)
+
+
+def _in_words(step: Step) -> str:
+    if step.do not in _WORDS:
+        return ""
+    to: Any = step.to
+    fields: dict[str, Any] = {**to} if isinstance(to, dict) else {"name": to, "percent": to}
+    if step.do == "call":
+        fields["with_"] = " ".join(f"{value}" for name, value in to.items() if name != "service")
+    elif step.do == "set":
+        fields["with_"] = ", ".join(f"{name} = {value}" for name, value in to.items())
+    elif step.do == "readings":
+        every = to.get("every", 1)
+        fields["share"] = say("all beams") if every == 1 else say("every beam in {n}", n=every)
+    if "bearing" in fields:
+        fields["where"] = _where(to["bearing"])
+    if step.do == "obstacle":
+        fields["what"] = say("something round of {cm:g} cm", cm=round(200 * to["radius"], 1))
+        fields["moving"] = say(", moving at {speed:g} m/s", speed=to["speed"]) if to.get("speed") else ""
+    return say(_WORDS[step.do], **fields).strip()
+
+
+def _where(bearing: float) -> str:
+    if abs(bearing) < 1 or abs(bearing) > 179:
+        return say("straight ahead") if abs(bearing) < 1 else say("right behind")
+    words = mark("{n:g} degrees to the left") if bearing > 0 else mark("{n:g} degrees to the right")
+    return say(words, n=abs(bearing))
+
+
+def told(finding: Finding) -> list[tuple[str, str]]:
+    """Return what is said of a finding, as rows of a name and a text."""
+    return [
+        (say("done"), in_words(finding.case)),
+        (say("seen"), one_line(finding.broken.seen, 500)),
+        (say("promised"), promised(finding.promise)),
+    ]
+
+
+def promised(promise: Promise) -> str:
+    """Return the sentence of a promise with the requirements in whose words it stands."""
+    words = say(promise.sentence)
+    return f"{words} ({', '.join(promise.serves)})" if promise.serves else words
+
+
+def save(finding: Finding, folder: Path) -> Path:
+    """Write the case and a page with its replay into a folder, and return the case's file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    name = "-".join([*finding.promise.serves[:1], finding.promise.name])
+    file = folder / f"{name}.yaml"
+    head = {"breaks": finding.promise.name, "seen": finding.broken.seen}
+    text = yaml.dump(head, sort_keys=False, allow_unicode=True, width=100) + finding.case.text()
+    file.write_text(text, encoding="utf-8")
+    file.with_suffix(".html").write_text(page(finding), encoding="utf-8")
+    return file
+
+
+def read(file: Path, course: Course) -> tuple[Case, str]:
+    """Return the case in a file, and the name of the promise that it breaks, "" if the file has none.
+
+    Raises:
+        GraderError: as by `case.read`.
+    """
+    case = cases.read(file, course)
+    try:
+        return case, str((yaml.safe_load(file.read_text(encoding="utf-8")) or {}).get("breaks", ""))
+    except (OSError, yaml.YAMLError) as error:
+        raise GraderError(f"{file} cannot be read ({error}).") from error
+
+
+def page(finding: Finding) -> str:
+    """Return the finding as one self-contained HTML page: what was done, seen and promised, the picture, the replay."""
+    figure = figures.of_trial(finding.trial, finding.broken.seen)
+    return html.page_of(
+        "found.html.j2",
+        title=say(finding.promise.sentence),
+        rows=told(finding),
+        figure=figure,
+        case=finding.case.text(),
+    )
