@@ -33,7 +33,7 @@ _WORDS = {
 
 
 def in_words(case: Case) -> str:
-    """Return a case in one sentence: "at 0.3 s set_speed 0.25; at 0.5 s a pole of 3 cm 43 degrees to the right, ..."."""
+    """Return a case in one sentence: "at 0.3 s set_speed 0.25; at 0.5 s something round of 3 cm, ..."."""
     said, t = [], 0.0
     for step in case.steps:
         if step.do in ("wait", "arrive"):

@@ -17,7 +17,7 @@ from grader.course.reader import modules
 from grader.errors import UsageError
 from grader.evidence import Command, Kind, Sample, Trial
 from grader.trials.case import Case
-from grader.words import say
+from grader.words import mark, say
 
 _MAKES, _PROMISES = "hunt_makes", "hunt_promises"
 _OURS = (Kind.OBSERVER_CRASHED, Kind.WAITED, Kind.SLOW)  # it is this machine's doing that a trial ended so
@@ -29,6 +29,11 @@ class Broken:
 
     t: float
     seen: str
+
+
+def broken(t: float, words: str, **fields: Any) -> Broken:
+    """Return that a promise was not kept at `t`; `words` (say `mark(...)`) are filled with the fields and with t."""
+    return Broken(t, say(words, t=t, **fields))
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,7 @@ def _either(strategies: list[SearchStrategy[Case]]) -> SearchStrategy[Case]:
 
 
 def makes(*serves: str) -> Callable[[Callable[[], SearchStrategy[Case]]], Callable[[], SearchStrategy[Case]]]:
-    """Make the decorated function, which returns a Hypothesis strategy of Case, the source of cases for requirements."""
+    """Make the decorated function, which returns a Hypothesis strategy of Case, a source of cases."""
 
     def add(function: Callable[[], SearchStrategy[Case]]) -> Callable[[], SearchStrategy[Case]]:
         setattr(function, _MAKES, serves)
@@ -160,7 +165,7 @@ def _lives(run: Run) -> Broken | None:
         return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
     if tracebacks.BEGIN in output and run.trial.process is not None and run.trial.process.by != "interrupt":
-        return Broken(run.end, say("a traceback: {said}", said=tracebacks.last_words(output)))
+        return broken(run.end, mark("a traceback: {said}"), said=tracebacks.last_words(output))
     unanswered = [call for call in trial.calls if call.problem is not None]
     return Broken(unanswered[0].t, str(unanswered[0].problem)) if unanswered else None
 

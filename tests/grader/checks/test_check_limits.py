@@ -58,7 +58,7 @@ LATER = [(0.0, 0.0), (0.2, 0.0), (0.3, 0.1), (0.4, 0.3), (0.5, 0.4), (0.6, 0.5)]
 )
 def test_a_node_whose_commands_are_out_of_step_may_be_as_much_later(speeds: list[tuple[float, float]], within: bool):
     commands = [Command(t, v, 0.0, 0.0) for t, v in speeds]
-    assert (checks.excess(trial("wall_backward", commands=commands)) is None) is within
+    assert (checks.beyond(trial("wall_backward", commands=commands)) is None) is within
 
 
 def changed(accepted: bool, *speeds: tuple[float, float]) -> Trial:
@@ -79,4 +79,4 @@ def changed(accepted: bool, *speeds: tuple[float, float]) -> Trial:
     ],
 )
 def test_a_limit_that_was_lowered_holds_from_the_next_cycle_on(accepted: bool, t: float, v: float, within: bool):
-    assert (checks.excess(changed(accepted, (t, v))) is None) is within
+    assert (checks.beyond(changed(accepted, (t, v))) is None) is within

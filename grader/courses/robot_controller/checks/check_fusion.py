@@ -217,17 +217,20 @@ def expect_followed(
 
 
 def expect_distances(trial: Trial, fused: list[Message], try_: str) -> None:
+    """Expect each fused message to have the closest valid reading of the latest scan."""
     scans = [(scan.t, scan.anywhere) for scan in trial.scans]
     field = "closest_obstacle_distance"
     expect_followed(trial, fused, field, "raw_scan", scans, lambda said, true: same(said, true, 0.01), try_)
 
 
 def same(said: Any, true: Any, tolerance: float) -> bool:
+    """Return whether two numbers are equal, or differ by `tolerance` at most. NaN is not."""
     a, b = float(said), float(true)
     return a == b or abs(a - b) <= tolerance
 
 
 def same_vector(said: Any, true: Any) -> bool:
+    """Return whether a vector {x, y, z} is the list of three numbers, to 1e-6."""
     values = [said[axis] for axis in "xyz"]
     return all(same(a, b, 1e-6) for a, b in zip(values, true, strict=True))
 

@@ -29,10 +29,10 @@ def test_limits_hold_throughout(judge: Judge) -> None:
             if name in ("wall_backward", "wall_fast"):
                 continue  # it may drive only forwards, or only below the limit; F2 judges that
             raise NotReached(say("the robot never moved in the trial {name}", name=name), "F2", "F8")
-        if excess := excess(trial):
+        if excess := beyond(trial):
             raise Failed(*excess)
     changed = judge.trial("changed_limits", complete=False)
-    if excess := excess(changed):
+    if excess := beyond(changed):
         seen, try_ = excess
         judge.share(
             0.5,
@@ -68,7 +68,7 @@ def steepest(
     return None
 
 
-def excess(trial: Trial) -> tuple[str, str] | None:
+def beyond(trial: Trial) -> tuple[str, str] | None:
     """Return (seen, try) of the first command beyond a limit, None if all are within."""
     late = LATE_S[trial.pace] + _out_of_step(trial.commands)
     for command in trial.commands:

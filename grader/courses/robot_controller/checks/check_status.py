@@ -87,16 +87,16 @@ def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
     """`get_status` reports the pose from `odom`."""
     trial, calls = _calls(judge)
     for moment, call in zip(map(say, _MOMENTS), calls, strict=True):
-        position, yaw = _answer(call)["pose"]["position"], yaw(_answer(call)["pose"]["orientation"])
+        position, turned_to = _answer(call)["pose"]["position"], yaw(_answer(call)["pose"]["orientation"])
         sample = motion.at(trial.samples, call.t)
         off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
-        turned = abs(math.remainder(yaw - sample.odom_yaw, math.tau))
+        turned = abs(math.remainder(turned_to - sample.odom_yaw, math.tau))
         seen = say(
             "pose ({x:.2f}, {y:.2f}), yaw {yaw:.2f} {moment}, odom said ({sample.odom_x:.2f}, "
             "{sample.odom_y:.2f}), yaw {sample.odom_yaw:.2f}",
             x=float(position["x"]),
             y=float(position["y"]),
-            yaw=yaw,
+            yaw=turned_to,
             moment=moment,
             sample=sample,
         )

@@ -15,8 +15,8 @@ from grader.courses.robot_controller.checks import check_limits, check_set_speed
 from grader.evidence import Call, Command, Goal
 from grader.tracebacks import BEGIN
 from grader.trials.case import Case, Step
-from grader.trials.promises import Broken, Run, makes, promise
-from grader.words import mark, say
+from grader.trials.promises import Broken, Run, broken, makes, promise
+from grader.words import mark
 
 _NODE = "robot_controller"
 _DEFAULTS = motion.DEFAULTS
@@ -120,7 +120,7 @@ def _drives() -> SearchStrategy[Case]:
 
 @makes("F4")
 def _watches() -> SearchStrategy[Case]:
-    """Obstacles near a robot that drives: ahead, at the edge of its sector, moving, nearer than the emergency distance."""
+    """Obstacles near a robot that drives: ahead, at the edge of its sector, moving, or nearer than the limit."""
     come = st.one_of(_at_the_edge, _in_the_way, _anywhere, _beside).map(lambda step: [step, Step("wait", 0.8)])
     later = st.one_of(come, come, come, _REMOVE, _SPEED)
     first = st.tuples(_AFTER_SPEED, st.booleans()).map(lambda each: [*each[0], *([_wall] if each[1] else [])])
@@ -176,9 +176,7 @@ def never_touches(run: Run) -> Broken | None:
     """It touches nothing that it could have seen in time."""
     for touch in run.trial.touches:
         if abs(touch.speed) > _MOVES and _near_for(run, touch.t, run.sample(touch.t - 0.05).v):
-            return Broken(
-                touch.t, say("touched {touch.obstacle} at {t:.2f} s, at {touch.speed:.2f} m/s", touch=touch, t=touch.t)
-            )
+            return broken(touch.t, mark("touched {touch.obstacle} at {t:.2f} s, at {touch.speed:.2f} m/s"), touch=touch)
     return None
 
 
@@ -187,11 +185,8 @@ def stops_in_time(run: Run) -> Broken | None:
     """It does not drive on for more than 0.3 s towards what is nearer than `obstacle_detection_threshold`."""
     for command in run.trial.commands:
         if not abs(command.v) <= _MOVES and (near := _near_for(run, command.t, command.v)):
-            return Broken(
-                command.t,
-                say("commands {v:.2f} m/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m in the way",
-                    v=command.v, t=command.t, late=command.t - near[0], near=near[1]),
-            )  # fmt: skip
+            words = mark("commands {v:.2f} m/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m in the way")
+            return broken(command.t, words, v=command.v, late=command.t - near[0], near=near[1])
     return None
 
 
@@ -201,11 +196,10 @@ def stands_in_an_emergency(run: Run) -> Broken | None:
     for command in run.trial.commands:
         least = _value(run, "emergency_stop_distance", command.t)
         if not command.is_zero and (near := _all_below(run, command.t, "anywhere", least - _NOISE / 2)):
-            return Broken(
-                command.t,
-                say("commands {c.v:.2f} m/s and {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m",
-                    c=command, t=command.t, late=command.t - near[0], near=near[1]),
-            )  # fmt: skip
+            words = mark(
+                "commands {c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m"
+            )
+            return broken(command.t, words, c=command, late=command.t - near[0], near=near[1])
     return None
 
 
@@ -216,10 +210,10 @@ def stands_without_a_command(run: Run) -> Broken | None:
     until = min([*asked, run.end])
     before = run.commands(0.0, until)
     if moving := next((command for command in before if not command.is_zero), None):
-        return Broken(moving.t, say("commands {v:.2f} m/s at {t:.2f} s, and nothing was asked", v=moving.v, t=moving.t))
+        return broken(moving.t, mark("commands {v:.2f} m/s at {t:.2f} s, and nothing was asked"), v=moving.v)
     hertz = len(run.commands(0.5, until)) / (until - 0.5) if until >= 1.5 else 10.0
     if not 7.5 <= hertz <= 12.5:  # over a second, one more or one less is no fault
-        return Broken(until, say("{hertz:.1f} commands a second until {t:.2f} s", hertz=hertz, t=until))
+        return broken(until, mark("{hertz:.1f} commands a second until {t:.2f} s"), hertz=hertz)
     return None
 
 
@@ -257,22 +251,16 @@ def refuses_what_is_too_fast(run: Run) -> Broken | None:
         taken, message = (call.response or {})["success"], str((call.response or {})["message"])
         right = math.isfinite(speed) and abs(speed) <= limit
         if taken is not right:
-            return Broken(
+            return broken(
                 call.t,
-                say(
-                    "speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}",
-                    speed=speed,
-                    taken=taken,
-                    t=call.t,
-                    limit=limit,
-                ),
+                mark("speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}"),
+                speed=speed,
+                taken=taken,
+                limit=limit,
             )
         if not right and not check_set_speed.states(message, limit):
-            return Broken(
-                call.t,
-                say(
-                    "speed {speed:g} was refused at {t:.2f} s with {message!r}", speed=speed, t=call.t, message=message
-                ),
+            return broken(
+                call.t, mark("speed {speed:g} was refused at {t:.2f} s with {message!r}"), speed=speed, message=message
             )
     return None
 
@@ -287,24 +275,19 @@ def status_is_true(run: Run) -> Broken | None:
         turned = abs(math.remainder(check_status.yaw(said["pose"]["orientation"]) - sample.odom_yaw, math.tau))
         if not (off <= _AGREES_M and turned <= _AGREES_RAD):
             words = mark("the pose at {t:.2f} s is {off:.2f} m and {turned:.2f} rad from that of odom")
-            return Broken(call.t, say(words, t=call.t, off=off, turned=turned))
+            return broken(call.t, words, off=off, turned=turned)
         set_ = _in_force(run, call.t)
         if set_ is not None and not abs(float(said["speed"]) - set_[1]) <= 0.01:
-            return Broken(
+            return broken(
                 call.t,
-                say(
-                    "speed {said:g} at {t:.2f} s, after set_speed {wanted:g}",
-                    said=float(said["speed"]),
-                    t=call.t,
-                    wanted=set_[1],
-                ),
+                mark("speed {said:g} at {t:.2f} s, after set_speed {wanted:g}"),
+                said=float(said["speed"]),
+                wanted=set_[1],
             )
         blocked = _blocked(run, call.t)
         flag, status = said["obstacle_detected"], said["status"]
         if blocked is not None and (flag is not blocked or status != ("OBSTACLE_DETECTED" if blocked else "ACTIVE")):
-            return Broken(
-                call.t, say("obstacle_detected = {flag}, {status} at {t:.2f} s", flag=flag, status=status, t=call.t)
-            )
+            return broken(call.t, mark("obstacle_detected = {flag}, {status} at {t:.2f} s"), flag=flag, status=status)
     return None
 
 
@@ -313,35 +296,30 @@ def arrives_where_it_says(run: Run) -> Broken | None:
     """A goal that succeeds has been reached, the final pose is that of odom, and the robot stands still there."""
     for goal in run.trial.goals:
         if not goal.accepted:
-            return Broken(goal.t, say("the goal at {t:.2f} s was rejected", t=goal.t))
+            return broken(goal.t, mark("the goal at {t:.2f} s was rejected"))
         if not math.isfinite(goal.ended_t):
             continue
         t = goal.ended_t
         if (goal.success is True) != (goal.status == "succeeded"):
-            return Broken(
-                t, say("the goal was {goal.status} at {t:.2f} s with success = {goal.success}", goal=goal, t=t)
-            )
+            return broken(t, mark("the goal was {goal.status} at {t:.2f} s with success = {goal.success}"), goal=goal)
         if goal.status == "canceled" and math.isnan(goal.cancel_t):
-            return Broken(t, say("the goal was canceled at {t:.2f} s, and nobody had asked for that", t=t))
+            return broken(t, mark("the goal was canceled at {t:.2f} s, and nobody had asked for that"))
         if goal.status != "succeeded":
             continue
         sample = run.sample(t)
         off = math.hypot(goal.x - sample.x, goal.y - sample.y)
         if not off <= goal.tolerance + _DRIFT_M:
-            return Broken(
+            return broken(
                 t,
-                say(
-                    "the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m",
-                    t=t,
-                    off=off,
-                    goal=goal,
-                ),
+                mark("the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m"),
+                off=off,
+                goal=goal,
             )
         off = math.hypot(goal.final_x - sample.odom_x, goal.final_y - sample.odom_y)
         if not off <= _AGREES_M:
-            return Broken(t, say("final_pose is {off:.2f} m from odom at {t:.2f} s", off=off, t=t))
+            return broken(t, mark("final_pose is {off:.2f} m from odom at {t:.2f} s"), off=off)
         if moving := _moves_after(run, goal, t + 1.0):
-            return Broken(moving.t, say("moves at {t:.2f} s, after the goal has succeeded", t=moving.t))
+            return broken(moving.t, mark("moves at {t:.2f} s, after the goal has succeeded"))
     return None
 
 
@@ -353,7 +331,7 @@ def arrives_in_the_end(run: Run) -> Broken | None:
     for t, limit in run.times("arrive"):
         late = next((goal for goal in run.trial.goals if goal.t < t and not goal.ended_t <= t + limit + 0.1), None)
         if late:
-            return Broken(t + limit, say("the goal of {a:.2f} s had not ended at {t:.2f} s", a=late.t, t=t + limit))
+            return broken(t + limit, mark("the goal of {a:.2f} s had not ended at {t:.2f} s"), a=late.t)
     return None
 
 
@@ -362,7 +340,7 @@ def does_not_give_up(run: Run) -> Broken | None:
     """A goal whose way is blocked goes on: it is not given up."""
     for goal in run.trial.goals:
         if goal.accepted and goal.status == "aborted" and math.isnan(goal.cancel_t):
-            return Broken(goal.ended_t, say("the goal was aborted at {t:.2f} s", t=goal.ended_t))
+            return broken(goal.ended_t, mark("the goal was aborted at {t:.2f} s"))
     return None
 
 
@@ -372,9 +350,7 @@ def feedback_is_true(run: Run) -> Broken | None:
     for goal in (each for each in run.trial.goals if each.accepted):
         wrong = next((entry for entry in goal.feedback if not abs(entry[1] - entry[2]) <= 0.15 + _DRIFT_M), None)
         if wrong:
-            return Broken(
-                wrong[0], say("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m", w=wrong, t=wrong[0])
-            )
+            return broken(wrong[0], mark("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m"), w=wrong)
         end = min(
             goal.ended_t if math.isfinite(goal.ended_t) else run.end,
             goal.cancel_t if math.isfinite(goal.cancel_t) else math.inf,
@@ -382,7 +358,7 @@ def feedback_is_true(run: Run) -> Broken | None:
         times = [goal.t, *(entry[0] for entry in goal.feedback if entry[0] <= end), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
         if gap > 1.1:
-            return Broken(start, say("no feedback for {gap:.1f} s from {t:.2f} s on", gap=gap, t=start))
+            return broken(start, mark("no feedback for {gap:.1f} s from {t:.2f} s on"), gap=gap)
     return None
 
 
@@ -395,18 +371,14 @@ def cancels(run: Run) -> Broken | None:
         if goal.status == "succeeded" and goal.ended_t <= goal.cancel_t + 0.15:
             continue
         if goal.status != "canceled" or goal.success is not False:
-            return Broken(
+            return broken(
                 goal.cancel_t,
-                say(
-                    "cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}",
-                    t=goal.cancel_t,
-                    goal=goal,
-                ),
+                mark("cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}"),
+                goal=goal,
             )
         if moving := _moves_after(run, goal, goal.cancel_t + 1.0):
-            return Broken(
-                moving.t,
-                say("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s", t=moving.t, c=goal.cancel_t),
+            return broken(
+                moving.t, mark("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s"), c=goal.cancel_t
             )
     return None
 
@@ -414,7 +386,7 @@ def cancels(run: Run) -> Broken | None:
 @promise("F11")
 def keeps_the_limits(run: Run) -> Broken | None:
     """Speeds stay within their limits, and rise no faster than the accelerations."""
-    found = check_limits.excess(run.trial)
+    found = check_limits.beyond(run.trial)
     return Broken(motion.time_in(found[0]), found[0]) if found else None
 
 
@@ -427,12 +399,12 @@ def ends_on_ctrl_c(run: Run) -> Broken | None:
         return None
     took = run.trial.measured.get("seconds_to_end")
     if took is None or took > 2.0:
-        return Broken(pressed, say("still running 2 s after Ctrl-C at {t:.2f} s", t=pressed))
+        return broken(pressed, mark("still running 2 s after Ctrl-C at {t:.2f} s"))
     if BEGIN in process.output_tail and not check_interrupt.is_a_race_in_rclpy(process.output_tail):
-        return Broken(pressed, say("a traceback after Ctrl-C at {t:.2f} s", t=pressed))
+        return broken(pressed, mark("a traceback after Ctrl-C at {t:.2f} s"))
     last = run.trial.commands[-1] if run.trial.commands else None
     if last and not last.is_zero:
-        return Broken(pressed, say("the last command is {v:.2f} m/s after Ctrl-C at {t:.2f} s", v=last.v, t=pressed))
+        return broken(pressed, mark("the last command is {v:.2f} m/s after Ctrl-C at {t:.2f} s"), v=last.v)
     return None
 
 
@@ -518,11 +490,15 @@ def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
         if any(getattr(scan, way) < limit or scan.anywhere < emergency for scan in recent):
             continue
         if abs(command.v - set_[1]) > 0.05 * abs(set_[1]) + 1e-3 or abs(command.omega) > 0.1:
-            seen = say("commands {c.v:.3f} m/s at {t:.2f} s, after set_speed {wanted:g} at {since:.2f} s, with nothing in the way",
-                       c=command, t=command.t, wanted=set_[1], since=set_[0])  # fmt: skip
+            words = mark(
+                "commands {v:.3f} m/s at {t:.2f} s, with nothing in the way; set_speed {wanted:g} was at {since:.2f} s"
+            )
             spoilt = any(at <= command.t and to["kind"] != "true" for at, to in run.times("readings"))
             met = any(at <= command.t for at, _ in run.times("obstacle"))
-            yield Broken(command.t, seen), "F6" if spoilt else "F5" if met else "F2"
+            yield (
+                broken(command.t, words, v=command.v, wanted=set_[1], since=set_[0]),
+                "F6" if spoilt else "F5" if met else "F2",
+            )
 
 
 def _moves_after(run: Run, goal: Goal, t: float) -> Command | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
+from operator import itemgetter
 from typing import Any
 
 from hypothesis import strategies as st
@@ -13,8 +15,8 @@ from grader.checks.judge import Failed
 from grader.courses.robot_controller.checks import check_fusion, motion
 from grader.evidence import Message
 from grader.trials.case import Case, Step
-from grader.trials.promises import Broken, Run, makes, promise
-from grader.words import say
+from grader.trials.promises import Broken, Run, broken, makes, promise
+from grader.words import mark
 
 _NODE, _FUSED, _DISTANCE = "sensor_processor", "sensor_fusion_data", "obstacle_distance"
 _RATE, _TICK_S, _LATE_S = 20.0, 0.05, 0.1
@@ -23,36 +25,27 @@ _LOW, _CRITICAL = "battery_low_threshold", "battery_critical_threshold"
 _DEFAULTS = motion.COURSE.nodes[_NODE].defaults
 
 _wait = st.integers(2, 12).map(lambda n: Step("wait", n / 10))
-_sensor = st.sampled_from(["scan", "imu", "battery"])
+_SENSORS = ("scan", "imu", "battery")
+_sensor = st.sampled_from(_SENSORS)
 
 
 @makes("F12", "F13")
 def _fuses() -> SearchStrategy[Case]:
     """Sensors that begin, end and begin again, obstacles all around, bad readings, any battery."""
-    obstacle = st.builds(
-        lambda bearing, distance: Step("obstacle", {"name": "pole", "bearing": bearing, "distance": distance, "radius": 0.15}),
-        st.integers(-180, 180), st.integers(13, 75).map(lambda n: n / 50),
-    )  # fmt: skip
-    readings = st.tuples(
-        st.sampled_from(["nan", "zero", "too near", "too far", "inf", "none", "true"]), st.sampled_from([1, 2, 7])
-    )
+    distance = st.integers(13, 75).map(lambda n: n / 50)
+    place = st.fixed_dictionaries({"bearing": st.integers(-180, 180), "distance": distance})
+    kind = st.sampled_from(["nan", "zero", "too near", "too far", "inf", "none", "true"])
+    spoilt = st.fixed_dictionaries({"kind": kind, "every": st.sampled_from([1, 2, 7])})
+    hear = st.builds(Step, st.just("hear"), _sensor)
     step = st.one_of(
-        st.builds(Step, st.just("hear"), _sensor), st.builds(Step, st.just("hear"), _sensor), st.builds(Step, st.just("silence"), _sensor),
-        obstacle, st.builds(Step, st.just("battery"), st.integers(3, 100)),
-        readings.map(lambda each: Step("readings", {"kind": each[0], "every": each[1]})),
+        hear, hear, st.builds(Step, st.just("silence"), _sensor),
+        place.map(lambda to: Step("obstacle", {"name": "pole", **to, "radius": 0.15})),
+        st.builds(Step, st.just("battery"), st.integers(3, 100)), st.builds(Step, st.just("readings"), spoilt),
     )  # fmt: skip
-    silent = [
-        Step("listen", _FUSED),
-        Step("listen", _DISTANCE),
-        *(Step("silence", each) for each in ("scan", "imu", "battery")),
-    ]
+    first = [Step("listen", _FUSED), Step("listen", _DISTANCE), *(Step("silence", each) for each in _SENSORS)]
+    first += [Step("wait", 0.4), Step("hear", "scan"), Step("wait", 0.6)]
     pairs = st.lists(st.tuples(step, _wait), min_size=2, max_size=7)
-    return pairs.map(
-        lambda found: Case(
-            _NODE,
-            _named([*silent, Step("wait", 0.4), Step("hear", "scan"), Step("wait", 0.6), *itertools.chain(*found)]),
-        )
-    )
+    return pairs.map(lambda found: Case(_NODE, _named([*first, *itertools.chain(*found)])))
 
 
 @makes("F12")
@@ -60,14 +53,12 @@ def _drains() -> SearchStrategy[Case]:
     """A battery that runs down, with other thresholds or the default ones."""
     thresholds = st.sampled_from([{}, {_LOW: 30.0, _CRITICAL: 15.0}, {_LOW: 55.0, _CRITICAL: 5.0}])
     levels = st.lists(st.integers(2, 95), min_size=2, max_size=5).map(lambda found: sorted(set(found), reverse=True))
-    return st.builds(
-        lambda parameters, found: Case(
-            _NODE,
-            (Step("listen", "rosout"), *itertools.chain(*([Step("battery", level), Step("wait", 1.1)] for level in found))),
-            parameters=parameters,
-        ),
-        thresholds, levels,
-    )  # fmt: skip
+    return st.builds(_draining, thresholds, levels)
+
+
+def _draining(parameters: dict[str, float], levels: list[int]) -> Case:
+    steps = itertools.chain(*([Step("battery", level), Step("wait", 1.1)] for level in levels))
+    return Case(_NODE, (Step("listen", "rosout"), *steps), parameters=parameters)
 
 
 def _named(steps: list[Step]) -> tuple[Step, ...]:
@@ -100,9 +91,7 @@ def fuses_the_closest_valid_reading(run: Run) -> Broken | None:
 def fuses_the_latest_imu(run: Run) -> Broken | None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
     for field in ("linear_acceleration", "angular_velocity"):
-        if broken := _followed(
-            run, field, "imu/data", [0.0, 0.0, 0.0], lambda data, name=field: data[name], check_fusion.same_vector
-        ):
+        if broken := _followed(run, field, "imu/data", [0.0, 0.0, 0.0], itemgetter(field), check_fusion.same_vector):
             return broken
     return None
 
@@ -110,7 +99,7 @@ def fuses_the_latest_imu(run: Run) -> Broken | None:
 @promise("F12")
 def fuses_the_battery_in_percent(run: Run) -> Broken | None:
     """`battery_level` is in percent, 100 before the first battery message."""
-    same = lambda said, true: check_fusion.same(said, true, 0.1)  # noqa: E731
+    same = partial(check_fusion.same, tolerance=0.1)
     return _followed(run, "battery_level", "battery/state", 100.0, lambda data: 100.0 * data["percentage"], same)
 
 
@@ -138,23 +127,17 @@ def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
         found = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
         crossed = next((t for t, percent in levels if percent < below), run.end)
         if len(found) > 1 or any(m.t < crossed - 1e-9 for m in found):
-            return Broken(
+            return broken(
                 found[-1].t,
-                say(
-                    "{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s",
-                    n=len(found),
-                    word=word,
-                    t=found[-1].t,
-                    below=below,
-                    crossed=crossed,
-                ),
+                mark("{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s"),
+                n=len(found),
+                word=word,
+                below=below,
+                crossed=crossed,
             )
         if needed and not found and run.end > crossed + 1.0:
-            return Broken(
-                crossed,
-                say(
-                    "no battery {word}, though it was below {below:g} % at {t:.2f} s", word=word, below=below, t=crossed
-                ),
+            return broken(
+                crossed, mark("no battery {word}, though it was below {below:g} % at {t:.2f} s"), word=word, below=below
             )
     return None
 
@@ -168,18 +151,15 @@ def publishes_in_time(run: Run) -> Broken | None:
     for topic in (_FUSED, _DISTANCE):
         found = _messages(run, topic)
         if found and found[0].t < first - 1e-9:
-            return Broken(found[0].t, say("{topic} at {t:.2f} s, before the first scan", topic=topic, t=found[0].t))
+            return broken(found[0].t, mark("{topic} at {t:.2f} s, before the first scan"), topic=topic)
         seconds = run.end - first - 0.4
         hertz = sum(m.t > first + 0.4 for m in found) / seconds if seconds >= 1.0 else _RATE
         if not 0.8 * _RATE - 1.0 <= hertz <= 1.2 * _RATE + 1.0:
-            return Broken(
-                run.end, say("{topic} at {hertz:.1f} Hz until {t:.2f} s", topic=topic, hertz=hertz, t=run.end)
-            )
+            return broken(run.end, mark("{topic} at {hertz:.1f} Hz until {t:.2f} s"), topic=topic, hertz=hertz)
     for message in _messages(run, _FUSED):
         stamp, frame = check_fusion.stamp(message), message.data["header"]["frame_id"]
         if not abs(stamp - message.t) <= _LATE_S + 1e-6 or frame != "base_link":
-            return Broken(
-                message.t,
-                say("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s", stamp=stamp, frame=frame, t=message.t),
+            return broken(
+                message.t, mark("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s"), stamp=stamp, frame=frame
             )
     return None

@@ -1,0 +1,112 @@
+"""Hunt in the reference, its variants and the known-bad submissions, and print what is found and how soon.
+
+    PYTHONPATH=.:tests python -m submissions.hunted [--cases N] [NAME ...]
+
+Without names all are hunted in: for every requirement of a hunt in the reference and its variants, where nothing may be
+found, and in each known-bad submission for the requirements that it costs, where something should be. The exit status
+is 1 if something is found that should not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from variants import VARIANTS, make
+
+from grader import building, pipeline
+from grader.course import kits_own
+from grader.errors import SubmissionError
+from grader.hunt import report, search
+from grader.hunt.runner import runner
+from grader.scoring import rubric
+from grader.trials.promises import hunts
+from submissions.edits import EDITS, apply
+
+REFERENCE = "reference"
+GROUPS = (("F1", "F2", "F3", "F5", "F11"), ("F4",), ("F6",), ("F7",), ("F8", "F9", "F10"), ("F12", "F13"), ("I8",))
+"""Requirements that are hunted for together in a package in which nothing may be found."""
+
+
+def behavioural() -> list[str]:
+    """Return the known-bad submissions that cost a requirement of a hunt, and few others."""
+    known = set(hunts(kits_own()).requirements)
+    return [name for name, edit in EDITS.items() if edit.costs & known and len(edit.costs) <= 4]
+
+
+@contextmanager
+def package(name: str) -> Iterator[Path]:
+    """Yield a package by its name."""
+    with tempfile.TemporaryDirectory() as folder:
+        if name in EDITS or name == REFERENCE:
+            yield apply(EDITS.get(name), Path(folder))
+        else:
+            yield make(VARIANTS[name], Path(folder))
+
+
+def main(arguments: list[str]) -> int:
+    """Hunt, print a line for each hunt, and return 1 if something is found that should not."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--cases", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--shrinks", type=int, default=search.SHRINKS)
+    parser.add_argument("--out", type=Path, help="where to keep what is found")
+    options = parser.parse_args(arguments)
+    wrong = 0
+    for name in options.names or [REFERENCE, *VARIANTS, *behavioural()]:
+        known = hunts(kits_own()).requirements
+        groups = [tuple(r for r in known if r in EDITS[name].costs)] if name in EDITS else GROUPS
+        for group in groups:
+            found = _hunt(name, group, options)
+            wrong += found and name not in EDITS
+    return int(bool(wrong))
+
+
+def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> bool:
+    course = kits_own()
+    making, promises = hunts(course).of(group)
+    settings = pipeline.Settings(
+        rubric=rubric.load(course.rubric), cache=building.cache_folder(), requirements=making.serves
+    )
+    began, found_at = time.monotonic(), 0.0
+
+    def note(_finding: search.Finding) -> None:
+        nonlocal found_at
+        found_at = found_at or time.monotonic()
+
+    with package(name) as folder:
+        try:
+            with runner(folder, settings) as running:
+                began = time.monotonic()
+                found = search.hunt(
+                    running, making, promises, cases=options.cases, seed=options.seed,
+                    shrinks=options.shrinks, found=note,
+                )  # fmt: skip
+        except SubmissionError as error:
+            print(f"{name:36} {' '.join(group):18} {error}", flush=True)
+            return False
+    seconds = time.monotonic() - began
+    unsteady = f"; {len(found.unsteady)} unsteady" if found.unsteady else ""
+    if found.finding is None:
+        print(f"{name:36} {' '.join(group):18} {found.cases:4} cases, {seconds:5.0f} s, nothing{unsteady}", flush=True)
+        return False
+    finding, shrinking = found.finding, time.monotonic() - found_at
+    size = f"{len(finding.case.steps):2} steps, {finding.shrunk_in} cases, {shrinking:4.0f} s smaller"
+    seen = f"{finding.promise.name}: {finding.broken.seen}{unsteady}"
+    print(
+        f"{name:36} {' '.join(group):18} case {finding.after:3}, {seconds - shrinking:5.0f} s; {size}; {seen}",
+        flush=True,
+    )
+    if options.out:
+        report.save(finding, options.out / name)
+    return True
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
