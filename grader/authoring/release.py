@@ -126,7 +126,7 @@ def _of(course: Course) -> dict[str, Path]:
 def files(folder: Path) -> list[Path]:
     """Return the files of a course's folder with which a student's package is checked."""
     found = [p for p in folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
-    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "lessons"):
+    for name in ("contract", "trials", "checks", "functions", "worlds", "words", "lessons", "hunts"):
         found += [path for path in (folder / name).rglob("*") if path.is_file()]
     return [path for path in found if not any(part in path.as_posix() for part in _NO_SOURCE)]
 

@@ -28,7 +28,7 @@ def add(verbs: Any) -> None:
         help="make up worlds until a package breaks a promise",
         description="Make up trials within the contract, run the package in them, and stop at the first in which it\n"
         "breaks a promise; make that one as small as possible, and keep it as a file and as a page with its replay.",
-        epilog="Example:  grader hunt F4 --package ws/src/PACKAGE --for 60\n"
+        epilog="Example:  grader hunt REQUIREMENT --package ws/src/PACKAGE --for 60\n"
         "Exit status: 0 no fault found, 1 a fault found, 2 wrong usage, 3 an error of the kit or host.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
