@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from grader.trials.promises import Run, first_broken, hunts
 from grader.words import mark, say
 
 CASES = 300
+STEP = "step "
+"""How a line begins that says what goes on, to a notebook."""
 
 
 def add(verbs: Any) -> None:
@@ -41,6 +44,7 @@ def add(verbs: Any) -> None:
     parser.add_argument("--out", type=Path, default=Path("hunt"), help="the folder for what is found (default: hunt)")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
     parser.add_argument("--cache", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--facts", type=Path, help=argparse.SUPPRESS)  # for a notebook: the outcome as JSON
     parser.set_defaults(run=main, interrupted=mark("what was found by then is in the folder that --out names."))
 
 
@@ -52,9 +56,10 @@ def main(options: argparse.Namespace) -> int:
     again = report.read(options.again, course) if options.again else None
     making, promises = hunts(course).of([] if again else options.requirements)
     progress = Progress()
+    step = progress.show if options.facts is None else lambda what: print(STEP + what, flush=True)
     settings = Settings(
         rubric=rubric.load(course.rubric), course=course, cache=options.cache or building.cache_folder(),
-        requirements=making.serves, progress=progress.say,
+        requirements=making.serves, progress=progress.say if options.facts is None else step,
     )  # fmt: skip
     with runner(options.package, settings) as running:
         if again:
@@ -65,15 +70,27 @@ def main(options: argparse.Namespace) -> int:
 
         def keep(finding: search.Finding) -> None:
             kept.append(report.save(finding, options.out))
-            progress.show(say("found: {seen}; making it smaller", seen=finding.broken.seen))
+            step(say("found: {seen}; making it smaller", seen=finding.broken.seen))
 
         found = search.hunt(
             running, making, promises, cases=options.cases, seed=options.seed, found=keep,
             goes_on=lambda: options.seconds is None or time.monotonic() - begun < options.seconds,
-            tried=lambda number: progress.show(say("{n} cases tried", n=number)),
+            tried=lambda number: step(say("{n} cases tried", n=number)),
         )  # fmt: skip
     progress.done()
+    if options.facts:
+        options.facts.write_text(json.dumps(_facts(found, options.out)), encoding="utf-8")
+        return 0
     return _say(found, options.out)
+
+
+def _facts(found: search.Hunted, out: Path) -> dict[str, Any]:
+    """Return the outcome as a notebook shows it."""
+    finding = found.finding
+    facts: dict[str, Any] = {"cases": found.cases, "seed": found.seed, "unsteady": len(found.unsteady)}
+    if finding:
+        facts |= {"after": finding.after, "rows": report.told(finding), "file": str(report.save(finding, out))}
+    return facts
 
 
 def _say(found: search.Hunted, out: Path) -> int:

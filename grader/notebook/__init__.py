@@ -15,13 +15,14 @@ from grader.notebook.workspace import course, find, open_workspace
 from grader.words import say
 
 if TYPE_CHECKING:
+    from grader.notebook.hunting import Hunt
     from grader.notebook.session import Run
     from sim import World
 
 __path__ += [str(layer / "lessons") for layer in course().layers]
 """A module in the course's folder `lessons` is imported as `grader.notebook.NAME`."""
 
-__all__ = ["begin", "bench", "check", "mine", "mutant", "mutant_matrix", "run_node", "start_at", "tries"]
+__all__ = ["begin", "bench", "check", "hunt", "mine", "mutant", "mutant_matrix", "run_node", "start_at", "tries"]
 
 
 def begin(notebook: str) -> None:
@@ -53,6 +54,20 @@ def check(*requirements: str) -> Checked:
     from grader.notebook import checking  # takes a second to import, and `begin` should answer at once
 
     return checking.check(find(), requirements)
+
+
+def hunt(*requirements: str, cases: int = 100, seed: int = 0) -> Hunt:
+    """Make up `cases` situations in which your package has to keep its promises ("F4"), and show one that it breaks.
+
+    It is made as small as possible, and kept in ws/hunt; `!grader hunt --again FILE` runs it again. The same seed tries
+    the same situations.
+
+    Raises:
+        UsageError: the course has no hunt for such a requirement.
+    """
+    from grader.notebook import hunting  # takes a second to import, and `begin` should answer at once
+
+    return hunting.hunt(find(), requirements, cases, seed)
 
 
 def run_node(
