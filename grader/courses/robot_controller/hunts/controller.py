@@ -106,6 +106,10 @@ def _case(draw: Any, first: Steps, later: Steps, last: Steps | None = None, *, l
 
 _SPEED, _REMOVE = _then_wait(_set_speed(_speed)), _then_wait(st.just(Step("remove", "")))
 _OBSTACLE = _then_wait(_anywhere)
+_PASSING = st.tuples(st.one_of(_anywhere, _beside, _in_the_way), st.integers(5, 15)).map(
+    lambda each: [each[0], Step("wait", each[1] / 10), Step("remove", ""), Step("wait", 1.7)]
+)
+"""Something that comes, stays for a while and goes."""
 _AFTER_SPEED = _SPEED.map(lambda steps: [steps[0], Step("wait", 0.8)])
 
 
@@ -113,7 +117,7 @@ _AFTER_SPEED = _SPEED.map(lambda steps: [steps[0], Step("wait", 0.8)])
 def _drives() -> SearchStrategy[Case]:
     """Speeds that are set, changed and refused, obstacles that come, move and go, limits that are changed."""
     blind = st.just([Step("silence", "scan"), Step("wait", 1.6), Step("hear", "scan")])
-    later = st.one_of(_OBSTACLE, _REMOVE, _SPEED, _then_wait(_refused), _then_wait(_limits))
+    later = st.one_of(_PASSING, _PASSING, _OBSTACLE, _SPEED, _then_wait(_refused), _then_wait(_limits))
     first = st.one_of(_SPEED, _SPEED, _SPEED, st.just([Step("wait", 1.6)]), blind)
     return _case(first, later, least=1)
 
@@ -123,8 +127,17 @@ def _watches() -> SearchStrategy[Case]:
     """Obstacles near a robot that drives: ahead, at the edge of its sector, moving, or nearer than the limit."""
     come = st.one_of(_at_the_edge, _in_the_way, _anywhere, _beside).map(lambda step: [step, Step("wait", 0.8)])
     later = st.one_of(come, come, come, _REMOVE, _SPEED)
-    first = st.tuples(_AFTER_SPEED, st.booleans()).map(lambda each: [*each[0], *([_wall] if each[1] else [])])
-    return _case(first, later, least=1)
+    driving = st.tuples(_AFTER_SPEED, st.booleans()).map(lambda each: [*each[0], *([_wall] if each[1] else [])])
+    bearing = st.sampled_from([140, -140, 100, -100])
+    turning = st.tuples(bearing, _beside).map(
+        lambda each: [
+            Step("goal", {"bearing": each[0], "distance": 1.5, "tolerance": 0.1}),
+            Step("wait", 0.5),
+            each[1],
+            Step("wait", 0.6),
+        ]
+    )
+    return _case(st.one_of(driving, driving, driving, turning), later, least=1)
 
 
 @makes("F7")
@@ -183,23 +196,23 @@ def never_touches(run: Run) -> Broken | None:
 @promise("F4")
 def stops_in_time(run: Run) -> Broken | None:
     """It does not drive on for more than 0.3 s towards what is nearer than `obstacle_detection_threshold`."""
-    for command in run.trial.commands:
-        if not abs(command.v) <= _MOVES and (near := _near_for(run, command.t, command.v)):
-            words = mark("commands {v:.2f} m/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m in the way")
-            return broken(command.t, words, v=command.v, late=command.t - near[0], near=near[1])
+    for t, command in _in_force_at(run):
+        if not abs(command.v) <= _MOVES and (near := _near_for(run, t, command.v)):
+            words = mark("still {v:.2f} m/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m in the way")
+            return broken(t, words, v=command.v, late=t - near[0], near=near[1])
     return None
 
 
 @promise("F4")
 def stands_in_an_emergency(run: Run) -> Broken | None:
     """Nearer than `emergency_stop_distance` to anything it commands zero for everything."""
-    for command in run.trial.commands:
-        least = _value(run, "emergency_stop_distance", command.t)
-        if not command.is_zero and (near := _all_below(run, command.t, "anywhere", least - _NOISE / 2)):
+    for t, command in _in_force_at(run):
+        least = _value(run, "emergency_stop_distance", t)
+        if not command.is_zero and (near := _all_below(run, t, "anywhere", least - _NOISE / 2)):
             words = mark(
-                "commands {c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m"
+                "still {c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m"
             )
-            return broken(command.t, words, c=command, late=command.t - near[0], near=near[1])
+            return broken(t, words, c=command, late=t - near[0], near=near[1])
     return None
 
 
@@ -411,6 +424,17 @@ def ends_on_ctrl_c(run: Run) -> Broken | None:
 # -- facts over a run --------------------------------------------------------------------------------------------------
 def _calls(run: Run, service: str) -> list[Call]:
     return [call for call in run.trial.calls if call.service == service and call.response is not None]
+
+
+def _in_force_at(run: Run) -> Iterator[tuple[float, Command]]:
+    """Yield for each tick the command that holds then."""
+    held, left = None, iter(run.trial.commands)
+    following = next(left, None)
+    for sample in run.trial.samples:
+        while following is not None and following.t <= sample.t + 1e-9:
+            held, following = following, next(left, None)
+        if held is not None:
+            yield sample.t, held
 
 
 def _value(run: Run, name: str, t: float, within: float = 0.0) -> float:
