@@ -22,7 +22,7 @@ PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
 AS_ROOT := $(if $(filter 0,$(shell id -u)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup jupyter notebooks grade test test-notebooks test-all faults known-bad evidence words lint format lock doctor clean clean-all
+.PHONY: help setup jupyter notebooks grade test test-notebooks test-all faults known-bad hunt evidence words lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
@@ -56,6 +56,9 @@ faults: setup  ## Put forty faults into a copy of the kit, and print which tests
 
 known-bad: setup  ## Grade every known-bad submission and print what each loses (takes an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table
+
+hunt: setup  ## Hunt in the reference, its variants and every known-bad submission (takes hours)
+	@PYTHONPATH=.:tests $(BIN)/python -m submissions.hunted
 
 evidence: setup  ## Record the evidence in tests/evidence again (takes half an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.record

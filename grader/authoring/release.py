@@ -29,7 +29,7 @@ TOP = "ros2-course-kit"
 _COURSES = KIT / "grader" / "courses"
 _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = (
-    "handout.md", "live-view.md", "ros2-command.md", "ros2-session.md", "simulator.md", "launch.md",
+    "handout.md", "hunt.md", "live-view.md", "ros2-command.md", "ros2-session.md", "simulator.md", "launch.md",
     "ros-from-wheels.md", "setup.md", "turtlebot4.md", "turtlebot4/turtlebot4_launch.py", "turtlebot4/adapter.py",
 )  # fmt: skip
 # The tools with which instructors make, attack and release the course.
@@ -37,7 +37,7 @@ _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/", "grad
 # Sections about what the kit has not: the published edition, the sources, the tests, the developers' tools.
 _LEFT_OUT = (
     "## Only look\n", "## How they are made\n", "## How it is tested\n", "## Pinned versions\n",
-    "## Continuous integration\n",
+    "## Continuous integration\n", "## What it finds\n",
 )  # fmt: skip
 _NO_EXTRAS = ("dev", "cluster")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")

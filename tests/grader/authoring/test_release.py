@@ -106,7 +106,7 @@ def test_setup_installs_the_requirements_of_the_kit_without_developers_tools(kit
     pinned = {line.split("==")[0] for line in (kit / "requirements.txt").read_text().splitlines() if "==" in line}
     needed = {"jupyterlab", "ros-jazzy-rclpy", "colcon-core", "pymunk", "setuptools", "pytest", "nbformat", "uv"}
     assert needed <= pinned
-    assert not pinned & {"mypy", "ruff", "hypothesis", "jupytext", "nbval"}
+    assert not pinned & {"mypy", "ruff", "jupytext", "nbval"}
     assert "entry-points" not in project["project"]  # it would name a module that the kit does not have
 
 
