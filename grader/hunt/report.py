@@ -23,6 +23,7 @@ _WORDS = {
     "cancel": mark("the goal cancelled"),
     "obstacle": mark("{what} {where}, {distance:.2f} m away{moving}"),
     "remove": mark("{name} gone"),
+    "limits": mark("scans that go from {least:g} to {most:g} m"),
     "readings": mark("{share} reading {kind}"),
     "silence": mark("no more messages of {name}"),
     "hear": mark("messages of {name} again"),
@@ -35,6 +36,8 @@ _WORDS = {
 def in_words(case: Case) -> str:
     """Return a case in one sentence: "at 0.3 s set_speed 0.25; at 0.5 s something round of 3 cm, ..."."""
     said, t = [], 0.0
+    if case.heading:
+        said.append(say("the robot faces {n:g} degrees", n=case.heading))
     for step in case.steps:
         if step.do in ("wait", "arrive"):
             t += step.to if step.do == "wait" else 0.0

@@ -56,18 +56,19 @@ def check(*requirements: str) -> Checked:
     return checking.check(find(), requirements)
 
 
-def hunt(*requirements: str, cases: int = 100, seed: int = 0) -> Hunt:
+def hunt(*requirements: str, cases: int = 100, seed: int = 0, of: str = "") -> Hunt:
     """Make up `cases` situations in which your package has to keep its promises ("F4"), and show one that it breaks.
 
     It is made as small as possible, and kept in ws/hunt; `!grader hunt --again FILE` runs it again. The same seed tries
-    the same situations.
+    the same situations. With `of` ("H1") a prepared package is hunted in instead, which is laid out in ws/hunt.
 
     Raises:
-        UsageError: the course has no hunt for such a requirement.
+        GraderError: there is nothing to hunt in, or the course has no hunt for such a requirement.
     """
     from grader.notebook import hunting  # takes a second to import, and `begin` should answer at once
 
-    return hunting.hunt(find(), requirements, cases, seed)
+    workspace = find()
+    return hunting.hunt(workspace, requirements, cases, seed, hunting.prepared(workspace, of) if of else None)
 
 
 def run_node(

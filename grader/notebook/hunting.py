@@ -14,8 +14,9 @@ from pathlib import Path
 from grader import KIT
 from grader.errors import GraderError
 from grader.hunt.command import STEP
+from grader.notebook import checkpoints
 from grader.notebook.feedback import Progress
-from grader.notebook.workspace import Workspace, course
+from grader.notebook.workspace import Workspace, course, ignored_by_colcon
 from grader.processes import supervised
 from grader.words import say
 
@@ -43,6 +44,20 @@ class Hunt:
         page = html.escape(self.file.with_suffix(".html").read_text(encoding="utf-8"))
         size = "width:100%;height:44em;border:0"
         return f'<iframe sandbox="allow-scripts" style="{size}" srcdoc="{page}"></iframe>'
+
+
+def prepared(workspace: Workspace, name: str) -> Path:
+    """Return the folder of a prepared package ("H1"), laid out where it is not there yet.
+
+    Raises:
+        GraderError: this kit holds no such package.
+    """
+    ignored_by_colcon(workspace.root / FOLDER)
+    package = workspace.root / FOLDER / name / course().package
+    if not package.exists():
+        checkpoints.write_files(package, checkpoints.patient(name)["files"])
+        print(say("{name} is laid out in {where}.", name=name, where=workspace.shown(package)))
+    return package
 
 
 def hunt(

@@ -18,6 +18,7 @@ from grader.trials.plan import TrialPlan
 from grader.yaml_reader import YamlReader
 from sim import Circle, sensors
 from sim.obstacles import Path as Motion
+from sim.robot import COURSE as ROBOT
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
@@ -26,10 +27,21 @@ WORLD = "open_field"
 _HEAD = ("node", "steps")
 _OPTIONAL = ("parameters", "heading", "seed", "breaks", "seen")
 _SENSORS = {"scan": sensors.ScanReading, "imu": sensors.ImuReading, "battery": sensors.BatteryReading}
-READINGS: Mapping[str, float | None] = {
-    "nan": math.nan, "inf": math.inf, "zero": 0.0, "too near": 0.1, "too far": 13.0, "none": None, "true": None,
-}  # fmt: skip
-"""What beams may be made to read, in m; "none" is a scan without readings, "true" puts an end to it."""
+READINGS: Mapping[str, Callable[[float, float], float] | None] = {
+    "nan": lambda _least, _most: math.nan,
+    "inf": lambda _least, _most: math.inf,
+    "zero": lambda _least, _most: 0.0,
+    "too near": lambda least, _most: 0.85 * least,
+    "least": lambda least, _most: least,
+    "most": lambda _least, most: most,
+    "too far": lambda _least, most: 1.1 * most,
+    "none": None,
+    "true": None,
+}
+"""What beams may be made to read, in m, given range_min and range_max.
+
+"least" and "most" are valid, "none" is a scan without readings, "true" puts an end to it.
+"""
 
 
 @dataclass(frozen=True)
@@ -84,33 +96,41 @@ class Case:
 
     def script(self, stage: Stage) -> None:
         """Do the steps. Of each, the mark "NUMBER NAME" has the time."""
-        goals: list[Any] = []
+        so_far = _SoFar()
         for number, step in enumerate(self.steps):
             stage.mark(f"{number} {step.do}")
-            STEPS[step.do](stage, step.to, goals)
+            STEPS[step.do](stage, step.to, so_far)
 
 
-def _call(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+@dataclass
+class _SoFar:
+    """What later steps of a case need of earlier ones: its goals, and the limits that the scans state."""
+
+    goals: list[Any] = field(default_factory=list)
+    limits: tuple[float, float] = (ROBOT.lidar.range_min, ROBOT.lidar.beams.range_max)
+
+
+def _call(stage: Stage, to: Mapping[str, Any], _so_far: _SoFar) -> None:
     stage.call(to["service"], **{name: value for name, value in to.items() if name != "service"})
 
 
-def _goal(stage: Stage, to: Mapping[str, Any], goals: list[Any]) -> None:
+def _goal(stage: Stage, to: Mapping[str, Any], so_far: _SoFar) -> None:
     pose = stage.simulator.odometry().pose
     angle = pose.yaw + math.radians(to["bearing"])
     x, y = pose.x + to["distance"] * math.cos(angle), pose.y + to["distance"] * math.sin(angle)
-    goals.append(stage.navigate(x, y, to["tolerance"]))
+    so_far.goals.append(stage.navigate(x, y, to["tolerance"]))
 
 
-def _cancel(_stage: Stage, _to: object, goals: list[Any]) -> None:
-    if goals and goals[-1].running:
-        goals[-1].cancel()
+def _cancel(_stage: Stage, _to: object, so_far: _SoFar) -> None:
+    if so_far.goals and so_far.goals[-1].running:
+        so_far.goals[-1].cancel()
 
 
-def _arrive(stage: Stage, to: float, goals: list[Any]) -> None:
-    stage.run_until(lambda: all(goal.ended or goal.problem for goal in goals), to)
+def _arrive(stage: Stage, to: float, so_far: _SoFar) -> None:
+    stage.run_until(lambda: all(goal.ended or goal.problem for goal in so_far.goals), to)
 
 
-def _obstacle(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+def _obstacle(stage: Stage, to: Mapping[str, Any], _so_far: _SoFar) -> None:
     pose, angle = stage.simulator.pose, math.radians(to["bearing"])
     reach = to["distance"] + to["radius"]
     center = pose.point_to_parent((reach * math.cos(angle), reach * math.sin(angle)))
@@ -122,14 +142,20 @@ def _obstacle(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
     stage.simulator.add_obstacle(Circle(center=center, radius=to["radius"], name=str(to["name"]), motion=motion))
 
 
-def _remove(stage: Stage, to: object, _goals: list[Any]) -> None:
+def _remove(stage: Stage, to: object, _so_far: _SoFar) -> None:
     if any(obstacle.name == str(to) for obstacle, _ in stage.simulator.obstacles):
         stage.remove_obstacle(str(to))
 
 
-def _readings(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+def _limits(stage: Stage, to: Mapping[str, float], so_far: _SoFar) -> None:
+    so_far.limits = (to["least"], to["most"])
+    stage.set_range_limits(*so_far.limits)
+
+
+def _readings(stage: Stage, to: Mapping[str, Any], so_far: _SoFar) -> None:
     kind, every = to["kind"], int(to.get("every", 1))
-    value = READINGS[kind]
+    made = READINGS[kind]
+    value = made(*so_far.limits) if made else None
 
     def change(ranges: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         return ranges[:0] if value is None else np.where(np.arange(len(ranges)) % every == 0, value, ranges)
@@ -137,12 +163,12 @@ def _readings(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
     stage.distort(None if kind == "true" else change)
 
 
-def _set(stage: Stage, to: Mapping[str, Any], _goals: list[Any]) -> None:
+def _set(stage: Stage, to: Mapping[str, Any], _so_far: _SoFar) -> None:
     for name, value in to.items():
         stage.set_parameter(name, value)
 
 
-STEPS: Mapping[str, Callable[[Stage, Any, list[Any]], object]] = {
+STEPS: Mapping[str, Callable[[Stage, Any, _SoFar], object]] = {
     "wait": lambda stage, to, _: stage.run(to),
     "call": _call,
     "goal": _goal,
@@ -150,6 +176,7 @@ STEPS: Mapping[str, Callable[[Stage, Any, list[Any]], object]] = {
     "arrive": _arrive,
     "obstacle": _obstacle,
     "remove": _remove,
+    "limits": _limits,
     "readings": _readings,
     "silence": lambda stage, to, _: stage.mute(_SENSORS[to]),
     "hear": lambda stage, to, _: stage.unmute(_SENSORS[to]),
@@ -164,6 +191,7 @@ _NEEDED: Mapping[str, tuple[str, ...]] = {
     "call": ("service",),
     "goal": ("bearing", "distance", "tolerance"),
     "obstacle": ("name", "bearing", "distance", "radius"),
+    "limits": ("least", "most"),
     "readings": ("kind",),
 }
 _MAY: Mapping[str, tuple[str, ...]] = {"obstacle": ("speed", "towards"), "readings": ("every",)}

@@ -42,7 +42,7 @@ def _set_speed(speed: SearchStrategy[float]) -> SearchStrategy[Step]:
     return speed.map(lambda value: Step("call", {"service": "set_speed", "speed": value}))
 
 
-_ask = st.just(Step("call", {"service": "get_status"}))
+_ASK = Step("call", {"service": "get_status"})
 _refused = _set_speed(st.sampled_from([0.75, -0.75, 0.5625, math.nan, math.inf, -math.inf, 100.0]))
 
 
@@ -66,7 +66,7 @@ _in_the_way = _obstacle(st.integers(-30, 30), st.integers(13, 40), moves=False)
 _beside = _obstacle(st.one_of(st.integers(80, 180), st.integers(-180, -80)), st.just(9), moves=False)
 _wall = Step("obstacle", {"name": "wall", "bearing": 0, "distance": 2.5, "radius": 6.0})
 _readings = st.tuples(
-    st.sampled_from(["nan", "inf", "zero", "too near", "too far", "none"]), st.sampled_from([1, 2, 5, 7])
+    st.sampled_from(["nan", "inf", "zero", "too near", "too far", "none", "least"]), st.sampled_from([1, 2, 5, 7])
 ).map(lambda each: Step("readings", {"kind": each[0], **({"every": each[1]} if each[1] > 1 else {})}))
 _true = st.just(Step("readings", {"kind": "true"}))
 _limits = st.sampled_from(
@@ -142,19 +142,24 @@ def _watches() -> SearchStrategy[Case]:
 
 @makes("F7")
 def _asks() -> SearchStrategy[Case]:
-    """The status, asked for at any time."""
-    ask = _then_wait(_ask)
-    goal = st.just([Step("goal", {"bearing": 0, "distance": 1.5, "tolerance": 0.1}), Step("wait", 0.8)])
-    later = st.one_of(_then_wait(st.one_of(_in_the_way, _anywhere)), _REMOVE, _SPEED, ask, ask)
-    first = st.one_of(_SPEED, _SPEED, ask, goal)
-    return _case(first, later, st.just([Step("call", {"service": "get_status"})]))
+    """The status, asked for at any time: standing, driving either way, beside things, on the way to a goal."""
+    aside = _obstacle(st.one_of(st.integers(64, 88), st.integers(-88, -64)), st.integers(14, 22), moves=False)
+    come = st.one_of(_in_the_way, aside, _anywhere).map(lambda step: [step, Step("wait", 0.6), _ASK, Step("wait", 0.3)])
+    goal = st.just([Step("goal", {"bearing": 0, "distance": 1.5, "tolerance": 0.1}), Step("wait", 0.8), _ASK])
+    return _case(
+        st.one_of(_AFTER_SPEED, _AFTER_SPEED, _then_wait(st.just(_ASK)), goal),
+        st.one_of(come, come, _REMOVE, _AFTER_SPEED, _then_wait(st.just(_ASK))),
+        st.just([_ASK]),
+    )
 
 
 @makes("F6")
 def _spoilt() -> SearchStrategy[Case]:
-    """Bad readings, with and without an obstacle among them."""
-    spoil = _then_wait(_readings)
-    return _case(_AFTER_SPEED, st.one_of(spoil, spoil, _then_wait(_true), _then_wait(_in_the_way), _REMOVE), least=1)
+    """Bad readings, with and without an obstacle among them, of a lidar with its own limits or others."""
+    limits = st.sampled_from([[], [Step("limits", {"least": 0.25, "most": 10.0})]])
+    first = st.tuples(limits, _AFTER_SPEED).map(lambda each: [*each[0], *each[1]])
+    spoil = _readings.map(lambda step: [step, Step("wait", 0.8)])
+    return _case(first, st.one_of(spoil, spoil, _then_wait(_true), _then_wait(_in_the_way), _REMOVE), least=1)
 
 
 @makes("F8", "F9", "F10", "F11")
@@ -173,7 +178,15 @@ def _goes() -> SearchStrategy[Case]:
     whole = st.tuples(goal, _wait, between, ends).map(
         lambda each: [each[0], each[1], *itertools.chain(*each[2]), *each[3], Step("wait", 1.4)]
     )
-    return _case(st.one_of(whole, whole, _SPEED), st.one_of(whole, _SPEED), most=2)
+    far = {"distance": 1.5, "tolerance": 0.1}
+    held_up = st.tuples(st.sampled_from([0, 90, -40, 180]), st.sampled_from([0.5, 2.0]), ends).map(
+        lambda each: [
+            Step("goal", {"bearing": each[0], **far}), Step("wait", each[1]),
+            Step("obstacle", {"name": "pole", "bearing": 0, "distance": 0.4, "radius": 0.15}), Step("wait", 1.5),
+            *each[2], Step("wait", 1.4),
+        ]
+    )  # fmt: skip
+    return _case(st.one_of(whole, held_up, _SPEED), st.one_of(whole, _SPEED), most=2)
 
 
 @makes("I8")
