@@ -88,7 +88,10 @@ class Case:
 
     def text(self) -> str:
         """Return it as YAML, a line for each step."""
-        return yaml.dump(self.plain(), default_flow_style=None, sort_keys=False, width=100, allow_unicode=True)
+        text: str = yaml.dump(
+            self.plain(), Dumper=_Dumper, default_flow_style=None, sort_keys=False, width=100, allow_unicode=True
+        )
+        return text
 
     def plan(self, name: str) -> TrialPlan:
         """Return the trial that does the steps."""
@@ -100,6 +103,13 @@ class Case:
         for number, step in enumerate(self.steps):
             stage.mark(f"{number} {step.do}")
             STEPS[step.do](stage, step.to, so_far)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes the same step out each time that it is done."""
+
+    def ignore_aliases(self, _data: Any) -> bool:
+        return True
 
 
 @dataclass

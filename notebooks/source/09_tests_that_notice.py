@@ -1843,11 +1843,46 @@ check("Q1")
 #
 # > **On a real TurtleBot 4:** wheels slip and batteries run down, so make the first drive a slow one, as [docs/turtlebot4.md](../docs/turtlebot4.md) says.
 #
+# ## A hunt
+#
+# Your tests find the faults that you thought of.
+# `hunt` looks for the others: it makes up situations within the contract, runs your node in them, and stops at the first in which a promise of the contract is broken.
+# Then it makes that situation smaller, for as long as the promise is still broken.
+#
+# **Predict:** which situation does your robot handle worst?
+
+# %% tags=["nbval-ignore-output"]
+from grader.notebook import hunt
+
+hunt("F4", cases=20)
+
+# %% [markdown]
+# No fault in 20 cases is no proof. More cases, or another `seed`, look further.
+#
+# `H1`, `H2` and `H3` are packages with one small fault each; `of` hunts in them.
+# They have passed many tests.
+
+# %% tags=["nbval-ignore-output"]
+hunt("F9", of="H3", cases=40)
+
+# %% [markdown]
+# Drag the time, and say what the fault is before you read the code. It lies in `ws/hunt/H3`.
+#
+# <details><summary>Which line is it?</summary>
+#
+# In `navigator.py` the distance is that along x alone. Where the robot faces along y, it is 0.
+# </details>
+#
+# What it found is also a file in `ws/hunt`: a few lines that you can read and change.
+# Turn it into a test on the bench, see the test fail, correct the line, and see it pass.
+# `!grader hunt --again FILE --package DIR` then runs the case itself again.
+# `H1` breaks F7, `H2` breaks F10. [The hunt](../docs/hunt.md) lists every step of a case.
+#
 # ## Go further
 #
 # - More files, for what is left: `test_conversions.py`, `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py`.
 # - A goal whose path is blocked, F11: a wall at 0.4 m for two seconds, then free again.
-# - Let a machine make the situations: `hypothesis` looks for numbers that break a rule.
+# - `hypothesis`, which makes up the situations of a hunt, also looks for numbers that break a rule of one function.
 #
 # ## Recall
 #
