@@ -310,11 +310,6 @@ def _add_cache(verbs: Any) -> None:
         "a grading is using stays.",
         epilog="Example:  grader cache --prune --older-than 7",
     )
-    parser.add_argument(
-        "--share",
-        action="store_true",
-        help="build the course's interfaces once for all users of this kit, into its folder shared_cache",
-    )
     parser.add_argument("--prune", action="store_true", help="remove what has not been used for 30 days")
     parser.add_argument(
         "--older-than",
@@ -486,13 +481,10 @@ def _doctor(options: argparse.Namespace) -> int:
 
 def _cache(options: argparse.Namespace) -> int:
     from grader import building
-    from grader.building import cache, colcon, pruning
-    from grader.course import find
+    from grader.building import pruning
 
     if options.older_than is not None and not options.prune:
         raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
-    if options.share:
-        colcon.share_contract(find())
     folder: Path = options.cache or building.cache_folder()
     if options.prune:
         removed, in_use = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
@@ -504,23 +496,13 @@ def _cache(options: argparse.Namespace) -> int:
         print("Removed: " + (", ".join(gone) or "nothing"))
         if in_use:
             print(f"{in_use} more are in use by a grading that is going on.")
-    _print_stores(folder)
-    if cache.SHARED.exists():
-        _print_stores(cache.SHARED)
-        if open_to_users := cache.alterable(cache.SHARED):
-            print(f"No build reads it, because users could alter {open_to_users}.")
-    return EXIT_GRADED
-
-
-def _print_stores(folder: Path) -> None:
-    from grader.building import pruning
-
     print(f"Cache: {folder}")
     for title, entries in pruning.stores(folder).items():
         times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in entries]
         used = f"last used {times[0]} to {times[-1]}" if times else ""
         size = sum(entry.bytes for entry in entries) / 1e6
         print(f"  {title:<16}{len(entries):>5}{size:>10.1f} MB  {used}".rstrip())
+    return EXIT_GRADED
 
 
 def _fail(error: KitError, debug: bool) -> int:
