@@ -18,7 +18,6 @@ from grader import report as report_room
 from grader.classroom import (
     batch,
     class_folder,
-    file_names,
     gradebook,
     hand_ins,
     overview,
@@ -100,8 +99,7 @@ def _add_batch(verbs: Any) -> None:
     )  # fmt: skip
     option(
         "--pattern", metavar="NAMES",
-        help=f"how files are named where the platform is not recognised: {', '.join(file_names.KNOWN)}, or words such "
-        "as {login}_{time}_{attempt} (docs/classes.md)",
+        help="how files are named where no platform is recognised, as {login}_{time}_{attempt} (docs/classes.md)",
     )  # fmt: skip
     option("--rubric", type=Path, help="a rubric other than the course's own")
     option("--course", type=Path, metavar="DIR", help="the folder of the course, for a new class")

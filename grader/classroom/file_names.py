@@ -1,8 +1,4 @@
-"""Read from the names of files whose they are, and when, by a pattern: for platforms without a module of their own.
-
-The patterns of Blackboard, Brightspace and ILIAS are those of real exports: kwurst/bb-file-cleanup for the first, the
-dropbox tools on GitHub for the second, and ILIAS 5 to 9 itself (class.ilExSubmission.php, downloadAllAssignmentFiles).
-"""
+"""Read from the names of files whose they are, and when, by a pattern: for platforms without a module of their own."""
 
 from __future__ import annotations
 
@@ -15,29 +11,12 @@ from pathlib import Path
 
 from grader.classroom import worksheet
 from grader.classroom.identity import Claim
-from grader.classroom.platform import (
-    Export,
-    HandIn,
-    Platform,
-    inside,
-    is_archive,
-    one_of,
-    others,
-    stem,
-)
+from grader.classroom.platform import Export, HandIn, Platform, inside, is_archive, one_of, others, stem
 from grader.classroom.times import local_time
 from grader.errors import UsageError
 from grader.intake.names import natural
 
-KNOWN: Mapping[str, str] = {
-    "blackboard": "*_{login}_attempt_{time}[_{file}]",
-    "brightspace": "{number} - {name} - {time}[ - {file}]",
-    "ilias": "*_{login}_{number}",
-}
-"""The patterns that have a name."""
-_OWN: Mapping[str, tuple[str, ...]] = {"brightspace": ("index.html",)}
-_RECOGNISED = ("blackboard", "brightspace")  # nothing else is named so; `Doe_Jane_jdoe_12` may be anything
-
+_NAME = "pattern"
 _WHO = {"login": "login", "id": "id", "email": "email", "name": "name", "team": "team", "number": "lms_id"}
 _FIELDS = dict.fromkeys(_WHO, r"\S+?") | {
     "name": ".+?", "team": ".+?", "number": r"\d[\d-]*", "time": r".*?\d\d.*?", "attempt": r"\d+", "file": ".+",
@@ -66,19 +45,16 @@ class Pattern:
     """How files are named, such as `{login}_{time}_{attempt}`; `*` is anything, `[ ]` is around what may be absent."""
 
     def __init__(self, text: str) -> None:
-        """Read a pattern, or the name of a known one.
+        """Read a pattern.
 
         Raises:
             UsageError: it is none, or says nothing of a person.
         """
-        self.name = text if text in KNOWN else "pattern"
-        self.own = _OWN.get(text, ())
-        whole = KNOWN.get(text, text)
-        fields = re.findall(r"\{(\w*)\}", whole)
-        found = re.search(r"\*([^{}*\[\]]*)\{login\}", whole)
+        fields = re.findall(r"\{(\w*)\}", text)
+        found = re.search(r"\*([^{}*\[\]]*)\{login\}", text)
         self._separator = found[1] if found else ""
         regex = ""
-        for part in _PART.finditer(whole):
+        for part in _PART.finditer(text):
             name = part["field"]
             regex += f"(?P<{name}>{_FIELDS.get(name, '')})" if name else _SIGNS.get(part[0], re.escape(part[0]))
         try:
@@ -108,7 +84,7 @@ class Pattern:
                 yield from (Claim(kind, self._separator.join(parts[at:])) for at in range(len(parts) - 1, -1, -1))
             elif value:
                 # Behind a hyphen Brightspace has the number of the submission.
-                yield Claim(kind, value.partition("-")[0], self.name) if kind == "lms_id" else Claim(kind, value)
+                yield Claim(kind, value.partition("-")[0], _NAME) if kind == "lms_id" else Claim(kind, value)
 
 
 def platform(text: str) -> Platform:
@@ -122,14 +98,7 @@ def platform(text: str) -> Platform:
     def recognises(_root: Path, entries: Sequence[Path]) -> bool:
         return 2 * sum(pattern.read(entry) is not None for entry in entries) > len(entries)  # most of them
 
-    return Platform(
-        pattern.name, pattern.name, "", recognises, partial(_read, pattern), lambda _delivery: [], pattern.own
-    )
-
-
-def recognised(root: Path, entries: Sequence[Path]) -> Platform | None:
-    """Return the known pattern by which the entries are named, if it is one that cannot be meant otherwise."""
-    return next((each for each in map(platform, _RECOGNISED) if each.recognises(root, entries)), None)
+    return Platform(_NAME, _NAME, "", recognises, partial(_read, pattern), lambda _delivery: [])
 
 
 def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
@@ -138,7 +107,7 @@ def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
     for entry in (member for each in entries for member in _members(pattern, each)):
         if found := pattern.read(entry):
             people.setdefault(found.claims, []).append(found)
-        elif entry.name not in pattern.own:
+        else:
             odd.append(entry)
     hand_ins, notes = others(odd)
     for claims, parts in people.items():
@@ -154,7 +123,7 @@ def _read(pattern: Pattern, _root: Path, entries: Sequence[Path]) -> Export:
         if earlier and not last[0].when:
             left = ", ".join(part.entry.name for attempt in earlier for part in attempt)
             notes.append(f"{label}: attempt {last[0].attempt} is graded, the last one, not {left}.")
-    return Export(pattern.name, tuple(hand_ins), tuple(notes))
+    return Export(_NAME, tuple(hand_ins), tuple(notes))
 
 
 def _members(pattern: Pattern, entry: Path) -> Sequence[Path]:
@@ -182,6 +151,6 @@ def _time(text: str) -> dt.datetime | None:
 def _refusal(text: str) -> UsageError:
     return UsageError(
         f'--pattern "{text}" does not say how files are named.',
-        f"Write {', '.join(KNOWN)}, or the name with {', '.join(f'{{{field}}}' for field in _FIELDS)} in it, each once "
-        "and at least one of the person; * stands for anything, [ ] is around what may be absent.",
+        f"Write the name with {', '.join(f'{{{field}}}' for field in _FIELDS)} in it, each once and "
+        " at least one of the person; * stands for anything, [ ] is around what may be absent.",
     )

@@ -1,6 +1,6 @@
 """Read roster.csv: who is in the class. Columns are found by their names.
 
-A gradebook of Canvas, a grading worksheet of Moodle in any language and a roster of GitHub Classroom serve too.
+A gradebook of Canvas, a grading worksheet of Moodle and a roster of GitHub Classroom serve too.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def _recognised(root: Path, entries: Sequence[Path]) -> Platform:
     """Return the platform that wrote the folder; `plain`, which takes any, is asked last."""
     *known, plain = sorted(all_platforms().values(), key=lambda platform: platform.layout == "plain")
     found = next((platform for platform in known if platform.recognises(root, entries)), None)
-    return found or file_names.recognised(root, entries) or plain
+    return found or plain
 
 
 def _innermost(root: Path) -> Path:
