@@ -23,7 +23,7 @@ from grader.errors import (
     SubmissionError,
     UsageError,
 )
-from grader.host import atomic, namespaces, ros_env, shortage
+from grader.host import namespaces, ros_env, shortage, tempdir
 from grader.processes import supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S, Reuse
@@ -52,14 +52,14 @@ def _supervised(options: argparse.Namespace) -> int:
     except GraderError as error:
         words, status = str(error), EXIT_OUR_FAULT
     from grader import building
-    from grader.building import pruning
+    from grader.building import cache
     from grader.course import find
 
     with contextlib.suppress(GraderError):  # the work was done in a process of its own, which alone chose the language
         find(getattr(options, "course", None))
-    pruning.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
+    cache.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
     if out is not None:
-        atomic.remove_left(out, new=new)
+        tempdir.remove_left(out, new=new)
     Progress().done()
     words = say(words) if words else say("interrupted; {what}", what=say(options.interrupted))
     print(f"grader: {words}", file=sys.stderr)
@@ -481,13 +481,13 @@ def _doctor(options: argparse.Namespace) -> int:
 
 def _cache(options: argparse.Namespace) -> int:
     from grader import building
-    from grader.building import pruning
+    from grader.building import cache
 
     if options.older_than is not None and not options.prune:
         raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
     folder: Path = options.cache or building.cache_folder()
     if options.prune:
-        removed, in_use = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
+        removed, in_use = cache.prune(folder, 30.0 if options.older_than is None else options.older_than)
         gone = [
             f"{len(entries)} {title} ({sum(each.bytes for each in entries) / 1e6:.1f} MB)"
             for title, entries in removed.items()
@@ -497,7 +497,7 @@ def _cache(options: argparse.Namespace) -> int:
         if in_use:
             print(f"{in_use} more are in use by a grading that is going on.")
     print(f"Cache: {folder}")
-    for title, entries in pruning.stores(folder).items():
+    for title, entries in cache.stores(folder).items():
         times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in entries]
         used = f"last used {times[0]} to {times[-1]}" if times else ""
         size = sum(entry.bytes for entry in entries) / 1e6

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from grader import evidence, sandbox
 from grader.building import cache as build_cache
-from grader.building import install_tree, type_hashes
+from grader.building import install_tree
 from grader.course import Course
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, submission_user, tempdir
@@ -325,13 +325,13 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
     """
     if not facts.ok:
         return replace(facts, flags=[*removed, *install_tree.tampering_flags(work / "install")])
-    own = [type_hashes.definitions(work / "src" / package.name) for package in job.packages]
+    own = [install_tree.definitions(work / "src" / package.name) for package in job.packages]
     installed = {f"{name}.{name.partition('/')[0]}": text for name, text in facts.interface_texts.items()}
     # A definition that CMake generates is not in the source; then the installed text counts.
     texts = installed | {name: text for each in reversed(own) for name, text in each.items()}
-    made = {facts.types_package: type_hashes.compute(texts, facts.types_package, job.cache)}
+    made = {facts.types_package: install_tree.generate(texts, facts.types_package, job.cache)}
     if facts.package not in made and own and own[0]:
-        made[facts.package] = type_hashes.compute(own[0], facts.package, job.cache)
+        made[facts.package] = install_tree.generate(own[0], facts.package, job.cache)
     hashes, flags = {}, []
     for name, found in facts.type_hashes.items():
         if found == made[facts.types_package].hashes.get(name):

@@ -25,7 +25,7 @@ from grader.classroom.roster import Person
 from grader.course import find, load, name_of, named
 from grader.errors import GraderError, UsageError
 from grader.host import dds_domain, namespaces, provenance, shortage
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.progress import Progress
 from grader.sanitize import printable
 from grader.scoring import rubric

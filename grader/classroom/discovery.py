@@ -14,8 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from grader.classroom import ledger, matching, platforms, times
-from grader.classroom.class_folder import ClassFacts, Entry
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import ClassFacts, Doubt, DoubtKind, Entry
 from grader.classroom.ledger import Source
 from grader.classroom.matching import Match
 from grader.classroom.roster import Person

@@ -10,8 +10,7 @@ from enum import Enum
 from typing import Any
 
 from grader.classroom import lateness, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.doubt import DoubtKind
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, DoubtKind, Entry, Record, Status
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride, Reason
 from grader.classroom.roster import Person

@@ -24,7 +24,7 @@ from grader.classroom.overrides import Decisions, PersonDecision
 from grader.course import Course, named
 from grader.errors import GraderError
 from grader.host import provenance
-from grader.host.atomic import not_interrupted, write_atomically
+from grader.host.tempdir import not_interrupted, write_atomically
 from grader.report import data
 from grader.report.data import DATA
 from grader.scoring import rubric

@@ -19,7 +19,7 @@ from typing import Any
 from grader.classroom import gradebook
 from grader.classroom.class_folder import OVERVIEW, ClassFolder, Record, Status
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Rubric
 from grader.words import counted

@@ -17,8 +17,7 @@ from statistics import mean
 from typing import Any
 
 from grader.classroom import cells, lateness
-from grader.classroom.class_folder import ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Doubt, DoubtKind, Entry, Record, Status
 from grader.classroom.lateness import LateRule, clock
 from grader.classroom.matching import GO_ON
 from grader.classroom.overrides import Decisions

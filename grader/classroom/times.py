@@ -12,9 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader.classroom import roster, worksheet
-from grader.classroom.class_folder import Entry
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom import roster
+from grader.classroom.class_folder import Doubt, DoubtKind, Entry
 from grader.classroom.identity import Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
@@ -94,9 +93,9 @@ def _of_table(path: Path) -> Iterator[HandInTime]:
             if (value := getattr(person, kind))
         )
         state = status.casefold()
-        if text not in _NONE and not state.startswith(worksheet.NOT_HANDED_IN):
-            yield HandInTime(claims, local_time(text) or worksheet.time(text), text)
-        elif state.startswith(worksheet.HANDED_IN):
+        if text not in _NONE and not state.startswith(roster.NOT_HANDED_IN):
+            yield HandInTime(claims, local_time(text) or roster.worksheet_time(text), text)
+        elif state.startswith(roster.HANDED_IN):
             yield HandInTime(claims, None, "")
 
 

@@ -11,8 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from grader.evidence import Finding
 from grader.python_ast import Function, called, last_name
-from grader.quality.call_graph import CallGraph, own_body
-from grader.quality.parsed_module import Module, imports
+from grader.quality.parsed_module import CallGraph, Module, imports, own_body
 
 _MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
 _MUTABLE_CALLS = ("list", "dict", "set", "bytearray", "defaultdict", "deque", "OrderedDict", "Counter")

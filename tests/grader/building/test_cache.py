@@ -12,7 +12,7 @@ from helpers import course as spec
 from helpers.course import COURSE
 
 from grader import building, evidence, pipeline, sandbox
-from grader.building import cache, type_hashes
+from grader.building import cache, install_tree
 from grader.errors import GraderError
 from grader.host import ros_env
 
@@ -71,7 +71,7 @@ def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr(sandbox, "run", answers)
     monkeypatch.setattr(Path, "read_bytes", lambda *_: data)
     with pytest.raises(GraderError, match="computed again"):
-        type_hashes.compute({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
+        install_tree.generate({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
 
 
 @pytest.mark.slow  # builds with colcon twice

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader import cli
-from grader.building import cache, pruning
+from grader.building import cache
 
 DAY_S = 86400
 
@@ -35,7 +35,7 @@ def names(folder: Path) -> list[str]:
 
 def pruned(folder: Path, days: float) -> tuple[dict[str, int], int]:
     """Return how many entries were removed, by store, and how many are in use."""
-    removed, in_use = pruning.prune(folder, days)
+    removed, in_use = cache.prune(folder, days)
     return {title: len(entries) for title, entries in removed.items() if entries}, in_use
 
 
@@ -63,10 +63,10 @@ def test_what_is_being_built_stays_and_what_a_killed_build_left_goes(folder: Pat
     for name in ("a", "c"):
         (folder / "builds" / f"{name * 40}.xyz.work").mkdir()
     with cache.locked(folder / "builds" / f"{'c' * 40}.lock"):
-        pruning.remove_abandoned(folder)
+        cache.remove_abandoned(folder)
         assert [path.name[0] for path in (folder / "builds").glob("*.work")] == ["c"]
         assert pruned(folder, 0)[1] == 1
-    pruning.prune(folder, 0)
+    cache.prune(folder, 0)
     assert names(folder) == []
 
 

@@ -12,7 +12,7 @@ from grader import cli
 from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts
 from grader.classroom.discovery import Found
-from grader.classroom.file_names import Pattern
+from grader.classroom.platforms import Pattern
 from grader.classroom.roster import Person
 from grader.errors import UsageError
 

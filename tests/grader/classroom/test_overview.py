@@ -12,7 +12,7 @@ import pytest
 from helpers.class_reports import report
 
 from grader.classroom import gradebook, overview
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import Doubt, DoubtKind
 from grader.classroom.platforms import plain
 from grader.scoring import rubric
 

@@ -6,7 +6,7 @@ import datetime as dt
 
 import pytest
 
-from grader.classroom import roster, times, worksheet
+from grader.classroom import roster, times
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 
@@ -111,11 +111,11 @@ def test_a_german_worksheet_is_a_roster_with_times(tmp_path):
     ],
 )
 def test_a_time_is_read_in_moodles_languages(text, hour):
-    found = worksheet.time(text)
+    found = roster.worksheet_time(text)
     assert found is not None
     assert (found.year, found.month, found.day, found.hour) == (2026, 11, 20, hour)
 
 
 @pytest.mark.parametrize("text", ["-", "20 novembre 2026, 10:00", "20/11/2026 10:00", "yesterday"])
 def test_a_time_that_is_not_sure_is_not_guessed(text):
-    assert worksheet.time(text) is None
+    assert roster.worksheet_time(text) is None

@@ -1,4 +1,4 @@
-"""Watch how much is written below some folders, and whether the disk has space for it."""
+"""Watch what a sandbox writes and whether the disk has space for it; and its processes, where no cgroup counts them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from grader.host import shortage
+from grader.host import procfs, shortage
 
 _MAX_DEPTH = 200  # nested folders
 _MAX_PATH = 3000  # bytes; nothing could be read by a path of more than 4096
@@ -94,3 +94,38 @@ def _used(folders: Sequence[Path]) -> tuple[int, int]:
                         # A sparse file takes its full size as soon as it is copied.
                         size += max(facts.st_blocks * 512, facts.st_size)
     return size, count
+
+
+class ProcessGuard:
+    """Stops a command that has used up its processes.
+
+    The kernel refuses it more of them (RLIMIT_NPROC), but those that it has already would keep every core of the
+    machine busy until the command's time is over.
+    """
+
+    _POLL_S = 0.1
+    # The kernel counts what starts and ends between two looks, too.
+    _SHARE = 7 / 8
+
+    def __init__(self, tree: Callable[[], Sequence[int]], limit: int, stop: Callable[[], None]) -> None:
+        """Watch from now on the processes that `tree` returns.
+
+        Once they have almost `limit` threads together, call `stop`, and `exceeded` is "processes".
+        """
+        self.exceeded = ""
+        self._tree, self._most, self._stop = tree, self._SHARE * limit, stop
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop watching."""
+        self._closed.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._closed.wait(self._POLL_S):
+            if procfs.count_threads(self._tree()) >= self._most:
+                self.exceeded = "processes"
+                self._stop()
+                return
