@@ -22,7 +22,7 @@ from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.intake.containers import MB, SizeLimits
-from grader.intake.unpack import unpack
+from grader.intake.submission import unpack
 
 # An export of 300 submissions of the largest size that intake takes.
 EXPORT_LIMITS = SizeLimits(

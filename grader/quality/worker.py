@@ -22,10 +22,8 @@ from grader.evidence import TestReport, reading_limits
 from grader.intake.package_xml import read_xml
 from grader.python_ast import is_test
 from grader.quality.contract_use import created_interfaces, function_use, parameter_use
-from grader.quality.definitions import public_definitions, with_violations
-from grader.quality.duplicates import duplicated_blocks
 from grader.quality.faults import find_faults
-from grader.quality.habits import bad_habits
+from grader.quality.linting import bad_habits, duplicated_blocks, public_definitions, with_violations
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
 from grader.quality.parsed_module import CallGraph, Module, functions_of, installed_as, parse

@@ -16,7 +16,7 @@ from containers.situations import DOCKER, PYTHON, REFERENCE, SITUATIONS, Situati
 from grader import KIT
 from grader.authoring import export, package_edits
 from grader.course import kits_own
-from grader.selftest.attacks import attack_run
+from grader.selftest.attacks import command
 
 pytestmark = [
     pytest.mark.containers,
@@ -104,7 +104,7 @@ def test_gradescope_gives_the_reference_all_points(autograder: Path):
 def attacking(name: str, folder: Path) -> Path:
     """Return the reference with an attack."""
     package = package_edits.copy(REFERENCE, folder)
-    for change in (*attack_run.ATTACKS[name].weak, *attack_run.ATTACKS[name].changes):
+    for change in (*command.ATTACKS[name].weak, *command.ATTACKS[name].changes):
         change(package)
     return package
 

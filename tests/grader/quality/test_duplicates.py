@@ -10,7 +10,7 @@ from helpers.course import PACKAGE
 from helpers.quality_examples import facts, judged, reference
 
 from grader.checks.check_structure import test_no_block_is_repeated as copies
-from grader.quality.duplicates import duplicated_blocks
+from grader.quality.linting import duplicated_blocks
 from grader.quality.parsed_module import parse
 
 TEXTS = beside(__file__)

@@ -11,7 +11,7 @@ from helpers.quality_examples import CONTROLLER, facts, judged, reference
 
 from grader.checks.check_habits import test_callbacks_do_not_sleep as sleeping
 from grader.checks.check_habits import test_no_bare_except_print_or_mutable_default as habits
-from grader.quality.habits import CALLED_AT_ONCE, bad_habits
+from grader.quality.linting import CALLED_AT_ONCE, bad_habits
 from grader.quality.parsed_module import CallGraph, parse
 
 TEXTS = beside(__file__)
