@@ -120,10 +120,6 @@ def _parse(sources: Sources, course: Course) -> tuple[list[Module], list[evidenc
     return modules, files
 
 
-if __name__ == "__main__":
-    sys.exit(main())
-
-
 NAME = "test_results.xml"
 _MAX_BYTES = 4 * 1024 * 1024
 _MAX_CASES = 5000
@@ -159,3 +155,7 @@ def names_of_tests(modules: Sequence[Module]) -> Iterator[str]:
                 for member in node.body if isinstance(node, ast.ClassDef) else [node]:
                     if is_test(member):
                         yield f"{module.stem}::{member.name}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
