@@ -45,14 +45,10 @@ _FILE_TEST = re.compile(r"(?<!\(BUILD_TESTING AND )\b(EXISTS|IS_[A-Z]+)\b")  # B
 
 @dataclass(frozen=True)
 class Built:
-    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`).
-
-    `use` keeps the install tree in the cache as long as this object lives.
-    """
+    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`)."""
 
     facts: evidence.Build
     install: Path
-    use: build_cache.Use | None = None
 
 
 @dataclass(frozen=True)
@@ -126,10 +122,9 @@ def build(
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with build_cache.locked(folder.with_suffix(build_cache.LOCK)):
-            use = build_cache.Use(folder)
             facts = build_cache.load(folder)
             if facts is not None:
-                return Built(replace(facts, cached=True), folder / "install", use)
+                return Built(replace(facts, cached=True), folder / "install")
             for left in folder.parent.glob(f"{folder.name}.*.work"):  # by a grader that was killed
                 tempdir.remove(left)
             if missing := ros_env.missing_tools():
@@ -140,7 +135,7 @@ def build(
                 raise GraderError(say(words, tools=say(" and no ").join(missing)))
             job = _Job(packages, cache, course, seconds, trusted, main or course.package)
             with submission_user.readable_by_sandboxes():
-                return replace(_build(job, folder), use=use)
+                return _build(job, folder)
     except OSError as error:
         words = mark("Cannot write the build to {path}: {why}. Choose another --cache.")
         raise GraderError(shortage.explain(error) or say(words, path=folder.parent, why=error)) from error
@@ -212,7 +207,6 @@ def _copy_build_tree(job: _Job, work: Path) -> None:
     tree = job.cache / "trees" / build_cache.build_key(sorted((alone / "src").iterdir()))
     tree.parent.mkdir(parents=True, exist_ok=True)
     with build_cache.locked(tree.with_suffix(build_cache.LOCK)):
-        _use = build_cache.Use(tree)  # until this function ends
         if not build_cache.is_intact(tree):
             tempdir.remove(tree)
             result = _colcon(job, alone)  # fails where there is nothing to install, when all that takes time is done
