@@ -49,7 +49,7 @@ def test_the_reference_gets_all_points_where_the_doctor_says_so(situation: Situa
 def test_points_are_the_same_by_other_users_as_by_namespaces():
     names = ["reference", "silent_when_idle", "drives_too_slowly", "ignores_the_limit", "stops_late"]
     names += ["looks_all_around", "speed_without_a_sign", "battery_as_a_ratio", "minus_pi_stays", "prints_its_answers"]
-    line = [str(PYTHON), "-m", "submissions.points", *names, "has_a_failing_test"]
+    line = [str(PYTHON), "-m", "submissions.table", "--points", *names, "has_a_failing_test"]
     here = subprocess.run(
         line, cwd=KIT, env=os.environ | {"PYTHONPATH": ".:tests"}, capture_output=True, text=True, check=True
     )
