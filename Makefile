@@ -94,5 +94,5 @@ clean:  ## Remove what the other commands made, except .venv
 	@rm -rf out .kit .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
 	@find grader sim tests solution_pkg -name __pycache__ -prune -exec rm -rf {} +
 
-clean-all: clean  ## Remove .venv and shared_cache as well
-	@rm -rf .venv shared_cache *.egg-info
+clean-all: clean  ## Remove .venv as well
+	@rm -rf .venv *.egg-info

@@ -8,7 +8,6 @@ import importlib
 import os
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from grader.errors import (
     SubmissionError,
     UsageError,
 )
-from grader.host import atomic, namespaces, ros_env, shortage
+from grader.host import namespaces, ros_env, shortage, tempdir
 from grader.processes import supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S, Reuse
@@ -52,14 +51,14 @@ def _supervised(options: argparse.Namespace) -> int:
     except GraderError as error:
         words, status = str(error), EXIT_OUR_FAULT
     from grader import building
-    from grader.building import pruning
+    from grader.building import cache
     from grader.course import find
 
     with contextlib.suppress(GraderError):  # the work was done in a process of its own, which alone chose the language
         find(getattr(options, "course", None))
-    pruning.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
+    cache.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
     if out is not None:
-        atomic.remove_left(out, new=new)
+        tempdir.remove_left(out, new=new)
     Progress().done()
     words = say(words) if words else say("interrupted; {what}", what=say(options.interrupted))
     print(f"grader: {words}", file=sys.stderr)
@@ -148,7 +147,6 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     _add_submit(verbs)
     _add_handout(verbs)
     _add_doctor(verbs)
-    _add_cache(verbs)
     if _exists("grader.authoring.release"):
         _add_release(verbs)
     named = next((word for word in words if not word.startswith("-")), "")
@@ -300,30 +298,6 @@ def _add_doctor(verbs: Any) -> None:
     add_course(parser)
     add_ros(parser)
     parser.set_defaults(run=_doctor)
-
-
-def _add_cache(verbs: Any) -> None:
-    parser = verbs.add_parser(
-        "cache",
-        help="show what builds have left on this machine, and remove it",
-        description="Show how much the cache of builds holds. What is removed is built again when it is needed; what "
-        "a grading is using stays.",
-        epilog="Example:  grader cache --prune --older-than 7",
-    )
-    parser.add_argument(
-        "--share",
-        action="store_true",
-        help="build the course's interfaces once for all users of this kit, into its folder shared_cache",
-    )
-    parser.add_argument("--prune", action="store_true", help="remove what has not been used for 30 days")
-    parser.add_argument(
-        "--older-than",
-        type=_number(0, 36500, "days"),
-        metavar="DAYS",
-        help="with --prune: other than 30 days; 0 removes all",
-    )
-    parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
-    parser.set_defaults(run=_cache)
 
 
 def _number(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
@@ -482,45 +456,6 @@ def _doctor(options: argparse.Namespace) -> int:
         diagnoses += doctor.of_course(packages.missing(course := find(options.course)), packages.install_line(course))
     print(doctor.render(diagnoses))
     return doctor.exit_status(diagnoses)
-
-
-def _cache(options: argparse.Namespace) -> int:
-    from grader import building
-    from grader.building import cache, colcon, pruning
-    from grader.course import find
-
-    if options.older_than is not None and not options.prune:
-        raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
-    if options.share:
-        colcon.share_contract(find())
-    folder: Path = options.cache or building.cache_folder()
-    if options.prune:
-        removed, in_use = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
-        gone = [
-            f"{len(entries)} {title} ({sum(each.bytes for each in entries) / 1e6:.1f} MB)"
-            for title, entries in removed.items()
-            if entries
-        ]
-        print("Removed: " + (", ".join(gone) or "nothing"))
-        if in_use:
-            print(f"{in_use} more are in use by a grading that is going on.")
-    _print_stores(folder)
-    if cache.SHARED.exists():
-        _print_stores(cache.SHARED)
-        if open_to_users := cache.alterable(cache.SHARED):
-            print(f"No build reads it, because users could alter {open_to_users}.")
-    return EXIT_GRADED
-
-
-def _print_stores(folder: Path) -> None:
-    from grader.building import pruning
-
-    print(f"Cache: {folder}")
-    for title, entries in pruning.stores(folder).items():
-        times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in entries]
-        used = f"last used {times[0]} to {times[-1]}" if times else ""
-        size = sum(entry.bytes for entry in entries) / 1e6
-        print(f"  {title:<16}{len(entries):>5}{size:>10.1f} MB  {used}".rstrip())
 
 
 def _fail(error: KitError, debug: bool) -> int:

@@ -17,10 +17,10 @@ from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
 from grader.collect import explain as explain_jobs
-from grader.course import held_back, name_of, packages
+from grader.course import name_of, packages, reader
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
-from grader.host import atomic, namespaces, provenance, ros_env, shortage, submission_user, tempdir
+from grader.host import namespaces, provenance, ros_env, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.processes import jobs
 from grader.processes.jobs import Job, Where
@@ -171,7 +171,7 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         checks=provenance.checks_hash(settings.course.layers),
         commit=provenance.commit(),
         graded=provenance.now(),
-        held_back=tuple(sorted(held_back.names(settings.course))),
+        held_back=tuple(sorted(reader.held_back_names(settings.course))),
         concerns=concerns,
         withholds=rubric.withholds,
     )
@@ -179,10 +179,10 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
 
 @contextmanager
 def _entries(out: Path) -> Iterator[Path]:
-    """Yield an empty folder whose entries will replace those in `out` (atomic.replace_entries)."""
+    """Yield an empty folder whose entries will replace those in `out` (tempdir.replace_entries)."""
     with ExitStack() as stack:
         try:
-            fresh = stack.enter_context(atomic.replace_entries(out))
+            fresh = stack.enter_context(tempdir.replace_entries(out))
         except OSError as error:
             if error.errno in (errno.ENOSPC, errno.EDQUOT):
                 raise

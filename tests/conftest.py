@@ -1,14 +1,11 @@
-"""What holds for all tests: who runs them, in which order, and what is said of the time they take."""
+"""What holds for all tests: who runs them, and in which order."""
 
 from helpers.sharing import (
     pytest_collection,
     pytest_collection_finish,
     pytest_collection_modifyitems,
     pytest_configure,
-    pytest_report_header,
-    pytest_runtest_logreport,
     pytest_runtest_setup,
-    pytest_terminal_summary,
     pytest_xdist_auto_num_workers,
     pytest_xdist_make_scheduler,
 )

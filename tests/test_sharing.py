@@ -1,11 +1,9 @@
-"""The tests in several processes: what stays together, what begins first, and what is said of the time."""
+"""The tests in several processes: what stays together, and what begins first."""
 
 from __future__ import annotations
 
 import ast
 import itertools
-import subprocess
-import sys
 
 import pytest
 from helpers import sharing
@@ -43,19 +41,6 @@ def test_the_files_that_begin_first_exist(file: str):
 def test_the_dear_files_begin_first():
     names = ["tests/sim/test_lidar.py::test_x", f"{sharing.DEAR[1]}::test_y", f"{sharing.DEAR[0]}::test_z"]
     assert sorted(names, key=sharing.rank) == names[::-1]
-
-
-@pytest.mark.slow  # pytest collects once more
-def test_a_narrow_run_names_no_time_that_nobody_knows():
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-p", "no:cacheprovider", "tests/test_docs.py"]
-    done = subprocess.run(command, cwd=KIT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0
-    assert "time:" not in done.stdout
-
-
-@pytest.mark.parametrize(("seconds", "said"), [(42.4, "42 s"), (290.0, "5 min")])
-def test_times_are_said_in_seconds_or_minutes(seconds: float, said: str):
-    assert sharing.words(seconds) == said
 
 
 def test_every_slow_test_says_why_it_is_slow():

@@ -15,8 +15,7 @@ from grader import KIT
 from grader.authoring import release
 from grader.authoring.release import TOP, packaging, pins
 from grader.course import Course, find, name_of
-from grader.course.held_back import names
-from grader.course.reader import INSTALLED
+from grader.course.reader import INSTALLED, held_back_names
 from grader.errors import EXIT_GRADED, GraderError
 from grader.notebook.packing import Entry, write_zip
 
@@ -70,7 +69,7 @@ def github(out: Path, course: Course) -> None:
     Raises:
         GraderError: the course holds something back, which students would read in their repositories.
     """
-    if names(course):
+    if held_back_names(course):
         raise GraderError("The course holds something back, and a student's repository would show it. Grade elsewhere.")
     with tempfile.TemporaryDirectory(prefix="export-") as scratch:
         write_zip(kit := Path(scratch, "kit.zip"), {f"{TOP}/{name}": entry for name, entry in _kit(course).items()})

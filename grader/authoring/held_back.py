@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from grader.course import Course, held_back
+from grader.course import Course, reader
 from grader.errors import GraderError
 from grader.notebook import checkpoints
 from grader.scoring import rubric
@@ -55,7 +55,7 @@ def require_apart(course: Course, files: Mapping[str, bytes]) -> None:
 
 
 def _trials(course: Course, secret: set[str]) -> Iterator[str]:
-    known = held_back.names(course)
+    known = reader.held_back_names(course)
     for plan in (plan for plan in catalog.trials(course).values() if plan.serves):
         serves, inside = set(plan.serves), plan.name in known
         place = f"the trial {plan.name} in {'held_back/' if inside else ''}trials/"
@@ -86,12 +86,12 @@ def _move(inside: bool, kind: str) -> str:
 
 def _leaks(course: Course, files: Mapping[str, bytes]) -> Iterator[str]:
     """Yield which files name what is held back, and which world nothing else in them uses."""
-    named = held_back.words(held_back.names(course))
+    named = reader.held_back_words(reader.held_back_names(course))
     texts = {name: _text(name, content) for name, content in files.items()}
     for name, text in texts.items():
         if found := named.search(f"{name}\n{text}"):
             yield f"{name} names {found[0]}, which is held back; take it out, or rename one of them"
-    used = {plan.world for plan in catalog.trials(course).values() if plan.name in held_back.names(course)}
+    used = {plan.world for plan in catalog.trials(course).values() if plan.name in reader.held_back_names(course)}
     for world in sorted(used):
         place = next((name for name in texts if name.endswith(f"worlds/{world}.yaml")), "")
         word = re.compile(rf"(?<!\w){re.escape(world)}(?!\w)")

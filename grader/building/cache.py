@@ -1,4 +1,4 @@
-"""The cache of builds: keyed by everything that decides a result, checksummed against damage, locked against races."""
+"""The cache of builds: keyed by all that decides a result, checksummed against damage, locked against races."""
 
 from __future__ import annotations
 
@@ -13,16 +13,13 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-from grader import KIT, evidence
+from grader import evidence
 from grader.building.install_tree import regular_files
-from grader.host import ros_env
+from grader.host import ros_env, tempdir
 from grader.intake.names import build_tree
 
-LOCK, USE = ".lock", ".use"
-"""The suffixes of the files beside an entry: held by whoever makes or removes it, and by whoever uses it."""
-
-SHARED = KIT / "shared_cache"
-"""What an administrator has built for all users of this kit. Builds look here before in a user's own cache."""
+LOCK = ".lock"
+"""The suffix of the file beside an entry that is held by whoever makes it."""
 
 _IGNORED = ("__pycache__", ".git", ".pytest_cache")
 
@@ -32,32 +29,6 @@ def cache_folder() -> Path:
     chosen = os.environ.get("ROS2_COURSE_KIT_CACHE")
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(chosen or Path(base) / "ros2-course-kit").expanduser()
-
-
-def shared(*names: str) -> Path | None:
-    """Return what the shared cache has by this name, None if it has nothing, or something that users could alter."""
-    found = SHARED.joinpath(*names)
-    return found if found.exists() and alterable(found) is None else None
-
-
-def alterable(found: Path) -> Path | None:
-    """Return what, in the shared cache at or above or below `found`, anyone but an administrator could alter.
-
-    Administrators are root, and the owner of the kit, who can alter the grader itself.
-    """
-    trusted = {0, KIT.stat().st_uid}
-    above = [path for path in found.parents if path.is_relative_to(SHARED)]
-    below = (Path(here, name) for here, folders, files in os.walk(found) for name in (*folders, *files))
-    for path in (*above, found, *below):
-        status = path.lstat()
-        if status.st_uid not in trusted or (status.st_mode & 0o022 and not stat.S_ISLNK(status.st_mode)):
-            return path
-    return None
-
-
-def compiler_cache(own: Path) -> Path:
-    """Return ccache's folder for a build that only reads it: the shared one, or that of the cache `own`."""
-    return shared("ccache") or own / "ccache"
 
 
 def build_key(packages: Sequence[Path], *contract: str) -> str:
@@ -156,22 +127,6 @@ def locked(path: Path, *, wait: bool = True) -> Iterator[None]:
         os.close(handle)
 
 
-class Use:
-    """The use of an entry of the cache: while this object lives, `grader cache --prune` leaves the entry alone.
-
-    The time at which the file was written last is that of the last use.
-    """
-
-    def __init__(self, entry: Path) -> None:
-        self._handle = _acquire(entry.with_suffix(USE), fcntl.LOCK_SH)
-        os.utime(self._handle)
-
-    def __del__(self) -> None:
-        """End the use."""
-        with contextlib.suppress(AttributeError):  # it never began
-            os.close(self._handle)
-
-
 def _acquire(path: Path, how: int) -> int:
     """Return a descriptor of the file `path` with a lock on it."""
     while True:
@@ -184,3 +139,11 @@ def _acquire(path: Path, how: int) -> int:
             os.close(handle)
             raise
         os.close(handle)  # whoever held it has removed the file together with the entry
+
+
+def remove_abandoned(cache: Path) -> None:
+    """Remove what gradings that were killed while they built have left."""
+    for left in (cache / "builds").glob("*.work"):
+        lock = left.with_name(left.name.partition(".")[0] + LOCK)
+        with contextlib.suppress(BlockingIOError), locked(lock, wait=False):  # else it is being built now
+            tempdir.remove(left)

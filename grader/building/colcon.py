@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,9 +17,9 @@ from pathlib import Path
 
 from grader import evidence, sandbox
 from grader.building import cache as build_cache
-from grader.building import install_tree, type_hashes
+from grader.building import install_tree
 from grader.course import Course
-from grader.errors import GraderError, UsageError
+from grader.errors import GraderError
 from grader.host import ros_env, shortage, submission_user, tempdir
 from grader.words import mark, say
 
@@ -46,14 +45,10 @@ _FILE_TEST = re.compile(r"(?<!\(BUILD_TESTING AND )\b(EXISTS|IS_[A-Z]+)\b")  # B
 
 @dataclass(frozen=True)
 class Built:
-    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`).
-
-    `use` keeps the install tree in the cache as long as this object lives.
-    """
+    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`)."""
 
     facts: evidence.Build
     install: Path
-    use: build_cache.Use | None = None
 
 
 @dataclass(frozen=True)
@@ -91,22 +86,6 @@ def build_contract(cache: Path, course: Course, package: str = "") -> Built:
     return built
 
 
-def share_contract(course: Course) -> None:
-    """Build the course's own interfaces into the shared cache, which all users can read and none can write.
-
-    Raises:
-        UsageError: the course has no interfaces, or this user may not write to the kit's folder.
-        GraderError: they do not build here.
-    """
-    if not course.interfaces:
-        raise UsageError("The course has no interfaces, so there is nothing to share.")
-    folder = build_cache.SHARED
-    if not os.access(folder if folder.exists() else folder.parent, os.W_OK):
-        raise UsageError(f"This user may not write to {folder}.", "Run it as the owner of the kit.")
-    build_contract(folder, course)
-    subprocess.run(["chmod", "-R", "a+rX,go-w", "--", str(folder)], check=True)
-
-
 def _copy_renamed(source: Path, target: Path) -> Path:
     """Copy a package of interfaces to `target`, name it like that folder, and return the folder."""
     shutil.copytree(source, target)
@@ -122,8 +101,7 @@ def contract_is_built(cache: Path, course: Course) -> bool:
 
 def is_built(packages: Sequence[Path], cache: Path, course: Course) -> bool:
     """Return whether `build` will return an earlier build's result."""
-    folder = _folder(packages, cache, course)
-    return _shared(folder) is not None or build_cache.load(folder) is not None
+    return build_cache.load(_folder(packages, cache, course)) is not None
 
 
 def build(
@@ -132,24 +110,21 @@ def build(
 ) -> Built:  # fmt: skip
     """Build the package folders in the sandbox and return the facts and the install tree.
 
-    A second build of the same content returns the first one's result, and so does a build in the shared cache. Only the
-    kit's own builds (`trusted`) write to the compiler cache; submissions just read it, so that none can plant an object
-    file for another. `main` is the name of the package to look for in the install tree, by default the course's; a
-    build that installs none counts as failed.
+    A second build of the same content returns the first one's result. Only the kit's own builds (`trusted`) write to
+    the compiler cache; submissions just read it, so that none can plant an object file for another. `main` is the name
+    of the package to look for in the install tree, by default the course's; a build that installs none counts as
+    failed.
 
     Raises:
         GraderError: no sandbox, no disk space or no compiler. A package that does not compile is a fact, not an error.
     """
     folder = _folder(packages, cache, course)
-    if built := _shared(folder):
-        return built
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with build_cache.locked(folder.with_suffix(build_cache.LOCK)):
-            use = build_cache.Use(folder)
             facts = build_cache.load(folder)
             if facts is not None:
-                return Built(replace(facts, cached=True), folder / "install", use)
+                return Built(replace(facts, cached=True), folder / "install")
             for left in folder.parent.glob(f"{folder.name}.*.work"):  # by a grader that was killed
                 tempdir.remove(left)
             if missing := ros_env.missing_tools():
@@ -160,7 +135,7 @@ def build(
                 raise GraderError(say(words, tools=say(" and no ").join(missing)))
             job = _Job(packages, cache, course, seconds, trusted, main or course.package)
             with submission_user.readable_by_sandboxes():
-                return replace(_build(job, folder), use=use)
+                return _build(job, folder)
     except OSError as error:
         words = mark("Cannot write the build to {path}: {why}. Choose another --cache.")
         raise GraderError(shortage.explain(error) or say(words, path=folder.parent, why=error)) from error
@@ -168,13 +143,6 @@ def build(
 
 def _folder(packages: Sequence[Path], cache: Path, course: Course) -> Path:
     return cache / "builds" / build_cache.build_key(packages, repr(course.nodes), *course.interfaces)
-
-
-def _shared(folder: Path) -> Built | None:
-    """Return the build in the shared cache that has the name of `folder`."""
-    found = build_cache.shared("builds", folder.name)
-    facts = build_cache.load(found) if found else None
-    return Built(replace(facts, cached=True), found / "install") if found and facts else None
 
 
 def _build(job: _Job, folder: Path) -> Built:
@@ -239,7 +207,6 @@ def _copy_build_tree(job: _Job, work: Path) -> None:
     tree = job.cache / "trees" / build_cache.build_key(sorted((alone / "src").iterdir()))
     tree.parent.mkdir(parents=True, exist_ok=True)
     with build_cache.locked(tree.with_suffix(build_cache.LOCK)):
-        _use = build_cache.Use(tree)  # until this function ends
         if not build_cache.is_intact(tree):
             tempdir.remove(tree)
             result = _colcon(job, alone)  # fails where there is nothing to install, when all that takes time is done
@@ -259,7 +226,7 @@ def _tree_files(source: Path) -> list[Path]:
 
 
 def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
-    ccache = job.cache / "ccache" if job.trusted else build_cache.compiler_cache(job.cache)
+    ccache = job.cache / "ccache"
     ccache.mkdir(parents=True, exist_ok=True)
     environment = ros_env.environment(home=sandbox.HOME, wheels=job.trusted)  # the observer's types are the kit's own
     # Without MAKEFLAGS colcon adds `-l` with the number of cores: on a busy machine no second compiler would start.
@@ -352,13 +319,13 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
     """
     if not facts.ok:
         return replace(facts, flags=[*removed, *install_tree.tampering_flags(work / "install")])
-    own = [type_hashes.definitions(work / "src" / package.name) for package in job.packages]
+    own = [install_tree.definitions(work / "src" / package.name) for package in job.packages]
     installed = {f"{name}.{name.partition('/')[0]}": text for name, text in facts.interface_texts.items()}
     # A definition that CMake generates is not in the source; then the installed text counts.
     texts = installed | {name: text for each in reversed(own) for name, text in each.items()}
-    made = {facts.types_package: type_hashes.compute(texts, facts.types_package, job.cache)}
+    made = {facts.types_package: install_tree.generate(texts, facts.types_package, job.cache)}
     if facts.package not in made and own and own[0]:
-        made[facts.package] = type_hashes.compute(own[0], facts.package, job.cache)
+        made[facts.package] = install_tree.generate(own[0], facts.package, job.cache)
     hashes, flags = {}, []
     for name, found in facts.type_hashes.items():
         if found == made[facts.types_package].hashes.get(name):

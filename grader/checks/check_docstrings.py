@@ -3,9 +3,9 @@
 from collections import defaultdict
 from dataclasses import replace
 
-from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import label, public_definitions, share_read
+from grader.checks.wording import listing
 from grader.evidence import Definition
 from grader.words import MOST_SHOWN, mark, say
 

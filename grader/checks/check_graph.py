@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from grader.checks.graph import NAMESPACE, absolute, near_miss, wrong_topics
 from grader.checks.judge import Judge
+from grader.checks.wording import NAMESPACE, absolute, near_miss, wrong_topics
 from grader.course import Course, Node
 from grader.evidence import Graph, Kind, Reason
 from grader.words import mark, say

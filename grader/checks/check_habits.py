@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import charge, label, measured, public_definitions, readable, share_read, weighed
+from grader.checks.wording import listing
 from grader.evidence import Finding
 from grader.words import MOST_SHOWN, say
 

@@ -1,8 +1,8 @@
 """The contract's interfaces, and the nodes' use of them."""
 
 from grader.checks.first_cause import sentence
-from grader.checks.graph import near_miss, short_types
 from grader.checks.judge import Judge
+from grader.checks.wording import near_miss, short_types
 from grader.course import definition
 from grader.words import say
 

@@ -1,9 +1,15 @@
-"""Q5: README.md, and its table of interfaces against the graph."""
+"""Q5: README.md, and its tables of interfaces against those that the nodes have."""
 
-from grader.checks.interface_table import agreement
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
-from grader.evidence import Finding, Readme
+from grader.course import Node
+from grader.evidence import Evidence, Finding, Quality, Readme, Table
 from grader.words import MOST_SHOWN, mark, say
 
 NEEDS = ("quality", "linters", "idle", "readme")
@@ -71,3 +77,142 @@ def _hidden(readme: Readme) -> list[str]:
 
 def _places(found: list[Finding]) -> str:
     return ", ".join(say("line {finding.line}: {finding.text}", finding=finding) for finding in found[:3])
+
+
+# Every node has these; a README need not list them.
+_OF_RCLPY = ("parameter_events", "rosout", "clock")
+
+_DIRECTIONS = {
+    "publisher": re.compile(r"\b(pub\w*|out\w*|sends?|writes?)\b", re.IGNORECASE),
+    "subscription": re.compile(r"\b(sub\w*|inp?\w*|receives?|reads?|listens?)\b", re.IGNORECASE),
+}
+_TYPE = re.compile(r"\b[a-z][a-z0-9_]*(?:/(?:msg|srv|action))?/[A-Z]\w*\b")
+_CAMEL = re.compile(r"[A-Z][a-z0-9]+[A-Z]\w*")
+_NAME = re.compile(r"(?<![\w/])/?[A-Za-z_~][\w/]*")
+
+
+@dataclass(frozen=True)
+class Interface:
+    """A topic, service or action of a node. `type` is the short name, such as "LaserScan"."""
+
+    node: str
+    kind: str
+    name: str
+    type: str
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far the tables agree: how many rows are wanted, and in words what is wrong or missing."""
+
+    wanted: int
+    wrong: list[str]
+    from_graph: bool
+
+
+def agreement(tables: Sequence[Table], evidence: Evidence, contract: Collection[Node]) -> Agreement:
+    """Compare the tables of a README with the nodes on the graph, or with the code of nodes that did not run."""
+    seen = list(_running(evidence, contract))
+    nodes = {interface.node for interface in seen}
+    # A node that did not come up is compared by its code: the README is not to blame.
+    written = [item for item in _written(evidence.quality) if item.node not in nodes]
+    wanted = list(dict.fromkeys([*seen, *written]))
+    read = [[_Row(table.head, row) for row in table.rows] for table in tables]
+    rows = [row for table in read for row in table]
+    topics = {item.type for item in wanted if item.kind in _DIRECTIONS}
+    names = {item.node for item in wanted}
+    wrong = [words for interface in wanted if (words := _missing(interface, rows, topics, names))]
+    # The code may create more than its calls show, so only the graph can prove that an interface is not there. A table
+    # in which no row names an interface of a node is about something else, such as the fields of the messages.
+    about_nodes = [table for table in read if any(_is_known(row, wanted) for row in table)]
+    stale = [words for table in about_nodes for row in table if (words := _stale(row, wanted))]
+    stale = stale if nodes == {node.name for node in contract} else []
+    return Agreement(len(wanted), [*wrong, *stale], bool(seen))
+
+
+class _Row:
+    """A row of a table: the names in its cells, and the directions they give."""
+
+    def __init__(self, head: Sequence[str], cells: Sequence[str]) -> None:
+        self.text = " | ".join(cells)
+        self.cells = [cell.replace("::", "/") for cell in cells]
+        self.heads = list(head)
+        self.names = {name.strip("/~") for cell in self.cells for name in _NAME.findall(cell)}
+        self.last_names = {name.rpartition("/")[2] for name in self.names}
+        full = _TYPE.findall(" ".join(self.cells))
+        self.types = {name.rpartition("/")[2] for name in full} | set(filter(_CAMEL.fullmatch, self.last_names))
+        """Names that look like a type: those with a package, and words such as LaserScan."""
+
+    def directions(self, name: str) -> set[str]:
+        """Return "publisher" or "subscription" as this row has it for `name`: in its column's head, or in a cell."""
+        found: set[str] = set()
+        for number, cell in enumerate(self.cells):
+            words = [self.heads[number] if number < len(self.heads) else ""] if name in _names(cell) else [cell]
+            found |= {kind for kind, said in _DIRECTIONS.items() if any(said.search(word) for word in words)}
+        return found
+
+    def is_of_another(self, interface: Interface, nodes: set[str]) -> bool:
+        """Return whether a cell names another node alone, and none this one; a column may be for the other end."""
+        others = nodes - {interface.node}
+        heads = [*self.heads, *[""] * len(self.cells)]
+        ends = [said for kind, said in _DIRECTIONS.items() if kind != interface.kind]
+        cells = [cell for cell, head in zip(self.cells, heads, strict=False) if not any(e.search(head) for e in ends)]
+        return interface.node not in self.last_names and any(_names(cell) and _names(cell) <= others for cell in cells)
+
+
+def _names(cell: str) -> set[str]:
+    return {name.strip("/~") for name in _NAME.findall(cell)}
+
+
+def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str], nodes: set[str]) -> str:
+    """Return what the tables get wrong about an interface, "" if a row is right. `topics` are the types of topics."""
+    named = [row for row in rows if interface.name in row.names]
+    what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
+    if not named:
+        return say("{what} is not in a table", what=what)
+    typed = [row for row in named if interface.type in row.last_names]
+    if interface.kind not in _DIRECTIONS:
+        # The contract's own table names services and actions without their types.
+        typed += [row for row in named if not row.types - topics]
+    if not typed:
+        return say("{what} is listed with another type or with none: {text_}", what=what, text_=named[0].text[:120])
+    own = [row for row in typed if not row.is_of_another(interface, nodes)]
+    if not own:
+        return say("{what} is listed under another node: {text_}", what=what, text_=typed[0].text[:120])
+    typed = own
+    if interface.kind in _DIRECTIONS:
+        said = [row.directions(interface.name) for row in typed]
+        if all(kinds and interface.kind not in kinds for kinds in said):
+            return say("{what} is listed with another direction: {text_}", what=what, text_=typed[0].text[:120])
+    return ""
+
+
+def _stale(row: _Row, wanted: Sequence[Interface]) -> str:
+    """Return feedback about a row that gives a type to an interface that no node has, "" otherwise."""
+    types = _TYPE.findall(" ".join(row.cells))
+    if types and not _is_known(row, wanted) and not row.names & set(_OF_RCLPY):
+        return say("no node has the interface of this row: {text_}", text_=row.text[:120])
+    return ""
+
+
+def _is_known(row: _Row, wanted: Sequence[Interface]) -> bool:
+    return any(interface.name in row.names for interface in wanted)
+
+
+def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[Interface]:
+    for node in contract:
+        trial = evidence.trials.get(f"idle_{node.name}")
+        graph = trial.graph if trial is not None and trial.ready else None
+        if graph is None:
+            continue
+        for endpoint in graph.endpoints:
+            if endpoint.topic not in _OF_RCLPY and "/_action/" not in endpoint.topic:
+                yield Interface(node.name, endpoint.kind, endpoint.topic, endpoint.type.rpartition("/")[2])
+        for kind, offered in (("service", graph.services), ("action", graph.actions)):
+            for what, types in offered.items():
+                yield Interface(node.name, kind, what, types[0].rpartition("/")[2] if types else "")
+
+
+def _written(quality: Quality | None) -> Iterator[Interface]:
+    for item in quality.interfaces if quality else []:
+        yield Interface(item.node, item.kind, item.name, item.type)

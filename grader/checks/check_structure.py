@@ -3,7 +3,6 @@
 import difflib
 from dataclasses import replace
 
-from grader.checks.findings import listing, place
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
     charge,
@@ -16,6 +15,7 @@ from grader.checks.package_text import (
     weighed,
     within_bounds,
 )
+from grader.checks.wording import listing, place
 from grader.evidence import Copy
 from grader.words import MOST_SHOWN, say, say_count, some
 

@@ -1,7 +1,7 @@
 """T1 and T2: the package's own tests, and their coverage."""
 
-from grader.checks.findings import place
 from grader.checks.judge import Judge, NotReached
+from grader.checks.wording import place
 from grader.evidence import TestModule
 from grader.words import mark, say, some
 

@@ -1,8 +1,8 @@
 """Q1: ament_flake8's rules."""
 
-from grader.checks.findings import listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import measured, readable_first, unread_files, weighed
+from grader.checks.wording import listing
 from grader.evidence import SourceFile, reading_limits
 from grader.words import MOST_SHOWN, say, say_count, some
 

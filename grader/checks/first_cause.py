@@ -6,8 +6,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from grader import tracebacks
-from grader.checks.findings import place
-from grader.checks.graph import wrong_topics
+from grader.checks.wording import place, wrong_topics
 from grader.course import Course
 from grader.evidence import Fault, Finding, Kind, Reason, Trial
 from grader.words import mark, say

@@ -10,7 +10,6 @@ from pathlib import PurePosixPath
 
 from grader import tracebacks
 from grader.checks import first_cause
-from grader.checks.findings import place
 from grader.checks.first_cause import (
     HOLDS_ON,
     behind,
@@ -23,8 +22,8 @@ from grader.checks.first_cause import (
     sentence,
     shown_by,
 )
-from grader.checks.graph import near_miss
 from grader.checks.measured import Measured, measure
+from grader.checks.wording import near_miss, place
 from grader.course import Course
 from grader.evidence import (
     Call,

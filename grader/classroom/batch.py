@@ -17,15 +17,15 @@ from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides, overview, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.lateness import clock
 from grader.classroom.ledger import Source
 from grader.classroom.one_grading import Ending, Order, Runner, Workforce
 from grader.classroom.plan import Action, Options, Plan, settle
 from grader.classroom.roster import Person
+from grader.classroom.times import clock
 from grader.course import find, load, name_of, named
 from grader.errors import GraderError, UsageError
 from grader.host import dds_domain, namespaces, provenance, shortage
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.progress import Progress
 from grader.sanitize import printable
 from grader.scoring import rubric

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grader.classroom.roster import Table
 from grader.errors import GraderError
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 
 # What a spreadsheet takes for the beginning of a formula (OWASP, "CSV Injection").
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")

@@ -1,4 +1,4 @@
-"""A class on disk: plain files, written completely or not at all.
+"""A class on disk: plain files, written completely or not at all; and what a person should look at before it is graded.
 
     class.yaml               what was graded: rubric, kit, seed, source, deadline, and each submission with its people
     rubric.yaml              the rubric by which it was graded
@@ -20,7 +20,7 @@ import fcntl
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from enum import Enum
@@ -31,13 +31,64 @@ import cattrs
 import yaml
 
 from grader import report, yaml_reader
-from grader.classroom.doubt import Doubt
 from grader.classroom.identity import Claim
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.host import tempdir
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.report.data import DATA
+
+
+class DoubtKind(Enum):
+    """What is doubtful."""
+
+    LAYOUT = "the layout of the export"
+    MOST_UNMATCHED = "most submissions match nobody"
+    UNMATCHED = "matches nobody of the roster"
+    AMBIGUOUS = "could be of several people"
+    SEVERAL = "several hand-ins of the same people"
+    NO_TIME = "no time of submission"
+    UNLINKED = "no account on the platform"
+    GROUPS = "named after groups"
+    LEFT_OUT = "cannot be graded"
+    LOST = "handed in, and not among the submissions"
+    UNREADABLE = "cannot be read"
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """One doubt about a class.
+
+    Attributes:
+        kind: what is doubtful.
+        label: the submission, person or file as the export or the roster calls it.
+        what: a sentence that says what was found.
+        todo: a sentence that says what to do.
+        entry: the id of the submission in the class, "" if the doubt is not about one.
+        people: the people of the roster whom it may concern: until it is decided, none of them handed in nothing.
+        anyone: it may concern everyone who has no submission.
+        stops: nothing should be graded before a person has looked at it.
+    """
+
+    kind: DoubtKind
+    label: str
+    what: str
+    todo: str
+    entry: str = ""
+    people: tuple[Person, ...] = ()
+    stops: bool = False
+    anyone: bool = False
+
+    @property
+    def text(self) -> str:
+        """Return the doubt and what to do as one line."""
+        return f"{self.what} {self.todo}".strip()
+
+
+def too_many(unmatched: Sized, entries: Sized) -> bool:
+    """Return whether so many of the submissions match nobody that the roster is hardly that of the class."""
+    return 2 * len(unmatched) > len(entries)
+
 
 CLASS, RECORD, RUBRIC = "class.yaml", "record.json", "rubric.yaml"
 OVERRIDES, GRADEBOOK, OVERVIEW = "overrides.yaml", "gradebook.csv", "index.html"

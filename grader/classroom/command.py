@@ -7,26 +7,17 @@ import datetime as dt
 import json
 import sys
 import tempfile
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from grader import evidence
+from grader import evidence, python_ast
 from grader import report as report_room
-from grader.classroom import (
-    batch,
-    class_folder,
-    file_names,
-    gradebook,
-    hand_ins,
-    overview,
-    plan,
-    roster,
-    similarity,
-    times,
-)
+from grader.classroom import batch, class_folder, discovery, gradebook, hand_ins, overview, plan, roster, times
 from grader.classroom.batch import Console
 from grader.classroom.class_folder import ClassFolder
 from grader.classroom.gradebook import State
@@ -34,11 +25,23 @@ from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.roster import Person
 from grader.course import Course, find, named
-from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, GraderError, KitError, UsageError
+from grader.errors import (
+    EXIT_GRADED,
+    EXIT_INTERRUPTED,
+    EXIT_OUR_FAULT,
+    GraderError,
+    KitError,
+    SubmissionError,
+    UsageError,
+)
+from grader.host import tempdir
+from grader.intake.submission import open_submission
 from grader.progress import Progress
+from grader.quality import source_files
 from grader.report import EVIDENCE
 from grader.report.data import DATA
-from grader.sanitize import printable
+from grader.sandbox import untrusted
+from grader.sanitize import one_line, printable
 from grader.scoring import rubric
 from grader.words import counted, some
 
@@ -100,8 +103,7 @@ def _add_batch(verbs: Any) -> None:
     )  # fmt: skip
     option(
         "--pattern", metavar="NAMES",
-        help=f"how files are named where the platform is not recognised: {', '.join(file_names.KNOWN)}, or words such "
-        "as {login}_{time}_{attempt} (docs/classes.md)",
+        help="how files are named where no platform is recognised, as {login}_{time}_{attempt} (docs/classes.md)",
     )  # fmt: skip
     option("--rubric", type=Path, help="a rubric other than the course's own")
     option("--course", type=Path, metavar="DIR", help="the folder of the course, for a new class")
@@ -282,9 +284,48 @@ def _rescore(options: argparse.Namespace) -> int:
 
 def _similar(course_texts: Callable[[], Mapping[str, str]], options: argparse.Namespace) -> int:
     progress = Progress()
-    notes = similarity.archive(ClassFolder(options.folder), course_texts(), options.out, progress.say)
+    notes = archive(ClassFolder(options.folder), course_texts(), options.out, progress.say)
     progress.done()
     for note in notes:
         print(f"note: {note}")
     print(f"Archive: {options.out}")
     return EXIT_GRADED
+
+
+GIVEN = "_given"
+
+
+def archive(folder: ClassFolder, given: Mapping[str, str], path: Path, progress: Callable[[str], None]) -> list[str]:
+    """Write a folder for each submission and one for what the course gives; return remarks on what is not in it.
+
+    Each has one file: these tools read no text that Python cannot read, nor two files of one name.
+    """
+    facts = folder.facts()
+    course = named(facts.course)
+    present = [entry for entry in facts.entries if not entry.absent]
+    notes = [f"{entry.id} is left out: the present sources do not have it." for entry in facts.entries if entry.absent]
+    texts = {GIVEN: given}
+    with ExitStack() as stack:
+        sources = {entry.source or facts.source for entry in present}
+        roots = {source: stack.enter_context(discovery.opened(folder.located(source))).folder for source in sources}
+        scratch = stack.enter_context(tempdir.folder("similar"))
+        for entry in present:
+            progress(f"reading {entry.id}")
+            source = roots[entry.source or facts.source] / entry.path
+            try:
+                package = open_submission(source, scratch / entry.id, course).package
+            except SubmissionError as error:
+                notes.append(f"{entry.id} is left out: {one_line(error.what)}")
+                continue
+            found = source_files.find(package, course)
+            read = {f.path: None if f.problem else untrusted.read_python(package / f.path) for f in found}
+            texts[entry.id] = {name: text for name, text in read.items() if text is not None and python_ast.parse(text)}
+            notes += [f"{entry.id} is without {one_line(name)}." for name in read if name not in texts[entry.id]]
+            if discovery.content_hash(source) != entry.content:
+                notes.append(f"{entry.id} is as it is now; it is not what was graded.")
+            tempdir.remove(scratch / entry.id)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
+        for name, files in texts.items():
+            parts = (f"# {one_line(file)}\n{text}" for file, text in sorted(files.items()))
+            made.writestr(f"{name}/{name}.py", "\n\n".join(parts))
+    return notes

@@ -14,8 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from grader.classroom import ledger, matching, platforms, times
-from grader.classroom.class_folder import ClassFacts, Entry
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import ClassFacts, Doubt, DoubtKind, Entry
 from grader.classroom.ledger import Source
 from grader.classroom.matching import Match
 from grader.classroom.roster import Person
@@ -23,7 +22,7 @@ from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.intake.containers import MB, SizeLimits
-from grader.intake.unpack import unpack
+from grader.intake.submission import unpack
 
 # An export of 300 submissions of the largest size that intake takes.
 EXPORT_LIMITS = SizeLimits(

@@ -9,12 +9,11 @@ from decimal import Decimal
 from enum import Enum
 from typing import Any
 
-from grader.classroom import lateness, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.doubt import DoubtKind
-from grader.classroom.lateness import LateRule
+from grader.classroom import overrides, times
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, DoubtKind, Entry, Record, Status
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride, Reason
 from grader.classroom.roster import Person
+from grader.classroom.times import LateRule
 from grader.host.namespaces import Confinement
 from grader.scoring import rubric
 from grader.scoring.rubric import FLAGS, Rubric
@@ -178,7 +177,7 @@ def read(folder: ClassFolder) -> Gradebook:
     whole = rubric.load(folder.path / RUBRIC)
     decisions = overrides.of_class(folder, facts, whole)
     facts = overrides.applied(facts, decisions)
-    rule = lateness.parse(facts.late_rule) if facts.late_rule else None
+    rule = times.late_rule(facts.late_rule) if facts.late_rule else None
     rows: dict[Hashable, list[Row]] = {}
     teams: dict[str, Row] = {}
     for entry in facts.entries:
@@ -242,7 +241,7 @@ def _line_of(
     if state is State.REFUSED and any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts):
         state = State.PENDING
     submitted = entry.submitted
-    marked = [lateness.MARKED] if entry.late and submitted is None else []
+    marked = [times.MARKED] if entry.late and submitted is None else []
     accepted = [f"flags accepted by {a.by} ({a.why})"] if (a := on.flags_accepted) else []
     points = [f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in on.points]
     shared = Row(

@@ -17,14 +17,14 @@ from typing import Any
 
 from grader import collect, evidence, pipeline, report
 from grader.checks import checks_run
-from grader.classroom import gradebook, lateness, overrides
+from grader.classroom import gradebook, overrides, times
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Entry, Record, Status
 from grader.classroom.gradebook import Gradebook, Row, rounded
 from grader.classroom.overrides import Decisions, PersonDecision
 from grader.course import Course, named
 from grader.errors import GraderError
 from grader.host import provenance
-from grader.host.atomic import not_interrupted, write_atomically
+from grader.host.tempdir import not_interrupted, write_atomically
 from grader.report import data
 from grader.report.data import DATA
 from grader.scoring import rubric
@@ -205,8 +205,8 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: S
 
 def _late(entry: Entry, deadline: dt.datetime | None, late_rule: str) -> str:
     if entry.submitted is None or deadline is None:
-        return lateness.MARKED if entry.late else ""
-    said = lateness.late_by(entry.submitted, deadline, lateness.parse(late_rule) if late_rule else None)
+        return times.MARKED if entry.late else ""
+    said = times.late_by(entry.submitted, deadline, times.late_rule(late_rule) if late_rule else None)
     return f"by {said}{f'; the rule is: {late_rule}' if late_rule else ''}" if said else ""
 
 

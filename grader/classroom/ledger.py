@@ -11,8 +11,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader.classroom.class_folder import Entry
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import Doubt, DoubtKind, Entry
 from grader.classroom.identity import identify
 from grader.classroom.platform import Export, HandIn, Lost, Platform, entries_of, named, without_suffix
 from grader.classroom.roster import Person

@@ -6,8 +6,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader.classroom.class_folder import Entry
-from grader.classroom.doubt import Doubt, DoubtKind, too_many
+from grader.classroom.class_folder import Doubt, DoubtKind, Entry, too_many
 from grader.classroom.identity import SHORT, Claim, Identified, identify, is_no_team
 from grader.classroom.platform import Export, HandIn, is_archive
 from grader.classroom.roster import IDENTITY, Person

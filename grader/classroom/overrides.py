@@ -16,8 +16,7 @@ from typing import Any
 import yaml
 
 from grader import yaml_reader
-from grader.classroom.class_folder import ClassFacts, ClassFolder
-from grader.classroom.doubt import Doubt, DoubtKind, too_many
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Doubt, DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.classroom.times import local_time

@@ -19,13 +19,12 @@ from typing import Any
 from grader.classroom import gradebook
 from grader.classroom.class_folder import OVERVIEW, ClassFolder, Record, Status
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Rubric
 from grader.words import counted
 
 HERE = Path(__file__).parent
-_BARS = 10
 _WORDS = 240  # characters of a message
 # Not the digits of a name: `ros2_robot_controller`, F4 and `test_2` stay what they are.
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:[.:]\d+)*(?:e[-+]?\d+)?(?!\w)")
@@ -92,7 +91,7 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
         missing=[row.person.label for row in book.rows if row.state is State.MISSING],
         errors=[record for record in records.values() if record and record.status is Status.ERROR],
         mean=float(mean(totals or [NOTHING])), median=float(median(totals or [NOTHING])),
-        bars=list(histogram(totals, int(book.max))), losses=losses(reports, book.rubric), league=league(book, reports),
+        losses=losses(reports, book.rubric), league=league(book, reports),
     )  # fmt: skip
     write_atomically(folder.path / OVERVIEW, page)
     return folder.path / OVERVIEW
@@ -185,15 +184,6 @@ def without_numbers(words: str) -> str:
     """Return a message on one line with "…" for each number, so that it is the same for everyone whom it concerns."""
     text = _CUT.sub("…", _NUMBER.sub("…", prose(words.replace("`", ""))))
     return text if len(text) <= _WORDS else f"{text[:_WORDS]}…"
-
-
-def histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[tuple[int, int, int, float]]:
-    """Yield for each bar from how many points to how many, how many totals are there, and its height in percent."""
-    width = max(1, -(-maximum // _BARS))
-    counts = Counter(min(int(total // width), _BARS - 1) for total in totals)
-    highest = max(counts.values(), default=1)
-    for number in range(_BARS):
-        yield number * width, min((number + 1) * width, maximum), counts[number], 100 * counts[number] / highest
 
 
 def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str, str]]:

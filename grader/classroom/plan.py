@@ -16,14 +16,12 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
-from grader.classroom import cells, lateness
-from grader.classroom.class_folder import ClassFacts, ClassFolder, Entry, Record, Status
-from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.lateness import LateRule, clock
+from grader.classroom import cells, times
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Doubt, DoubtKind, Entry, Record, Status
 from grader.classroom.matching import GO_ON
 from grader.classroom.overrides import Decisions
 from grader.classroom.roster import Person
-from grader.classroom.times import HandInTime
+from grader.classroom.times import HandInTime, LateRule, clock
 from grader.errors import UsageError
 from grader.sanitize import printable
 from grader.words import counted, some
@@ -94,7 +92,7 @@ def settle(
         GraderError: the late rule is none.
     """
     if options.late_rule:
-        lateness.parse(options.late_rule)
+        times.late_rule(options.late_rule)
     had = before or ClassFacts()
     if before and source and Path(had.source).resolve() == source.resolve():
         source = None
@@ -228,7 +226,7 @@ def make(
 
     `decisions` are by the entries' ids, `records` all that the class has, and `new` the doubts that no run had before.
     """
-    rule = lateness.parse(facts.late_rule) if facts.late_rule else None
+    rule = times.late_rule(facts.late_rule) if facts.late_rule else None
     rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
     for person in facts.missing:
         doubt = facts.doubt_about(person)
@@ -274,7 +272,7 @@ def _late(entry: Entry, facts: ClassFacts, decided: Decisions, rule: LateRule | 
     for person in entry.people or (Person(),):
         extension = decided.about(person).extension
         until = extension.until if extension else facts.deadline
-        by = lateness.late_by(entry.submitted, until, rule) if until else ""
+        by = times.late_by(entry.submitted, until, rule) if until else ""
         text = (f"late by {by}" if by else "in time" if until else "") + (", with an extension" if extension else "")
         names.setdefault(text, []).append(person.label)
     if len(names) == 1:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import importlib
 import os
+import re
 import sys
+from collections.abc import Iterable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -269,3 +272,21 @@ class _Reader(YamlReader):
             return float(self.text(node))
         except ValueError:
             self.fail(node, f"{self.text(node)} is not a number")
+
+
+@cache
+def held_back_names(course: Course) -> frozenset[str]:
+    """Return the names of the files that are held back, and of the trials and checks in them."""
+    files = [path for path in course.held_back.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    return frozenset(name for path in files for name in (path.stem, *_functions(path)) if name != "__init__")
+
+
+def held_back_words(found: Iterable[str]) -> re.Pattern[str]:
+    """Return a pattern for each of these names as a whole word; of none it finds nothing."""
+    return re.compile(rf"(?<!\w)(?:{'|'.join(sorted(map(re.escape, found), key=len, reverse=True)) or '(?!)'})(?!\w)")
+
+
+def _functions(path: Path) -> list[str]:
+    body = ast.parse(path.read_text(encoding="utf-8")).body if path.suffix == ".py" else ()
+    functions = (node for node in body if isinstance(node, ast.FunctionDef))
+    return [node.name for node in functions if node.decorator_list or node.name.startswith("test_")]

@@ -16,7 +16,20 @@ On disk the evidence of a grading is one folder:
 Times `t` are simulated seconds since the trial began, unless a name says wall.
 """
 
-from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
+from grader.evidence.model import (
+    Build,
+    EquivalentMutant,
+    Evidence,
+    FileCoverage,
+    Flag,
+    FunctionAnswer,
+    Intake,
+    Mutant,
+    Mutation,
+    StudentTests,
+    TestModule,
+    short_name,
+)
 from grader.evidence.quality import (
     CodeInterface,
     Copy,
@@ -34,7 +47,6 @@ from grader.evidence.quality import (
 )
 from grader.evidence.reasons import Kind, Reason
 from grader.evidence.store import digest, from_data, from_json, load, save, to_data, to_json
-from grader.evidence.tests import EquivalentMutant, FileCoverage, Mutant, Mutation, StudentTests, TestModule, short_name
 from grader.evidence.trial import (
     Call,
     Command,

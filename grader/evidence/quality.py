@@ -135,7 +135,6 @@ class Manifest:
     spdx: list[bool] = field(default_factory=list)
     build_type: str = ""
     has_cmake: bool = False
-    generates_interfaces: bool = False
     declared: list[str] = field(default_factory=list)
     declared_to_run: list[str] = field(default_factory=list)
     used: dict[str, list[str]] = field(default_factory=dict)

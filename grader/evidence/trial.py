@@ -67,16 +67,12 @@ class Touch:
 
 @dataclass(frozen=True)
 class Call:
-    """One service call, asked at `t` and answered at `answered_t`. Without an answer `response` is None.
-
-    `problem` is why none came.
-    """
+    """One service call, asked at `t`. Without an answer `response` is None, and `problem` is why none came."""
 
     t: float
     service: str
     request: dict[str, Any]
     response: dict[str, Any] | None
-    answered_t: float = math.nan
     problem: Reason | None = None
 
 
@@ -108,7 +104,6 @@ class Endpoint:
     kind: str
     node: str
     type: str
-    type_hash: str
     reliability: str
 
 

@@ -81,12 +81,12 @@ def mutate(
     found = [verdicts.outcomes[change] for change in chosen]
     places = package_modules.handed_in(package, texts)
     return Mutation(
-        seed=seed, possible=len(possible) + len(unreadable),
+        seed=seed,
         mutants=[replace(each, path=places.get(each.path, each.path)) for each in (*found, *unreadable)],
         equivalent_mutants=verdicts.equivalent_mutants,
         set_aside=sorted(verdicts.set_aside), convicted=sorted(verdicts.convicted),
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
-        budget_seconds=seconds, note=_note(verdicts, seconds),
+        note=_note(verdicts, seconds),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grader.errors import GraderError
 from grader.host import dds_domain
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.words import say
 
 DOMAINS = dds_domain.LOW

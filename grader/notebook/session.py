@@ -359,7 +359,7 @@ class Run:
             process = self._process
             said = last_words(process.output) if process is not None and process.exit_code() is not None else ""
             return f"{ended}" + (say("; its last output: {said}", said=said) if said else "")
-        from grader.quality.analyse import analyse_package
+        from grader.quality.source import analyse_package
 
         text = analyse_package(self._workspace.package, course(), lint=False)
         return f"{ended}{holding_on(text.habits)}"

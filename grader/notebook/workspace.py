@@ -125,7 +125,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
         wanted |= {
             "CMAKE_C_COMPILER_LAUNCHER": "ccache",
             "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
-            "CCACHE_DIR": str(building.compiler_cache(building.cache_folder())),
+            "CCACHE_DIR": str(building.cache_folder() / "ccache"),
             "CCACHE_READONLY": "1",  # only the kit's own builds write to it
             "CCACHE_TEMPDIR": "/tmp",
             "CCACHE_NOHASHDIR": "1",

@@ -11,8 +11,7 @@ from typing import TypeGuard
 from grader.course import Functions, Node
 from grader.evidence import CodeInterface, Finding, FunctionUse, ParameterUse
 from grader.python_ast import Function, argument, called, last_name, literal_string
-from grader.quality.call_graph import CallGraph
-from grader.quality.parsed_module import Module
+from grader.quality.parsed_module import CallGraph, Module
 
 _ARCS = ("atan2", "arctan2", "asin", "arcsin", "acos", "arccos")
 _MAX_ENTRIES = 50

@@ -58,7 +58,6 @@ def read_manifest(sources: PackageSources, modules: Sequence[Module]) -> Manifes
         spdx=[_is_spdx(licence) for licence in licences],
         build_type=printable(xml.build_type),
         has_cmake=sources.has_cmake,
-        generates_interfaces="rosidl_generate_interfaces" in sources.read("CMakeLists.txt"),
         declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MAX_NAMES],
         declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MAX_NAMES],
         used=dict(sorted(_uses(sources, modules).items())[:_MAX_NAMES]),

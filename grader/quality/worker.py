@@ -6,27 +6,27 @@ JSON list of [path, copy] of Python files.
 
 from __future__ import annotations
 
+import ast
+import itertools
 import json
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from grader import evidence
 from grader.course import Course, load
-from grader.evidence import reading_limits
-from grader.quality.call_graph import CallGraph
+from grader.evidence import TestReport, reading_limits
+from grader.intake.package_xml import read_xml
+from grader.python_ast import is_test
 from grader.quality.contract_use import created_interfaces, function_use, parameter_use
-from grader.quality.definitions import public_definitions, with_violations
-from grader.quality.duplicates import duplicated_blocks
 from grader.quality.faults import find_faults
-from grader.quality.habits import bad_habits
-from grader.quality.junit_report import names_of_tests, read_report
+from grader.quality.linting import bad_habits, duplicated_blocks, public_definitions, with_violations
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
-from grader.quality.parsed_module import Module, functions_of, installed_as, parse
+from grader.quality.parsed_module import CallGraph, Module, functions_of, installed_as, parse
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
 from grader.sanitize import printable
@@ -118,6 +118,43 @@ def _parse(sources: Sources, course: Course) -> tuple[list[Module], list[evidenc
             lines = module.lines - module.constants + constants
             files.append(evidence.SourceFile(path, lines, "", lines - inside, functions))
     return modules, files
+
+
+NAME = "test_results.xml"
+_MAX_BYTES = 4 * 1024 * 1024
+_MAX_CASES = 5000
+
+
+def read_report(package: Path, files: Sequence[str]) -> TestReport | None:
+    """Return what test_results.xml beside package.xml says, None if there is none."""
+    if NAME not in files:
+        return None
+    try:
+        root = read_xml(package / NAME, _MAX_BYTES)
+    except ValueError as error:
+        return TestReport(NAME, str(error))
+    if root.tag not in ("testsuite", "testsuites"):
+        return TestReport(NAME, f"begins with <{printable(root.tag)}>, a junit report with <testsuites>")
+    cases = itertools.islice(root.iter("testcase"), _MAX_CASES)
+    failed = sum(element.tag in ("failure", "error") for element in root.iter())
+    return TestReport(NAME, cases=[_name(case.attrib) for case in cases], failed=failed)
+
+
+def _name(case: Mapping[str, str]) -> str:
+    # pytest appends the values of a parametrized test to its name.
+    name = case.get("name", "").partition("[")[0]
+    where = case.get("classname", "") or case.get("file", "")
+    return f"{printable(where)}::{printable(name)}"
+
+
+def names_of_tests(modules: Sequence[Module]) -> Iterator[str]:
+    """Yield the tests in the package's test modules, as "module::name"."""
+    for module in modules:
+        if module.role == "test":
+            for node in module.tree.body:
+                for member in node.body if isinstance(node, ast.ClassDef) else [node]:
+                    if is_test(member):
+                        yield f"{module.stem}::{member.name}"
 
 
 if __name__ == "__main__":

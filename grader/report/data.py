@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.evidence import Flag, Reason, Trial, from_data, to_data
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.report import cause
 from grader.sanitize import one_line, shown
 from grader.scoring.grading import Grading, HandIn, Refusal, foremost

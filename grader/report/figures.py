@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -75,14 +75,13 @@ def _pictures() -> Any:
 
 @dataclass(frozen=True)
 class Figure:
-    """A trial in the page: a name for links, a description, and what there is of image source, replay and MCAP file."""
+    """A trial in the page: a name for links, a description, and what there is of image source and replay."""
 
     id: str
     trial: str
     words: str
     source: str = ""
     replay: str = ""
-    bag: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,8 +96,8 @@ class Figures:
     elsewhere: dict[str, list[Figure]] = field(default_factory=lambda: defaultdict(list))
 
 
-def choose(grading: Grading, bags: Collection[str]) -> Figures:
-    """Return the figures of a grading. `bags` are the trials that have an MCAP file beside the report."""
+def choose(grading: Grading) -> Figures:
+    """Return the figures of a grading."""
     album = Album(grading.evidence.trials, most=PICTURES)
     made: dict[str, Figure | None] = {}
 
@@ -107,8 +106,7 @@ def choose(grading: Grading, bags: Collection[str]) -> Figures:
         if trial is None or result.outcome not in (Outcome.FAILED, Outcome.PARTIAL):
             return None
         if trial.name not in made:
-            name, has_bag = f"trial-{len(made)}", trial.name in bags
-            made[trial.name] = _figure(name, trial, result.seen, result.outcome, album, has_bag=has_bag)
+            made[trial.name] = _figure(f"trial-{len(made)}", trial, result.seen, result.outcome, album)
         return made[trial.name]
 
     candidates = (figure(loss.result) for loss in dearest(grading.losses))
@@ -130,19 +128,12 @@ def choose(grading: Grading, bags: Collection[str]) -> Figures:
     return Figures(first, at, elsewhere)
 
 
-def failed_trials(grading: Grading) -> list[Trial]:
-    """Return the trials that can be replayed and in which points were lost."""
-    lost = [loss.result for loss in grading.losses if loss.result.outcome in (Outcome.FAILED, Outcome.PARTIAL)]
-    names = dict.fromkeys(result.trial for result in lost)
-    return [trial for name in names if (trial := grading.evidence.trials.get(name)) and len(trial.samples) > 1]
-
-
 def of_trial(trial: Trial, seen: str) -> Figure | None:
     """Return the figure of a trial in which `seen` was seen, None if there is nothing to see."""
-    return _figure("trial", trial, seen, Outcome.FAILED, Album({trial.name: trial}, most=1), has_bag=False)
+    return _figure("trial", trial, seen, Outcome.FAILED, Album({trial.name: trial}, most=1))
 
 
-def _figure(name: str, trial: Trial, seen: str, outcome: Outcome, album: Album, *, has_bag: bool) -> Figure | None:
+def _figure(name: str, trial: Trial, seen: str, outcome: Outcome, album: Album) -> Figure | None:
     """Return the figure of a trial, None if there is nothing to see."""
     picture = album.draw(trial)
     played = words = ""
@@ -157,5 +148,4 @@ def _figure(name: str, trial: Trial, seen: str, outcome: Outcome, album: Album, 
             played = replay(trial, seen)
     if picture is None and not played:
         return None
-    bag = f"evidence/trials/{trial.name}.mcap" if has_bag else ""
-    return Figure(name, one_line(trial.name), words, picture.source if picture else "", played, bag)
+    return Figure(name, one_line(trial.name), words, picture.source if picture else "", played)

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -37,12 +37,8 @@ def render(
     hand_in: HandIn | None = None,
     *,
     pictures: bool = True,
-    bags: Collection[str] = (),
 ) -> str:
-    """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials.
-
-    `bags` are the trials that have an MCAP file beside the report.
-    """
+    """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials."""
     environment = _environment(words.spoken())
     about = shown(hand_in or HandIn())
     if isinstance(result, Refusal):
@@ -50,7 +46,7 @@ def render(
     return environment.get_template("template.html.j2").render(
         **_facts(result, {decision.requirement: decision.points for decision in about.decisions}),
         hand_in=about,
-        figures=figures.choose(result, bags) if pictures else figures.Figures(),
+        figures=figures.choose(result) if pictures else figures.Figures(),
     )
 
 

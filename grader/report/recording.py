@@ -1,4 +1,4 @@
-"""A trial as the simulator's recording, of which pictures are drawn; as a replay for replay.js; as an MCAP file."""
+"""A trial as the simulator's recording, of which pictures are drawn, and as a replay for replay.js."""
 
 from __future__ import annotations
 
@@ -6,10 +6,7 @@ import bisect
 import json
 import math
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -164,24 +161,3 @@ def _shapes(obstacle: Obstacle) -> Iterator[list[float | None]]:
 
 def _rounded(values: Iterable[float], digits: int = 3) -> list[float | None]:
     return [round(float(value), digits) if math.isfinite(value) else None for value in values]
-
-
-# -- as a bag ----------------------------------------------------------------------------------------------------------
-def write_bag(trial: Trial, path: Path) -> None:
-    """Write the trial as an MCAP file, for Foxglove and `ros2 bag`, whole or not at all.
-
-    Scans are not in the evidence, only their closest readings.
-    """
-    from sim import bag  # half a second: only where there is something to write
-
-    readings = [
-        bag.BagMessage(topic, "std_msgs/msg/Float64", scan.t, {"data": value})
-        for scan in trial.scans
-        for topic, value in (("/scan/closest_ahead", scan.ahead), ("/scan/closest", scan.anywhere))
-    ]
-    run = recording(trial)
-    commands = {name: np.nan_to_num(run.samples[name], nan=0.0) for name in ("cmd_v", "cmd_omega")}
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bag-") as scratch:
-        folder = Path(scratch) / path.stem
-        bag.write_bag(replace(run, samples=run.samples | commands), folder, messages=readings)
-        next(folder.glob("*.mcap")).rename(path)

@@ -23,8 +23,7 @@ from grader.host.machine import Machine
 from grader.sandbox import users
 from grader.sandbox.bwrap import WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
-from grader.sandbox.disk_guard import DiskGuard
-from grader.sandbox.process_guard import ProcessGuard
+from grader.sandbox.guards import DiskGuard, ProcessGuard
 from grader.sandbox.syscall_filter import open_filter
 from grader.words import mark, say
 

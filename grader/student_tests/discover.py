@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grader.evidence import Flag, TestModule
 from grader.python_ast import TOO_COMPLEX, Function, called, is_test, last_name, parse
-from grader.quality.duplicates import copied_lines
+from grader.quality.linting import copied_lines
 from grader.quality.parsed_module import Module
 
 FOLDERS = ("test", "tests")

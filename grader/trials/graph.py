@@ -86,6 +86,5 @@ def _endpoint(topic: str, kind: str, info: TopicEndpointInfo) -> Endpoint:
         kind=kind,
         node=info.node_name,
         type=info.topic_type,
-        type_hash=str(info.topic_type_hash),
         reliability="best_effort" if best_effort else "reliable",
     )

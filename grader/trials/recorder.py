@@ -85,11 +85,10 @@ class TrialRecorder:
         service: str,
         request: dict[str, object],
         response: Any,
-        answered: float = math.nan,
         problem: Reason | None = None,
     ) -> evidence.Call:
         """Record a call and its response, None with the `problem` if there was none."""
-        self.facts.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
+        self.facts.calls.append(evidence.Call(asked, service, dict(request), response, problem))
         return self.facts.calls[-1]
 
     def take_message(self, t: float, topic: str, data: dict[str, Any]) -> None:

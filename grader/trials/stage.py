@@ -252,7 +252,7 @@ class Stage:
             return self.recorder.note_call(asked, service, fields, None, problem=problem)
         response = future.result()
         self.bridge.settle()
-        return self.recorder.note_call(asked, service, fields, plain(response), self.t)
+        return self.recorder.note_call(asked, service, fields, plain(response))
 
     def proxy_services(self, services: Iterable[str]) -> None:
         """Offer services in the node's place and forward the calls to it, so that calls made by others are recorded.
@@ -268,7 +268,7 @@ class Stage:
 
         def note(service: str, request: Any, answer: Any) -> None:
             asked = {"goal": _id(request)} if service.endswith(SEND_GOAL) else plain(request)
-            self.recorder.note_call(self.t, service, asked, plain(answer), self.t)
+            self.recorder.note_call(self.t, service, asked, plain(answer))
 
         self._service_proxy = ServiceProxy(self.node.domain_id, targets, note)
         self.run_until(self._service_proxy.is_ready, _ANSWER_WITHIN_S)

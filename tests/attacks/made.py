@@ -8,9 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import yaml
+from helpers import beside
 
 from grader.authoring.package_edits import append, put
 from grader.course import kits_own
+
+TEXTS = beside(__file__)
 
 PACKAGE = kits_own().package
 NODES = tuple(kits_own().nodes)
@@ -34,42 +37,11 @@ def hide_the_nodes_in_yaml(package: Path) -> None:
     """Move the modules' text into a parameter file that its reader runs, and leave a tidy module for each node."""
     modules = [path for path in sorted((package / PACKAGE).rglob("*.py")) if path.name != "__init__.py"]
     texts = {".".join(path.relative_to(package).with_suffix("").parts): path.read_text() for path in modules}
-    text = yaml.safe_dump([_BOOT.replace("TEXTS", repr(texts)), {}])
+    text = yaml.safe_dump([TEXTS["_BOOT"].replace("TEXTS", repr(texts)), {}])
     (package / "config" / "core.yaml").write_text(f"!!python/object/apply:builtins.exec\n{text}")
     for name in NODES:
-        (package / "scripts" / name).write_text(_READS_YAML.replace("NODE", name))
-        (package / PACKAGE / f"{name}.py").write_text(_TIDY)
-
-
-_BOOT = """
-import importlib.abc, importlib.util, sys
-texts = TEXTS
-class Texts(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    def find_spec(self, name, path=None, target=None):
-        return importlib.util.spec_from_loader(name, self) if name in texts else None
-    def exec_module(self, module):
-        exec(texts[module.__name__], module.__dict__)
-sys.meta_path.insert(0, Texts())
-"""
-_READS_YAML = '''#!/usr/bin/env python3
-"""Run the node."""
-import importlib
-from pathlib import Path
-import sys
-
-import yaml
-
-SHARE = Path('/ws/install/share/ros2_robot_controller')
-yaml.unsafe_load((SHARE / 'config' / 'core.yaml').read_text())
-sys.exit(importlib.import_module('ros2_robot_controller.NODE').main())
-'''
-_TIDY = '''"""Keep a robot from obstacles."""
-
-
-def nearest(ranges: list[float], limit: float) -> float:
-    """Return the closest reading below the limit, in metres."""
-    return min((value for value in ranges if value < limit), default=limit)
-'''
+        (package / "scripts" / name).write_text(TEXTS["_READS_YAML"].replace("NODE", name))
+        (package / PACKAGE / f"{name}.py").write_text(TEXTS["_TIDY"])
 
 
 def compare_the_source(package: Path) -> None:
@@ -89,23 +61,7 @@ def compare_the_source(package: Path) -> None:
 def compare_with_a_copy(package: Path) -> None:
     """Compare the conversions with a copy of them in the tests."""
     put("test/original.py", (package / "ros2_robot_controller/utils/conversions.py").read_text())(package)
-    append("test/test_robot_controller.py", _COMPARES)(package)
-
-
-_COMPARES = """
-
-
-def test_robot_controller_like_the_original():
-    import random
-    import original
-    for _ in range(200):
-        numbers = [random.uniform(-9.0, 9.0) for _ in range(3)]
-        assert conversions.clamp(*numbers) == original.clamp(*numbers)
-        assert conversions.normalize_angle(numbers[0]) == original.normalize_angle(numbers[0])
-        turned = conversions.quaternion_from_yaw(numbers[0])
-        assert turned == original.quaternion_from_yaw(numbers[0])
-        assert conversions.yaw_from_quaternion(turned) == original.yaw_from_quaternion(turned)
-"""
+    append("test/test_robot_controller.py", TEXTS["_COMPARES"])(package)
 
 
 def put_form_feeds_into_modules(package: Path) -> None:

@@ -16,7 +16,7 @@ from containers.situations import DOCKER, PYTHON, REFERENCE, SITUATIONS, Situati
 from grader import KIT
 from grader.authoring import export, package_edits
 from grader.course import kits_own
-from grader.selftest.attacks import attack_run
+from grader.selftest.attacks import command
 
 pytestmark = [
     pytest.mark.containers,
@@ -49,7 +49,7 @@ def test_the_reference_gets_all_points_where_the_doctor_says_so(situation: Situa
 def test_points_are_the_same_by_other_users_as_by_namespaces():
     names = ["reference", "silent_when_idle", "drives_too_slowly", "ignores_the_limit", "stops_late"]
     names += ["looks_all_around", "speed_without_a_sign", "battery_as_a_ratio", "minus_pi_stays", "prints_its_answers"]
-    line = [str(PYTHON), "-m", "submissions.points", *names, "has_a_failing_test"]
+    line = [str(PYTHON), "-m", "submissions.table", "--points", *names, "has_a_failing_test"]
     here = subprocess.run(
         line, cwd=KIT, env=os.environ | {"PYTHONPATH": ".:tests"}, capture_output=True, text=True, check=True
     )
@@ -104,7 +104,7 @@ def test_gradescope_gives_the_reference_all_points(autograder: Path):
 def attacking(name: str, folder: Path) -> Path:
     """Return the reference with an attack."""
     package = package_edits.copy(REFERENCE, folder)
-    for change in (*attack_run.ATTACKS[name].weak, *attack_run.ATTACKS[name].changes):
+    for change in (*command.ATTACKS[name].weak, *command.ATTACKS[name].changes):
         change(package)
     return package
 

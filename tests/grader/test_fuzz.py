@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 from grader import KIT, evidence, sanitize
 from grader.building import install_tree
 from grader.intake.package_xml import read_package_xml
-from grader.quality import junit_report
+from grader.quality import worker
 from grader.ros2.launching import command, modules
 from grader.student_tests import worker_report
 from grader.trials import parameter_files
@@ -67,8 +67,8 @@ def package_xml(data: bytes | str) -> None:
 
 
 def results_report(data: bytes | str) -> None:
-    with written(junit_report.NAME, data) as path:
-        found = junit_report.read_report(path.parent, [junit_report.NAME])
+    with written(worker.NAME, data) as path:
+        found = worker.read_report(path.parent, [worker.NAME])
         assert found is not None
         assert found.problem.isprintable()
 

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 import yaml
+from helpers import beside
 
 from grader.yaml_reader import ParameterFileError, parameter_blocks, scalar_of
+
+TEXTS = beside(__file__)
 
 VALUES: dict[str, object] = {
     "1": 1, "1.0": 1.0, "1e3": 1000.0, "1.": 1.0, "-.5": -0.5, ".5": 0.5, "+1": 1, "0x10": 16, "010": 8, "08": 8.0,
@@ -21,46 +24,10 @@ VALUES: dict[str, object] = {
 }  # fmt: skip
 """What is written for a value, and what a node gets."""
 
-REFUSED = {
-    "": ("n:\n  ros__parameters:\n    p:\n", 3, "`p:` has no value"),
-    "block not indented": ("n:\nros__parameters:\n  p: 1.0\n", 1, "is below `n:`"),
-    "values not indented": ("n:\n  ros__parameters:\n  p: 1.0\n", 2, "is below `ros__parameters:`"),
-    "no node": ("ros__parameters:\n  p: 1.0\n", 1, "no node's name is above"),
-    "no block": ("n:\n  p: 1.0\n", 2, "`p` is not below a `ros__parameters:`"),
-    "one underscore": ("n:\n  ros_parameters:\n    p: 1.0\n", 2, "with two underscores"),
-    "capital": ("n:\n  Ros__parameters:\n    p: 1.0\n", 2, "has to be `ros__parameters:`"),
-    "tab": ("n:\n\tros__parameters:\n\t\tp: 1.0\n", 2, "a tab"),
-    "no blank": ("n:\n  ros__parameters:\n    p:1.0\n", 2, "a name and a value is below"),
-    "no blank, then more": ("n:\n  ros__parameters:\n    p:1.0\n    q: 2.0\n", 3, "behind `p`"),
-    "no blank at the end": ("n:\n  ros__parameters:\n    q: 2.0\n    p:1.0\n", 4, "behind `p`"),
-    "equals": ("n:\n  ros__parameters:\n    p = 1.0\n", 2, "a name and a value is below"),
-    "too deep": ("n:\n  ros__parameters:\n    p: 1.0\n     q: 2.0\n", 4, "it is not YAML"),
-    "between": ("n:\n  ros__parameters:\n    p: 1.0\n   q: 2.0\n", 4, "it is not YAML"),
-    "nothing below": ("n:\n  ros__parameters:\n", 2, "is below `ros__parameters:`"),
-    "beside the block": ("n:\n  ros__parameters:\n    p: 1.0\n  q: 2.0\n", 4, "`q` is not below"),
-    "a list of nodes": ("- n:\n    ros__parameters:\n      p: 1.0\n", 1, "it is a list"),
-    "alias": ("n:\n  ros__parameters:\n    p: &a 1.0\n    q: *a\n", 4, "no alias such as `*a`"),
-    "no end of a text": ("n:\n  ros__parameters:\n    p: 'abc\n", 4, "it is not YAML"),
-    "two colons": ("n:\n  ros__parameters:\n    p: a: b\n", 3, "it is not YAML"),
-    "int among floats": ("n:\n  ros__parameters:\n    p: [1.0, 2]\n", 3, "mixes types: float, int"),
-    "text among ints": ("n:\n  ros__parameters:\n    p: [1, a]\n", 3, "mixes types: int, str"),
-    "lists in a list": ("n:\n  ros__parameters:\n    p: [[1, 2], [3]]\n", 3, "a list of lists"),
-}
+REFUSED = TEXTS["REFUSED"]
 """What rcl refuses, with the line to look at and what is said of it."""
 
-ACCEPTED = {
-    "slash": ("/n:\n  ros__parameters:\n    p: 1.0\n", {"p": 1.0}),
-    "any node": ("/**:\n  ros__parameters:\n    p: 1.0\n", {"p": 1.0}),
-    "any namespace": ("/**/n:\n  ros__parameters:\n    p: 1.0\n", {"p": 1.0}),
-    "in levels": ("/:\n  n:\n    ros__parameters:\n      p: 1.0\n", {"p": 1.0}),
-    "the last of two": ("n:\n  ros__parameters:\n    p: 1.0\n    p: 2.0\n", {"p": 2.0}),
-    "a node twice": ("n:\n  ros__parameters:\n    p: 1.0\nn:\n  ros__parameters:\n    q: 2.0\n", {"p": 1.0, "q": 2.0}),
-    "two documents": ("n:\n  ros__parameters:\n    p: 1\n---\nn:\n  ros__parameters:\n    q: 2\n", {"p": 1, "q": 2}),
-    "nested": ("n:\n  ros__parameters:\n    a:\n      b: 1.0\n", {"a.b": 1.0}),
-    "lines of Windows": ("n:\r\n  ros__parameters:\r\n    p: 1.0\r\n", {"p": 1.0}),
-    "blank before the colon": ("n:\n  ros__parameters :\n    p : 1.0\n", {"p": 1.0}),
-    "empty": ("# nothing yet\n", {}),
-}  # fmt: skip
+ACCEPTED = TEXTS["ACCEPTED"]  # fmt: skip
 
 
 def block(value: str) -> str:

@@ -3,49 +3,18 @@
 from __future__ import annotations
 
 import pytest
+from helpers import beside
 
 from grader import tracebacks
 
+TEXTS = beside(__file__)
+
 SITE = "/ws/install/lib/python3.11/site-packages/ros2_robot_controller"
-CRASH = f"""[INFO] [robot_controller]: up
-Traceback (most recent call last):
-  File "/ws/install/lib/ros2_robot_controller/robot_controller", line 7, in <module>
-    sys.exit(main())
-  File "{SITE}/driver.py", line 88, in _control
-    speed = self._speeds['left']
-  File "/usr/lib/python3/dist-packages/rclpy/node.py", line 12, in get
-    raise KeyError(name)
-KeyError: 'left'
-"""
-HANG = f"""Fatal Python error: Aborted
-
-Thread 0x00007f0a (most recent call first):
-  File "/usr/lib/python3.11/threading.py", line 324 in wait
-
-Current thread 0x00007f0b (most recent call first):
-  File "/usr/lib/python3/dist-packages/rclpy/client.py", line 90 in call
-  File "{SITE}/speed_server.py", line 41 in _on_set_speed
-  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 457 in _execute
-  File "/ws/install/lib/ros2_robot_controller/robot_controller", line 7 in <module>
-"""
-COLLECTED = """Exception ignored in: <function Executor.__del__ at 0x7f12>
-Traceback (most recent call last):
-  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 263, in __del__
-    self._sigint_gc.destroy()
-rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested
-"""
-ASSERTION = f"""python3: rosidl_generator_py/ros2_robot_controller/srv/_get_robot_status_s.c:141: \
-ros2_robot_controller__srv__get_robot_status__response__convert_from_py: Assertion `PyFloat_Check(field)' failed.
-Fatal Python error: Aborted
-
-Current thread 0x00007fa07c5ff600 (most recent call first):
-  File "/usr/lib/python3/dist-packages/rclpy/service.py", line 78 in send_response
-  File "{SITE}/utils/running.py", line 45 in spin_until
-
-Extension modules: yaml._yaml, numpy._core._multiarray_umath (total: 15)
-"""
+CRASH = TEXTS["CRASH"]
+COLLECTED = TEXTS["COLLECTED"]
 SENT = (
-    ASSERTION.replace("ros2_robot_controller__srv__get_robot_status__response", "geometry_msgs__msg__vector3")
+    TEXTS["ASSERTION"]
+    .replace("ros2_robot_controller__srv__get_robot_status__response", "geometry_msgs__msg__vector3")
     .replace('rclpy/service.py", line 78 in send_response', 'rclpy/publisher.py", line 75 in publish')
     .replace('utils/running.py", line 45 in spin_until', 'driver.py", line 117 in _publish')
 )
@@ -53,16 +22,6 @@ SENT = (
 NOT_RETRIEVED = (
     "The following exception was never retrieved: cannot use Destroyable because destruction was requested\n"
 )
-
-
-# `create_timer(1.0, self.tick())`
-CALLED = f"""Traceback (most recent call last):
-  File "{SITE}/utils/running.py", line 20, in run
-    rclpy.spin(make_node())
-  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 111, in await_or_execute
-    return callback(*args)
-TypeError: 'NoneType' object is not callable
-"""
 
 
 @pytest.mark.parametrize(
@@ -75,7 +34,7 @@ TypeError: 'NoneType' object is not callable
         ("up\n\n", "up"),
         ("", ""),
         (
-            ASSERTION,
+            TEXTS["ASSERTION"],
             "Assertion `PyFloat_Check(field)' failed. A value in get_robot_status (response) is not of the field's "
             "type, float; look at what the callback of this service puts into its response",
         ),
@@ -85,7 +44,7 @@ TypeError: 'NoneType' object is not callable
             "(ros2_robot_controller/driver.py:117, in `_publish`)",
         ),
         (
-            CALLED,
+            TEXTS["CALLED"],
             "TypeError: 'NoneType' object is not callable: a callback is None; name it without brackets, `self.tick`, "
             "not `self.tick()`",
         ),
@@ -97,7 +56,7 @@ def test_last_words_name_the_line_of_the_package_where_there_is_one(output: str,
 
 
 def test_a_dump_of_all_threads_shows_the_innermost_line_of_the_package():
-    assert tracebacks.hanging_place(HANG) == "ros2_robot_controller/speed_server.py:41, in `_on_set_speed`"
+    assert tracebacks.hanging_place(TEXTS["HANG"]) == "ros2_robot_controller/speed_server.py:41, in `_on_set_speed`"
     assert tracebacks.hanging_place(CRASH) == ""
 
 

@@ -130,7 +130,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     def mutate(_package: object, _install: object, reach: Any, *_: Any, **__: Any) -> Mutation:
         found.count[1] += 1
         found.reach = reach
-        return Mutation(seed=0, possible=1)
+        return Mutation(seed=0)
 
     monkeypatch.setattr(tests_source, "run_suite", run_suite)
     monkeypatch.setattr(mutation_source, "mutate", mutate)

@@ -13,7 +13,7 @@ from grader import KIT, evidence
 from grader.checks import judge
 from grader.checks.measured import Measured
 from grader.course import Course, role
-from grader.quality import analyse, parsed_module, source_files, worker
+from grader.quality import parsed_module, source, source_files, worker
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
 from helpers.course import COURSE
@@ -78,14 +78,14 @@ parsed = cache(parsed_module.parse)  # most files of the reference are the same 
 
 def with_linters(package: Path) -> evidence.Quality:
     """Return everything that a grading collects, in three processes."""
-    return analyse.analyse_package(package, COURSE)
+    return source.analyse_package(package, COURSE)
 
 
 def with_flake8(package: Path) -> evidence.Quality:
     """Return what flake8 and the worker find; only flake8 has a process of its own."""
     here = (facts(package), [])
-    with patch.object(analyse, "_facts", lambda *_, **__: here):
-        return analyse.analyse_package(package, COURSE)
+    with patch.object(source, "_facts", lambda *_, **__: here):
+        return source.analyse_package(package, COURSE)
 
 
 @cache

@@ -33,12 +33,14 @@ from grader.report import Grading, Refusal
 from grader.scoring.grading import Decision, Final, HandIn
 from grader.scoring.rubric import Rubric, load
 from grader.scoring.scorecard import CheckResult, Outcome, score
+from helpers import beside
+
+SMALL: str = beside(__file__)["SMALL"]
 
 _NODE = "ros2_robot_controller/robot_controller.py"
 _TESTS = [f"test/test_motion.py::test_{name}" for name in ("stops", "turns_left", "keeps_the_limit", "starts")]
 FAULTS = Mutation(
     0,
-    210,
     [
         Mutant(_NODE, 41, "stop", "compare", "`<` became `<=`", "unnoticed", tried=_TESTS),
         Mutant(_NODE, 57, "drive", "number", "`0.5` became `1.5`", "noticed", by=_TESTS[0]),
@@ -50,44 +52,6 @@ FAULTS = Mutation(
 )
 
 RUBRIC = KIT / "rubric.yaml"
-
-# Three requirements: one with two checks, one with one, one that nobody grades yet.
-SMALL = """
-title: A small rubric
-version: 1
-criteria:
-  - id: functionality
-    title: Functionality
-    points: 8
-    levels: {A: All of it works., B: Most of it works., C: The basics work., D: It does not work.}
-    requirements:
-      - id: F4
-        title: Stops before an obstacle
-        points: 5
-        text: The robot stops and never touches the obstacle; `cmd_vel` is zero within 0.3 s.
-        section: 05_moving_safely#Stop before the wall
-        checks:
-          - {id: check_obstacle::test_never_touches, points: 3, level: core}
-          - {id: check_obstacle::test_stops_in_time, points: 2, level: core}
-      - id: F8
-        title: Reaches a target
-        points: 3
-        text: The robot drives to the target.
-        section: 07_going_there#Drive to a target
-        checks:
-          - {id: check_navigation::test_reaches_a_target, points: 3, level: core}
-  - id: testing
-    title: Testing
-    points: 4
-    levels: {A: Tests notice., B: Most is tested., C: Some is tested., D: Little is tested.}
-    requirements:
-      - id: T1
-        title: Tests for both nodes
-        points: 4
-        text: Tests exist.
-        section: 09_tests_that_notice#A first test
-        checks: []
-"""
 
 INTAKE = Intake(name="team07.zip", sha256="ab" * 32, package="ros2_robot_controller", package_path="team07")
 CHOSEN = replace(

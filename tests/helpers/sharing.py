@@ -1,4 +1,4 @@
-"""How the tests are shared out among processes, and what is said of the time they take.
+"""How the tests are shared out among processes.
 
 With `-n 2 --dist loadfile`, as `make test` runs them, each file stays in one of pytest-xdist's processes, so that a
 fixture of a file is made once. Each process has temporary folders of its own.
@@ -7,11 +7,8 @@ fixture of a file is made once. Each process has temporary folders of its own.
 from __future__ import annotations
 
 import gc
-import hashlib
 import os
 import signal
-import time
-from collections import defaultdict
 from typing import Any
 
 import pytest
@@ -41,18 +38,10 @@ DEAR = (
 )
 """The files that take longest. They begin first: the last to begin runs while other cores have nothing to do."""
 
-TAKES = {
-    "not slow and not notebooks": "5 minutes on two cores, the first time, too",
-    "notebooks": "10 minutes on two cores",
-    "": "several hours",
-}
-"""How long the whole selection takes, by pytest's option -m."""
-
 _GIVES_WAY = 4
 """The niceness of all other processes: the files of ONE_NETWORK, one after the other, take longer than the rest."""
 
-_began = time.monotonic()
-_seconds: defaultdict[str, float] = defaultdict(float)
+_begun: set[str] = set()
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -83,8 +72,9 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let a process that does not begin with ONE_NETWORK give way to the one that does."""
-    if "PYTEST_XDIST_WORKER" in os.environ and not _seconds and scope(item.nodeid) != "one network":
+    if "PYTEST_XDIST_WORKER" in os.environ and not _begun and scope(item.nodeid) != "one network":
         os.nice(_GIVES_WAY - os.nice(0))
+    _begun.add(item.nodeid)
 
 
 def scope(nodeid: str) -> str:
@@ -115,38 +105,3 @@ def rank(nodeid: str) -> int:
     """Return which turn the file of a test has."""
     file = nodeid.partition("::")[0]
     return DEAR.index(file) if file in DEAR else len(DEAR)
-
-
-def pytest_report_header(config: pytest.Config) -> str | None:
-    """Say before anything runs how long it will take, if that is known."""
-    cache = getattr(config, "cache", None)
-    if cache and (last := cache.get(_key(config), None)):
-        return f"time: the same tests took {words(last)} the last time"
-    whole = config.args_source is config.ArgsSource.TESTPATHS and not config.option.keyword
-    return f"time: {TAKES[config.option.markexpr]}" if whole and config.option.markexpr in TAKES else None
-
-
-def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Add up the time by folder."""
-    _seconds[report.nodeid.partition("::")[0].rpartition("/")[0]] += report.duration
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Say after a run of more than a minute which folders took how long; remember how long all of it took."""
-    took = time.monotonic() - _began
-    cache = getattr(config, "cache", None)
-    if cache and not terminalreporter.stats.get("failed"):
-        cache.set(_key(config), round(took, 1))
-    if took > 60:
-        terminalreporter.section("seconds by folder")
-        for folder, seconds in sorted(_seconds.items(), key=lambda item: -item[1]):
-            terminalreporter.line(f"{seconds:8.0f}  {folder}")
-
-
-def words(seconds: float) -> str:
-    """Return a time in seconds or minutes."""
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-
-
-def _key(config: pytest.Config) -> str:
-    return "kit/took/" + hashlib.sha256(repr(config.invocation_params.args).encode()).hexdigest()[:16]

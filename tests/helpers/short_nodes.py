@@ -15,44 +15,11 @@ from grader.processes import jobs
 from grader.trials import catalog, observers
 from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
+from helpers import beside
 from helpers.course import COURSE, PACKAGE
 
-NODE = """#!{python}
-import rclpy
-from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from rclpy.action import ActionServer
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.parameter_service import ParameterService
-from ros2_robot_controller.action import NavigateToPosition
-from ros2_robot_controller.msg import SensorFusionData
-from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
-from sensor_msgs.msg import BatteryState, Imu, LaserScan
-from std_msgs.msg import Float32
-import time
+TEXTS = beside(__file__)
 
-rclpy.init()
-node = Node("{node}", start_parameter_services={services})
-
-def late(create):
-    \"\"\"Do it so late after the start that the observer has begun, as if its discovery had taken so long.\"\"\"
-    def once():
-        timer.cancel()
-        create()
-    timer = node.create_timer(1.2, once, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-def answer(request, response):
-    response.success, response.message = True, "fine"
-    return response
-
-def go(handle):
-    handle.succeed()
-    return NavigateToPosition.Result(success=True)
-
-{body}
-rclpy.spin(node)
-"""
 COMMANDS = """
 commands = node.create_publisher(Twist, "cmd_vel", 10)
 node.create_subscription(LaserScan, "scan", lambda m: None, 10)
@@ -82,7 +49,7 @@ def run(contract: building.Built, tmp_path: Path) -> Run:
         shutil.copytree(contract.install, install, symlinks=True)
         executable = install / "lib" / PACKAGE / plan.node
         executable.parent.mkdir(parents=True, exist_ok=True)
-        text = NODE.format(python="/usr/bin/env python3", node=plan.node, services=services, body=body)
+        text = TEXTS["NODE"].format(python="/usr/bin/env python3", node=plan.node, services=services, body=body)
         executable.write_text(text)
         executable.chmod(0o755)
         found = run_trials(

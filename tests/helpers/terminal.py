@@ -136,17 +136,6 @@ class Terminal:
         self.code = int(found[1])
         return self._text[: found.start()]
 
-    def complete(self, beginning: str, holds: str, limit_s: float = 60.0) -> str:
-        """Type the beginning of a line, press Tab twice, and return the screen once it holds a text; run nothing."""
-        self._text = ""
-        self.type(beginning + "\t\t")
-        self._until(lambda: holds in self._text, limit_s, repr(holds))
-        shown = self._text
-        self._text = ""
-        self.type("\x15\n")
-        self.end()
-        return shown
-
     def close(self) -> None:
         """Close the window, which sends SIGHUP to its processes."""
         os.close(self._fd)

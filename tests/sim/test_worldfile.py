@@ -4,32 +4,13 @@ import contextlib
 from pathlib import Path as FilePath
 
 import pytest
+from helpers import beside
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim import Box, Circle, Path, Polygon, Pose, Simulator, Wall, World, WorldError, load_world, world_names
 
-EVERYTHING = """
-title: Everything that a file can contain
-seed: 42
-start: {x: 1.0, y: 2.0, yaw: 0.5}
-goals:
-  - {x: 3.0, y: 0.0}
-rooms:
-  - {name: hall, min: [-5, -5], max: [5, 5]}
-walls:
-  - {start: [0, 0], end: [1, 0], thickness: 0.1}
-boxes:
-  - {name: desk, center: [3, 3], size: [1.0, 0.5], yaw: 0.3, appears: 2.0, vanishes: tidy up}
-circles:
-  - name: cart
-    center: [-3, 0]
-    radius: 0.3
-    motion: {waypoints: [[-3, 2], [-1, 2]], speed: 0.4, repeat: loop, starts: go, wakes_within: 2, yields_within: 0.5}
-  - {center: [-3, -3], radius: 0.2}
-polygons:
-  - {points: [[2, -2], [3, -2], [2, -3]]}
-"""
+TEXTS = beside(__file__)
 
 
 def write(folder: FilePath, text: str) -> FilePath:
@@ -39,7 +20,7 @@ def write(folder: FilePath, text: str) -> FilePath:
 
 
 def test_a_file_can_contain_all_this(tmp_path: FilePath) -> None:
-    world = load_world(write(tmp_path, EVERYTHING))
+    world = load_world(write(tmp_path, TEXTS["EVERYTHING"]))
     assert (world.name, world.seed, world.start, world.goals) == ("some", 42, Pose(1.0, 2.0, 0.5), (Pose(3.0, 0.0),))
     named = {o.name: o for o in world.obstacles}
     assert list(named)[:4] == ["hall south wall", "hall east wall", "hall north wall", "hall west wall"]
@@ -51,7 +32,7 @@ def test_a_file_can_contain_all_this(tmp_path: FilePath) -> None:
 
 
 def test_a_world_is_the_same_after_a_round_trip_through_plain_data(tmp_path: FilePath) -> None:
-    for world in (load_world(write(tmp_path, EVERYTHING)), *map(load_world, world_names())):
+    for world in (load_world(write(tmp_path, TEXTS["EVERYTHING"])), *map(load_world, world_names())):
         again = World.from_dict(world.to_dict())
         assert {o.name: o for o in again.obstacles} == {o.name: o for o in world.obstacles}
         assert (again.name, again.start, again.goals, again.seed) == (world.name, world.start, world.goals, world.seed)

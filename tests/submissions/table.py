@@ -4,16 +4,23 @@
 
 An edit is graded on everything that is judged by the build and the trials, and on the requirements that it is about.
 The exit status is 1 if one costs anything but `Edit.costs`.
+
+    PYTHONPATH=.:tests python -m submissions.table --points NAME ...
+
+prints the confinement, and as JSON the points and outcome of each (`reference` is one of the names) on the requirements
+that it is about. All are to be the same in every confinement (tests/containers).
 """
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import sys
 import tempfile
 from pathlib import Path
 
 from grader import KIT, building, pipeline
+from grader.host import namespaces
 from grader.mutation.source import Mutants
 from grader.quality.source import PackageText
 from grader.scoring import rubric
@@ -43,8 +50,25 @@ def judged_by_trial(whole: rubric.Rubric) -> tuple[str, ...]:
     return tuple(r.id for r in whole.requirements if r.checks and r.id not in others)
 
 
+def points(name: str) -> dict[str, tuple[float, str]]:
+    """Return the points and the outcome of a submission by requirement."""
+    edit = EDITS.get(name)
+    needs = tuple(sorted({"F1", "F2", "I1"} | (edit.costs if edit else set())))
+    settings = pipeline.Settings(
+        rubric=rubric.load(KIT / "rubric.yaml"), cache=building.cache_folder(), requirements=needs
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        grading = pipeline.grade(apply(edit, Path(folder)), Path(folder) / "out", settings)
+    scores = grading.scorecard.requirements
+    return {s.requirement.id: (s.points, s.outcome.value) for s in scores if s.requirement.id in needs}
+
+
 def main(names: list[str]) -> int:
     """Print the table; return 1 if an edit costs anything but what it should."""
+    if names[:1] == ["--points"]:
+        print(namespaces.confinement().value, file=sys.stderr)
+        print(json.dumps({name: points(name) for name in names[1:]}))
+        return 0
     whole = rubric.load(KIT / "rubric.yaml")
     settings = pipeline.Settings(rubric=whole, cache=building.cache_folder())
     always = judged_by_trial(whole)

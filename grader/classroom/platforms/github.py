@@ -19,7 +19,7 @@ from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim
 from grader.classroom.platform import Delivery, Export, HandIn, Platform, comment, has, judged, others
 from grader.host import submission_user, tempdir
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.sanitize import printable, prose
 from grader.scoring.rubric import Rubric
 

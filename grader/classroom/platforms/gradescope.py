@@ -17,7 +17,7 @@ from grader.classroom.gradebook import Row, State
 from grader.classroom.identity import Claim
 from grader.classroom.platform import Delivery, Export, HandIn, Lost, Platform
 from grader.errors import GraderError
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.scoring.rubric import FLAGS, Rubric
 
 _METADATA = "submission_metadata.yml"

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from grader.classroom import cells, platform, worksheet
+from grader.classroom import cells, platform, roster
 from grader.classroom.gradebook import Row
 from grader.classroom.identity import Claim, key
 from grader.classroom.platform import Delivery, Export, HandIn, Platform
@@ -32,7 +32,7 @@ def _write(delivery: Delivery) -> list[str]:
         GraderError: it is not such a file, or its maximum is not the rubric's.
     """
     book, sheet = delivery.book, cells.Sheet(delivery.sheet)
-    columns = worksheet.columns(sheet.header)
+    columns = roster.worksheet_columns(sheet.header)
     if columns is None or "grade" not in columns:
         raise GraderError(
             f"{delivery.sheet} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
@@ -63,7 +63,7 @@ def _write(delivery: Delivery) -> list[str]:
 
 def _claims(said: Mapping[str, str]) -> list[Claim]:
     """Return what a line of the sheet says of a participant."""
-    number = worksheet.participant(said["identifier"])
+    number = roster.participant_number(said["identifier"])
     claims = [Claim("lms_id", number, "moodle")] if number else []
     return claims + [Claim(kind, said[kind]) for kind in ("id", "email", "name") if said.get(kind)]
 
@@ -114,7 +114,7 @@ def _readings(entry: Path) -> list[tuple[tuple[str, str], str]]:
 
 
 def _is_hidden(name: str) -> bool:
-    return key(name) in map(key, worksheet.PARTICIPANTS)
+    return key(name) in map(key, roster.PARTICIPANTS)
 
 
 def _said(name: str, number: str) -> tuple[Claim, ...]:

@@ -12,7 +12,7 @@ from helpers import course as spec
 from helpers.course import COURSE
 
 from grader import building, evidence, pipeline, sandbox
-from grader.building import cache, type_hashes
+from grader.building import cache, install_tree
 from grader.errors import GraderError
 from grader.host import ros_env
 
@@ -71,7 +71,7 @@ def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr(sandbox, "run", answers)
     monkeypatch.setattr(Path, "read_bytes", lambda *_: data)
     with pytest.raises(GraderError, match="computed again"):
-        type_hashes.compute({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
+        install_tree.generate({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
 
 
 @pytest.mark.slow  # builds with colcon twice
@@ -88,3 +88,21 @@ def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, setting
     assert not second.facts.cached
     assert second.facts.ok
     assert all(path.read_text() for path in second.install.rglob("robot_controller.py"))
+
+
+def test_what_a_killed_build_left_goes_and_what_is_being_built_stays(tmp_path: Path):
+    for name in ("a", "c"):
+        (tmp_path / "builds" / f"{name * 40}.xyz.work").mkdir(parents=True)
+    with cache.locked(tmp_path / "builds" / f"{'c' * 40}.lock"):
+        cache.remove_abandoned(tmp_path)
+        assert [path.name[0] for path in (tmp_path / "builds").glob("*.work")] == ["c"]
+    cache.remove_abandoned(tmp_path)
+    assert not list((tmp_path / "builds").glob("*.work"))
+
+
+def test_a_lock_whose_file_was_removed_meanwhile_is_taken_on_the_new_one(tmp_path: Path):
+    path = tmp_path / "a.lock"
+    with cache.locked(path):
+        path.unlink()
+        with cache.locked(path, wait=False), pytest.raises(BlockingIOError), cache.locked(path, wait=False):
+            pass

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from helpers import course as spec
 
-from grader.building import install_tree, type_hashes
-from grader.building.type_hashes import Generated
+from grader.building import install_tree
+from grader.building.install_tree import Generated
 from grader.host import ros_env
 
 CODE = 'def answer():\n    """Return the answer."""\n    return 42\n'
@@ -55,9 +55,9 @@ def test_nothing_else_may_be_in_a_folder_of_types(tree: Path):
 @pytest.mark.sandbox
 def test_ros_own_tools_make_the_modules_once_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     texts = {"srv/SetSpeed.srv": "float32 speed\n---\nbool success\n"}
-    made = type_hashes.compute(texts, "p", tmp_path)
-    monkeypatch.setattr(type_hashes.sandbox, "run", lambda *_: pytest.fail("what is kept was made again"))
-    assert type_hashes.compute(texts, "p", tmp_path) == made
+    made = install_tree.generate(texts, "p", tmp_path)
+    monkeypatch.setattr(install_tree.sandbox, "run", lambda *_: pytest.fail("what is kept was made again"))
+    assert install_tree.generate(texts, "p", tmp_path) == made
     assert set(made.modules) == {"srv/_set_speed.py"}
     assert "from p.srv._set_speed import SetSpeed " in made.exports["srv/__init__.py"]
 
@@ -98,22 +98,22 @@ def test_byte_code_in_place_of_a_module_is_flagged(tree: Path):
 @pytest.mark.slow  # a run of rosidl; each build of the contract compares them
 @pytest.mark.sandbox
 def test_hashes_are_computed_from_the_text(tmp_path: Path):
-    texts = type_hashes.definitions(spec.CONTRACT)
-    found = type_hashes.compute(texts, spec.PACKAGE, tmp_path)
+    texts = install_tree.definitions(spec.CONTRACT)
+    found = install_tree.generate(texts, spec.PACKAGE, tmp_path)
     assert sorted(found.hashes) == sorted(spec.INTERFACES)
     # A comment is not part of a type, the type of a field is.
     commented = {name: f"# {name}\n{text}" for name, text in texts.items()}
-    assert type_hashes.compute(commented, spec.PACKAGE, tmp_path).hashes == found.hashes
+    assert install_tree.generate(commented, spec.PACKAGE, tmp_path).hashes == found.hashes
     changed = {**texts, "srv/SetSpeed.srv": texts["srv/SetSpeed.srv"].replace("float32", "float64")}
-    other = type_hashes.compute(changed, spec.PACKAGE, tmp_path)
+    other = install_tree.generate(changed, spec.PACKAGE, tmp_path)
     assert [name for name, digest in found.hashes.items() if digest != other.hashes[name]] == ["srv/SetSpeed"]
 
 
 @pytest.mark.slow  # a run of rosidl more
 @pytest.mark.sandbox
 def test_a_definition_that_cannot_be_read_takes_no_other_along(tmp_path: Path):
-    texts = type_hashes.definitions(spec.CONTRACT)
-    good = type_hashes.compute(texts, spec.PACKAGE, tmp_path)
-    with_bad = type_hashes.compute({**texts, "msg/Bad.msg": "floot x\n = y"}, spec.PACKAGE, tmp_path)
+    texts = install_tree.definitions(spec.CONTRACT)
+    good = install_tree.generate(texts, spec.PACKAGE, tmp_path)
+    with_bad = install_tree.generate({**texts, "msg/Bad.msg": "floot x\n = y"}, spec.PACKAGE, tmp_path)
     assert with_bad.hashes == good.hashes
     assert with_bad.modules == good.modules

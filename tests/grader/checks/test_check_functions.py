@@ -11,7 +11,7 @@ from helpers.judging import ask, evidence_with
 
 from grader.checks.check_functions import test_functions_are_right_at_their_edges as check
 from grader.evidence import FunctionAnswer
-from grader.functions.call import questions
+from grader.functions.source import questions
 
 check.__test__ = False  # type: ignore[attr-defined]
 MISSING = "ModuleNotFoundError: No module named 'ros2_robot_controller.utils'"

@@ -104,7 +104,7 @@ def test_a_level_that_was_cut_to_an_int_is_told_from_a_ratio(level: float, try_:
 def test_a_topic_that_is_not_subscribed_is_the_first_cause():
     """A subscription of `imu` was reported as a vector that had not been copied."""
     fused = {"linear_acceleration": dict.fromkeys("xyz", 0.0), "angular_velocity": dict.fromkeys("xyz", 0.0)}
-    imu = evidence.Endpoint("imu", "subscription", "sensor_processor", "Imu", "", "reliable")
+    imu = evidence.Endpoint("imu", "subscription", "sensor_processor", "Imu", "reliable")
     said = said_of(
         checks.test_fuses_the_latest_imu_message, graph=evidence.Graph(endpoints=[imu]),
         published=[evidence.Message(1.0, "imu/data", {field: [1.0, 0.0, 0.0] for field in fused})],

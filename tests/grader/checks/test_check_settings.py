@@ -8,7 +8,7 @@ import pytest
 from helpers import judging, recordings
 from helpers.judging import ask, find, with_trials
 
-from grader.courses.robot_controller.checks.settings_effect import without_effect
+from grader.courses.robot_controller.checks.check_habits import without_effect
 from grader.courses.robot_controller.trials.parameters import OTHER_SETTINGS
 from grader.evidence import Command, Message, Trial
 

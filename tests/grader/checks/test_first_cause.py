@@ -20,7 +20,7 @@ from grader.checks import (
     check_parameters,
     check_structure,
 )
-from grader.checks.findings import listing
+from grader.checks.wording import listing
 from grader.courses.robot_controller.checks import check_obstacle, check_set_speed, check_status
 from grader.evidence import (
     Build,

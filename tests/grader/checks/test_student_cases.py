@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from helpers import judging, recordings
+from helpers import beside, judging, recordings
 from helpers.course import COURSE
 from helpers.judging import Judged, ask, evidence_with, find, with_trials
 from submissions.edits import REFERENCE
@@ -36,44 +36,19 @@ from grader.evidence import (
     SourceFile,
     Trial,
 )
-from grader.quality.analyse import analyse_package
+from grader.quality.source import analyse_package
 from grader.scoring.rubric import RUBRIC, load
+
+TEXTS = beside(__file__)
 
 SITE = "/ws/install/lib/python3.12/site-packages/ros2_robot_controller"
 RCLPY = "/usr/lib/python3.12/site-packages/rclpy"
-IN_GOAL = f"""[INFO] [1.2] [robot_controller]: turtlebot4 is ready
-[ERROR] [1.4] [robot_controller.action_server]: Error raised in execute callback: 'function' object has no ...
-Traceback (most recent call last):
-  File "{RCLPY}/action/server.py", line 336, in _execute_goal
-    execute_result = await await_or_execute(execute_callback, goal_handle)
-                     ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
-  File "{SITE}/navigator.py", line 75, in _navigate
-    self.get_logger.info('Driving to the goal')
-AttributeError: 'function' object has no attribute 'info'
-[WARN] [1.4] [robot_controller.action_server]: Goal state not set, assuming aborted. Goal ID: [242 207]
-"""
+IN_GOAL = TEXTS["IN_GOAL"]
 NO_INFO = "AttributeError: 'function' object has no attribute 'info'"
 ASYNCIO = IN_GOAL.replace(NO_INFO, "RuntimeError: no running event loop")
-IN_THREAD = f"""Exception in thread Thread-1 (spin):
-Traceback (most recent call last):
-  File "/usr/lib/python3.12/threading.py", line 1075, in _bootstrap_inner
-    self.run()
-  File "{SITE}/utils/scans.py", line 37, in closest_reading
-    return min(distance for _, distance in valid_readings(scan))
-ValueError: min() iterable argument is empty
-Fatal Python error: Aborted
-
-Current thread 0x0001 (most recent call first):
-  File "{SITE}/utils/running.py", line 45 in spin_until
-  File "/ws/install/lib/ros2_robot_controller/robot_controller", line 7 in <module>
-"""
-LAUNCHED = """[INFO] [robot_controller-1]: process started with pid [9]
-[robot_controller-1] [FATAL] [17.3] [startup]: Trying to set parameter '{name}' to '1' of type 'INTEGER', ...
-[ERROR] [robot_controller-1]: process has died [pid 9, exit code 1, cmd '/ws/install/lib/ros2_robot_controller/r --x'].
-"""
 F8, F9 = find("check_navigation::test_reaches_a_target_ahead"), find("check_goals::test_feedback_comes_at_two_hertz")
 YAML = "config/robot_params.yaml"
-TWIST = Endpoint("cmd_vel", "publisher", "robot_controller", "geometry_msgs/msg/Twist", "", "reliable")
+TWIST = Endpoint("cmd_vel", "publisher", "robot_controller", "geometry_msgs/msg/Twist", "reliable")
 
 
 def trial(name: str, output: str = "", **facts: Any) -> Trial:
@@ -114,7 +89,7 @@ def test_an_exception_in_an_actions_callback_comes_before_the_goal_that_was_abor
 def test_an_exception_that_ends_a_thread_comes_before_where_the_others_wait():
     """F6 said "hangs at running.py:45", where the main thread waits for Ctrl-C."""
     ended = Reason(Kind.HANGS, seconds=10.0, place="ros2_robot_controller/utils/running.py:45, in `spin_until`")
-    said = ask(F8, of(trial("navigate_ahead", IN_THREAD, ended=ended)))
+    said = ask(F8, of(trial("navigate_ahead", TEXTS["IN_THREAD"], ended=ended)))
     assert said.seen.startswith(
         "ValueError: min() iterable argument is empty at ros2_robot_controller/utils/scans.py:37,"
     )
@@ -126,11 +101,11 @@ def test_a_node_whose_thread_died_is_not_said_to_hang():
     from grader.trials.node_under_test import NodeUnderTest
 
     node: Any = object.__new__(NodeUnderTest)
-    node.process = SimpleNamespace(abort=lambda: None, exit_code=lambda: -6, output=IN_THREAD)
+    node.process = SimpleNamespace(abort=lambda: None, exit_code=lambda: -6, output=TEXTS["IN_THREAD"])
     node._clock = SimpleNamespace(read=lambda: 0.0, seconds=lambda: 0.0)
     found = node._stopped(Kind.HANGS, 10.0)
     assert (found.kind, found.said) == (Kind.RAISED, "ValueError: min() iterable argument is empty")
-    node.process.output = IN_THREAD.partition("Fatal")[2]
+    node.process.output = TEXTS["IN_THREAD"].partition("Fatal")[2]
     assert node._stopped(Kind.HANGS, 10.0).place == "ros2_robot_controller/utils/running.py:45, in `spin_until`"
 
 
@@ -229,7 +204,9 @@ def test_a_parameter_of_another_type_is_named_with_file_and_line(
     """I5 said "process has died, exit code 1", and not what the node had said."""
     launch = "robot_controller_launch.py"
     ended = Reason(Kind.NOT_UP, "robot_controller", launch=launch, nodes=("sensor_processor",))
-    down = trial("launch_robot_controller", LAUNCHED.format(name=name), ready=False, ended=ended, launch=launch)
+    down = trial(
+        "launch_robot_controller", TEXTS["LAUNCHED"].format(name=name), ready=False, ended=ended, launch=launch
+    )
     text = package(tmp_path, (file, old, new))
     said = ask(find("check_launch::test_the_launch_files_start_the_nodes"), of(down, quality=text))
     assert said.seen.startswith(f"{file}:{line}: `{name}` is {first}")

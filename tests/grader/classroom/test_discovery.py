@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grader.classroom import discovery
-from grader.classroom.class_folder import ClassFacts, Entry
-from grader.classroom.doubt import DoubtKind
+from grader.classroom.class_folder import ClassFacts, DoubtKind, Entry
 from grader.classroom.roster import Person
 
 JANE = Person("s1", "Jane Doe", "jane@uni.edu", "jdoe", "team07", "12345")

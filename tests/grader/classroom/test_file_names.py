@@ -1,4 +1,4 @@
-"""Names of files by a pattern: Blackboard, Brightspace and ILIAS, and whatever else a platform calls them."""
+"""Names of files by a pattern: those of docs/classes.md, and whatever else a platform calls them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grader import cli
 from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts
 from grader.classroom.discovery import Found
-from grader.classroom.file_names import Pattern
+from grader.classroom.platforms import Pattern
 from grader.classroom.roster import Person
 from grader.errors import UsageError
 
@@ -41,8 +41,8 @@ def test_blackboard_writes_assignment_login_attempt_and_time(tmp_path):
         f"{BLACKBOARD.format('jane_doe', 20)}_robot_v2.zip",
         f"{BLACKBOARD.format('jane_doe', 20)}.txt",
         f"{BLACKBOARD.format('boek', 20)}_a_b.zip",
+        pattern="*_{login}_attempt_{time}[_{file}]",
     )
-    assert found.layout == "blackboard", "nothing else is called so"
     assert whose(found) == {
         f"{BLACKBOARD.format('jane_doe', 20)}_robot_v2.zip": (JANE,),
         f"{BLACKBOARD.format('boek', 20)}_a_b.zip": (BO,),
@@ -54,21 +54,19 @@ def test_blackboard_writes_assignment_login_attempt_and_time(tmp_path):
 def test_brightspace_writes_numbers_name_and_time(tmp_path):
     found = find(
         tmp_path,
-        "index.html",
         "13394-80551 - Jane Doe - Nov 20, 2026 1058 PM - Doe - Homework 6.zip",
         "13395-80551 - Bo Ek - Nov 20, 2026 905 AM/robot.zip",
+        pattern="{number} - {name} - {time}[ - {file}]",
     )
-    assert found.layout == "brightspace"
     assert {entry.label: (entry.people, entry.submitted.hour, entry.number) for entry in found.entries} == {
         "Jane Doe": ((JANE,), 22, "13394"),
         "Bo Ek": ((BO,), 9, "13395"),
     }
-    assert found.notes == (), "index.html is Brightspace's own"
 
 
 def test_ilias_writes_a_folder_for_each_and_one_around_those_of_a_team(tmp_path):
     names = ("Doe_Jane_jane_doe_4711/robot.zip", "Team 12/Ek_Bo_boek_4712/robot.zip")
-    found = find(tmp_path / "Abgaben", *names, pattern="ilias")
+    found = find(tmp_path / "Abgaben", *names, pattern="*_{login}_{number}")
     assert {entry.people for entry in found.entries} == {(JANE,), (BO,)}
     assert all(entry.path.name == "robot.zip" for entry in found.entries)
 
@@ -92,7 +90,7 @@ def test_a_time_in_a_name_is_read(text):
 
 @pytest.mark.parametrize("text", ["{time}", "", "{logn}", "{login}[", "{login}{login}", "moodle"])
 def test_what_is_no_pattern_is_refused_with_what_is(text):
-    with pytest.raises(UsageError, match=r"blackboard, brightspace, ilias, .*\{login\}"):
+    with pytest.raises(UsageError, match=r"Write the name with \{login\}"):
         Pattern(text)
 
 

@@ -14,8 +14,7 @@ from helpers.class_reports import report
 
 from grader import cli
 from grader.classroom import gradebook
-from grader.classroom.class_folder import CLASS
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import CLASS, Doubt, DoubtKind
 from grader.classroom.gradebook import Gradebook, Row, State, rounded
 from grader.scoring import rubric
 

@@ -24,7 +24,7 @@ from grader.errors import GraderError
 from grader.evidence import Flag
 from grader.notebook import checking
 from grader.notebook.feedback import Note
-from grader.report import console, data, for_students, html
+from grader.report import console, data, html, without_what_is_held_back
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.rubric import Rubric
@@ -127,7 +127,7 @@ def test_a_student_is_not_told_what_was_seen_in_a_trial_that_is_held_back(withhe
     """A node chooses the names of the code that it makes, and could tell there what it sees."""
     both = Flag("made at run time", "text: x_3_2", "a.py", "wall_fast, wall_slow", ["mutation"])
     made = replace(withheld, evidence=replace(withheld.evidence, flags=[*FLAGS, both]), held_back=("wall_fast",))
-    shown = for_students.for_students(made).evidence.flags
+    shown = without_what_is_held_back(made).evidence.flags
     assert [(flag.what, flag.where, flag.trial) for flag in shown] == [
         ("300 words are in a comment", "README.md", ""),
         ("text", "a.py", "wall_slow"),

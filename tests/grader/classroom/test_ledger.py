@@ -20,9 +20,8 @@ from submissions import hostile_class as hostile
 
 from grader import cli
 from grader.classroom import cells, discovery, gradebook, overrides, roster, times
-from grader.classroom.class_folder import ClassFolder
+from grader.classroom.class_folder import ClassFolder, Doubt, DoubtKind
 from grader.classroom.discovery import Found
-from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision
 from grader.classroom.roster import Person
 from grader.intake import containers

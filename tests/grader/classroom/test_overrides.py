@@ -7,42 +7,19 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader.classroom import overrides
-from grader.classroom.class_folder import ClassFacts, Entry
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import ClassFacts, Doubt, DoubtKind, Entry
 from grader.classroom.overrides import Adjustment, Change, Decisions, PointsOverride, Reason
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring import rubric
 
+TEXTS = beside(__file__)
+
 RUBRIC = rubric.load(rubric.RUBRIC)
 PEOPLE = (Person("s1", "Jane Doe", login="jdoe"), Person("s2", "Li Wu"))
-
-GOOD = """\
-submissions:
-  team07:
-    points:
-      F4: {points: 3.5, why: "the wall stood in the start", by: Ada}
-    comments: ["A fine README."]
-    submitted: 2026-11-21T10:00+00:00
-people:
-  jdoe:
-    extension: {until: "2026-11-25T23:59+00:00", why: ill, by: Ada}
-  s2:
-    excused: {why: passed last year, by: Ada}
-"""
-
-ADJUSTED = """\
-submissions:
-  team07:
-    adjust: {points: -2, why: a build folder, by: Ada}
-people:
-  jdoe:
-    adjust: {total: 50, why: oral exam, by: Ada}
-  s2:
-    bonus: {points: 3.5, why: found a fault, by: Ada}
-"""
 
 
 def load(tmp_path, text: str) -> Decisions:
@@ -52,7 +29,7 @@ def load(tmp_path, text: str) -> Decisions:
 
 
 def test_points_comments_times_extensions_and_excuses(tmp_path):
-    found = load(tmp_path, GOOD)
+    found = load(tmp_path, TEXTS["GOOD"])
     decided = found.on("team07")
     assert decided.points == (PointsOverride("F4", Decimal("3.5"), "the wall stood in the start", "Ada"),)
     assert decided.comments == ("A fine README.",)
@@ -65,7 +42,7 @@ def test_points_comments_times_extensions_and_excuses(tmp_path):
 
 
 def test_the_whole_is_adjusted_for_a_submission_or_a_person(tmp_path):
-    found = load(tmp_path, ADJUSTED)
+    found = load(tmp_path, TEXTS["ADJUSTED"])
     assert found.on("team07").adjustments == (Adjustment(Change.POINTS, Decimal("-2"), "a build folder", "Ada"),)
     assert found.about(PEOPLE[0]).adjustments == (Adjustment(Change.TOTAL, Decimal("50"), "oral exam", "Ada"),)
     assert [str(each) for each in found.about(PEOPLE[1]).adjustments] == ["bonus of 3.5 points by Ada (found a fault)"]
@@ -84,9 +61,9 @@ def test_the_whole_is_adjusted_for_a_submission_or_a_person(tmp_path):
     ],
 )
 def test_a_mistake_in_an_adjustment_is_named_with_its_line(tmp_path, old, new, said):
-    assert old in ADJUSTED
+    assert old in TEXTS["ADJUSTED"]
     with pytest.raises(GraderError, match=said):
-        load(tmp_path, ADJUSTED.replace(old, new, 1))
+        load(tmp_path, TEXTS["ADJUSTED"].replace(old, new, 1))
 
 
 def test_a_name_that_two_people_have_decides_about_neither(tmp_path):
@@ -121,9 +98,9 @@ def test_an_empty_file_decides_nothing(tmp_path, text):
     ],
 )
 def test_a_mistake_is_named_with_its_line_and_a_remedy(tmp_path, old, new, said):
-    assert old in GOOD
+    assert old in TEXTS["GOOD"]
     with pytest.raises(GraderError, match=said):
-        load(tmp_path, GOOD.replace(old, new, 1))
+        load(tmp_path, TEXTS["GOOD"].replace(old, new, 1))
 
 
 def test_people_assign_a_submission_and_take_one_back(tmp_path):

@@ -6,14 +6,13 @@ import csv
 import json
 import re
 from dataclasses import replace
-from decimal import Decimal
 from typing import Any
 
 import pytest
 from helpers.class_reports import report
 
 from grader.classroom import gradebook, overview
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.class_folder import Doubt, DoubtKind
 from grader.classroom.platforms import plain
 from grader.scoring import rubric
 
@@ -141,12 +140,6 @@ def test_a_submission_that_was_graded_without_namespaces_is_named(class_of_four)
 def test_the_page_needs_nothing_from_elsewhere(page):
     assert "default-src 'none'" in page
     assert not re.search(r"https?://", page)
-
-
-def test_the_histogram_counts_every_total_once():
-    found = list(overview.histogram([Decimal(each) for each in (0, 98, 100)], 100))
-    assert [count for _, _, count, _ in found] == [1, *[0] * 8, 2]
-    assert found[-1][:2] == (90, 100)
 
 
 LEAGUE = "league:\n  - {figure: time, unit: s, best: least}\n  - {figure: clearance, unit: m, best: most}\n\ncriteria:"

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.class_reports import graded
 
 from grader import cli
@@ -16,36 +17,13 @@ from grader.classroom.class_folder import Entry, Record, Status
 from grader.classroom.one_grading import Ending, Order
 from grader.classroom.plan import Action, Options
 
+TEXTS = beside(__file__)
+
 ROSTER = """id,name,email,login,team
 s1,Jane Doe,jane@uni.edu,jdoe,
 s2,Li Wu,li@uni.edu,liwu,team07
 s3,Eva Ost,eva@uni.edu,eost,team07
 s4,Bo Ek,bo@uni.edu,boek,
-"""
-METADATA = """submission_1:
-  :submitters:
-  - :name: Jane Doe
-    :sid: s1
-    :email: jane@uni.edu
-  :created_at: 2026-11-20 20:00:00 +0000
-submission_2:
-  :submitters:
-  - :name: Jane Doe
-    :sid: s1
-    :email: jane@uni.edu
-  :created_at: 2026-11-22 10:00:00 +0000
-submission_3:
-  :submitters:
-  - :name: Li Wu
-    :sid: s2
-    :email: li@uni.edu
-  :created_at: 2026-11-21 08:30:00 +0000
-submission_4:
-  :submitters:
-  - :name: Nemo
-    :sid: s99
-    :email: nemo@uni.edu
-  :created_at: 2026-11-20 08:30:00 +0000
 """
 EXTENSION = """people:
   s3:
@@ -59,7 +37,7 @@ def export(tmp_path) -> list[str]:
     for number in range(1, 5):
         (tmp_path / "export" / f"submission_{number}").mkdir(parents=True)
         (tmp_path / "export" / f"submission_{number}" / "readme").write_text(str(number))
-    (tmp_path / "export" / "submission_metadata.yml").write_text(METADATA)
+    (tmp_path / "export" / "submission_metadata.yml").write_text(TEXTS["METADATA"])
     (tmp_path / "roster.csv").write_text(ROSTER)
     return [
         *("batch", str(tmp_path / "export"), "--roster", str(tmp_path / "roster.csv")),

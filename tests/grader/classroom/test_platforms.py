@@ -6,12 +6,15 @@ import datetime as dt
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader.classroom import platforms
 from grader.classroom.identity import SHORT, Claim
 from grader.classroom.ledger import Source
 from grader.classroom.platform import Export
 from grader.errors import GraderError
+
+TEXTS = beside(__file__)
 
 
 def layout(root: Path, *names: str) -> Export:
@@ -54,31 +57,8 @@ def test_canvas_marks_late_ones_and_numbers_attachments(tmp_path):
     assert jane.claims[0][:2] == (Claim("lms_id", "12345", "canvas"), Claim(SHORT, "doejane"))
 
 
-GRADESCOPE = """\
----
-submission_101:
-  :submitters:
-  - :name: Jane Doe
-    :sid: '3001'
-    :email: jane@uni.edu
-  - :name: Li Wu
-    :sid: '3002'
-    :email: li@uni.edu
-  :created_at: 2026-11-20 22:58:01.000000000 Z
-  :score: 0.0
-  :status: processed
-  :results: !ruby/hash:ActiveSupport::HashWithIndifferentAccess
-    score: 1
-submission_102:
-  :submitters:
-  - :name: Bo
-    :email: bo@uni.edu
-  :created_at: 2026-11-21 01:00:00.5 +0100
-"""
-
-
 def test_gradescope_says_who_and_when_in_its_metadata(tmp_path):
-    (tmp_path / "submission_metadata.yml").write_text(GRADESCOPE)
+    (tmp_path / "submission_metadata.yml").write_text(TEXTS["GRADESCOPE"])
     export = layout(tmp_path, "submission_101/package.xml", "submission_102/team.zip", "submission_999/x")
     stray, first, second = export.hand_ins
     assert export.layout == "gradescope"

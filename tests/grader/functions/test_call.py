@@ -11,7 +11,7 @@ from helpers.course import COURSE
 from grader import KIT
 from grader.authoring.package_edits import Change, append
 from grader.evidence import FunctionAnswer
-from grader.functions.call import call_functions
+from grader.functions.source import call_functions
 from grader.host import ros_env
 
 pytestmark = pytest.mark.sandbox

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.course import COURSE
 
 from grader import KIT, building, cli, evidence, pipeline
@@ -19,16 +20,10 @@ from grader.errors import GraderError
 from grader.host import ros_env, shortage
 from grader.scoring.grading import Grading
 
+TEXTS = beside(__file__)
+
 ROOT = KIT
 MB = 1_000_000
-RUBRIC = """
-title: Small
-version: 1
-criteria:
-  - {id: F, title: Functions, points: 1, levels: {A: a, B: b, C: c, D: d}, requirements: [
-      {id: F14, points: 1, text: Conversions., section: "01#a", checks: [
-        {id: "check_functions::test_functions_are_right_at_their_edges", points: 1}]}]}
-"""
 
 
 def grader(*arguments: object, before: tuple[object, ...] = (), **options: object) -> subprocess.CompletedProcess[str]:
@@ -154,26 +149,12 @@ def test_a_folder_that_cannot_be_written_is_reported_before_anything_is_graded(t
 
 # -- disk ---------------------------------------------------------------------------------------------------------
 
-FILLS_DISK = """
-import sys
-from pathlib import Path
-from grader import sandbox
-from grader.errors import GraderError
-from grader.host import ros_env
-box = sandbox.Sandbox(writable={Path(sys.argv[1]): "/ws/out"}, environment=ros_env.environment(home=sandbox.HOME))
-code = "try:\\n    open('/ws/out/x', 'wb').write(b'x' * 60_000_000)\\nexcept OSError as error:\\n    print(error)"
-try:
-    print(sandbox.run(["python3", "-c", code], box))
-except GraderError as error:
-    print("grader:", error)
-"""
-
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize(("size", "words"), [(40 * MB, "grader: The disk at"), (400 * MB, "exit_code=0")])
 def test_a_disk_that_fills_up_is_not_blamed_on_the_submission(tmp_path: Path, size: int, words: str):
     """Otherwise a build that meets "No space left on device" would count as a package that does not build."""
-    command = [*map(str, small_disk(tmp_path, size)), sys.executable, "-c", FILLS_DISK, str(tmp_path)]
+    command = [*map(str, small_disk(tmp_path, size)), sys.executable, "-c", TEXTS["FILLS_DISK"], str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.startswith(("grader", "RunResult"))
     assert words in done.stdout
@@ -185,7 +166,7 @@ def test_a_disk_that_fills_up_is_not_blamed_on_the_submission(tmp_path: Path, si
 @pytest.mark.parametrize("full", ["cache", "out", "tmp"])
 def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Path, tmp_path: Path, full: str):
     small, cache, scratch, out = (tmp_path / name for name in ("rubric.yaml", "cache", "tmp", "out"))
-    small.write_text(RUBRIC)
+    small.write_text(TEXTS["RUBRIC"])
     for folder in (cache, scratch, out):
         folder.mkdir()
     package = shutil.copytree(reference, tmp_path / reference.name)

@@ -8,10 +8,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader.errors import GraderError
 from grader.host import dds_domain, namespaces
 from grader.notebook import domain
+
+TEXTS = beside(__file__)
 
 
 @pytest.fixture(autouse=True)
@@ -28,29 +31,9 @@ def workspace(folder: Path, name: str) -> Path:
     return root
 
 
-THIRTY = """
-import os, sys
-from pathlib import Path
-from grader.notebook import domain
-(begun, begin), (answers, answer), (ended, end) = os.pipe(), os.pipe(), os.pipe()
-for number in range(30):
-    root = Path(sys.argv[1], f"student{number}", "ws")
-    root.mkdir(parents=True)
-    if os.fork() == 0:
-        os.close(begin), os.close(end)
-        os.read(begun, 1)
-        os.write(answer, b"%d\\n" % domain.claim(root))
-        os.read(ended, 1)  # a claim ends with its process
-        os._exit(0)
-os.close(begin), os.close(answer)
-said = os.fdopen(answers)
-print(*(said.readline().strip() for _ in range(30)))
-"""
-
-
 def test_thirty_kernels_that_start_at_the_same_moment_have_thirty_domains(tmp_path: Path):
     """Of thirty home folders nine shared one when the path alone decided."""
-    done = subprocess.run([sys.executable, "-c", THIRTY, tmp_path], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", TEXTS["THIRTY"], tmp_path], capture_output=True, text=True, check=True)
     domains = {int(number) for number in done.stdout.split()}
     assert len(domains) == 30, done
     assert domains <= set(domain.DOMAINS)

@@ -8,35 +8,14 @@ import re
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.course import PACKAGE
 
 from grader.notebook import pieces, tables, tries
 
-FILE = '''\
-"""A file in steps."""
+TEXTS = beside(__file__)
 
-import math
-
-
-# How far.
-def reach(v):
-    """Step 1."""
-    return 0.0  # TODO 1
-    # more about TODO 1
-
-
-class Driver:
-    """It drives."""
-
-    # The end of the way
-
-    @property
-    def speed(self):
-        return 0.0
-
-    def stop(self):
-        """Step 2."""
-'''
+FILE = TEXTS["FILE"]
 
 
 def test_a_function_takes_the_place_of_the_one_with_its_name():

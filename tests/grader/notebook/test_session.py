@@ -13,21 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers import beside
 
 from grader import KIT
 from grader.notebook import checkpoints, run_node
 from grader.notebook.workspace import VARIABLE, Workspace
 
-ROOT = KIT
-BEGIN = """
-import json, os, sys
-sys.path.insert(0, "")
-from grader.notebook import begin, check, run_node, start_at
-def report(**facts): print("FACTS " + json.dumps(facts), flush=True)
-def pid(run): return run._process._popen.pid if run._process else None
-begin("05")
-"""
+TEXTS = beside(__file__)
 
+ROOT = KIT
 Facts = dict[str, Any]
 pytestmark = pytest.mark.ros
 
@@ -36,7 +30,7 @@ def play(root: Path, script: str) -> Facts:
     """Run a script as a notebook's cells; return the facts it reports, and its other output under "said"."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "AMENT", "COLCON", "PYTEST"))}
     ran = subprocess.run(
-        [sys.executable, "-W", "error::RuntimeWarning", "-c", BEGIN + script],
+        [sys.executable, "-W", "error::RuntimeWarning", "-c", TEXTS["BEGIN"] + script],
         env=environment | {VARIABLE: str(root), "PYTHONPATH": str(ROOT)},
         capture_output=True, text=True, check=False, timeout=240,
     )  # fmt: skip
@@ -65,18 +59,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     """The facts of a run in an empty workspace."""
     return play(
         tmp_path_factory.mktemp("empty") / "ws",
-        """
-run = run_node()
-recording = run.drive(1.0)
-went = run.go_to(1.0, 0.0)
-status = run.status()
-ended = run.interrupt()
-report(trouble=run.trouble, shown=repr(run), x=run.simulator.pose.x, t=run.t, samples=len(recording),
-     set_speed=[run.set_speed(0.2).success, run.set_speed(0.2).message],
-     status=[status.obstacle_detected, status.status, status.pose.position.x], went=[went.status, went.success],
-     heard=run.messages("cmd_vel"), parameter=run.set_parameter("speed", 1.0),
-     ended=[ended.seconds, ended.exit_code, ended.last_command], output=run.output)
-""",
+        TEXTS["empty"],
     )
 
 
@@ -113,86 +96,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     checkpoints.start_at(Workspace(root), "10")
     return play(
         root,
-        """
-import gc, time
-PACKAGE = "ros2_robot_controller"
-run = run_node("robot_controller", "wall_ahead")
-report(trouble=run.trouble, first=pid(run))
-run.drive(0.5)
-good, bad = run.set_speed(0.375), run.set_speed(7.0)
-report(good=[good.success, good.message], bad=[bad.success, bad.message], speed=run.status().speed)
-recording = run.drive(8.0)
-report(at=recording.x[-1], v=recording.v[-1], contacts=len(recording.contacts), status=run.status().status,
-     t=run.t, scans=len(recording.scan_t), columns=len(recording), zero=run.messages("cmd_vel")[0][1].linear.x,
-     rate=len(run.messages("cmd_vel")) / run.t)
-until = run.t
-run.drive(5.0, until=lambda: run.t > until + 0.2)
-report(early=run.t - until)
-went = run.go_to(0.6, -0.4, tolerance=0.15)
-pose = run.simulator.pose
-report(went=[went.status, went.success], missed=((pose.x - 0.6) ** 2 + (pose.y + 0.4) ** 2) ** 0.5,
-     final=[went.place.position.x, went.place.position.y], feedback=len(went.feedback),
-     first_feedback=went.feedback[0][1])
-goal = run._active_stage().navigate(-3.0, 0.0)
-goal.cancel()
-report(answered=goal.facts().cancel_accepted)
-run.drive(0.2)
-report(canceled=run.go_to(-3.0, 0.0, cancel_after=1.0).status, limit=run.go_to(-3.0, 0.0, limit=0.5).status)
-report(refused=run.set_parameter("max_linear_speed", -1.0), taken=run.set_parameter("max_linear_speed", 0.25))
-report(clicked=run._click(0.5, 0.5))
-
-# The rest of the kernel works as usual: plain rclpy, the student's modules, the contract's types.
-import rclpy
-from geometry_msgs.msg import Twist
-rclpy.init()
-node = rclpy.create_node("from_a_cell")
-heard = []
-node.create_subscription(Twist, "cmd_vel", heard.append, 10)
-for _ in range(100):
-    run.drive(0.1)
-    rclpy.spin_once(node, timeout_sec=0.05)
-    if heard:
-        break
-def sees_robot(wanted):
-    deadline = time.monotonic() + 60.0
-    while wanted != ("simulated_robot" in node.get_node_names()) and time.monotonic() < deadline:
-        rclpy.spin_once(node, timeout_sec=0.05)
-    return "simulated_robot" in node.get_node_names()
-report(beside=sees_robot(True))
-gc.disable()  # what a closed run leaves is gone at once, not when the garbage is collected
-from ros2_robot_controller.utils.conversions import clamp
-from ros2_robot_controller.srv import SetSpeed
-report(heard=len(heard), clamped=clamp(5.0, 0.0, 1.0), own=sys.modules[f"{PACKAGE}.utils"].__file__,
-     request=SetSpeed.Request(speed=0.5).speed)
-
-ended = run.interrupt()
-report(ended=[ended.seconds, ended.exit_code, ended.last_command.linear.x], over=repr(run), output=run.output,
-     after=run.set_speed(0.1).message)
-run.close()
-with run_node():
-    pass
-report(left=sees_robot(False))
-gc.enable()
-node.destroy_node()
-rclpy.shutdown()
-
-with run_node("sensor_processor", parameters={"fusion_frequency": 10.0}) as sensors:
-    sensors.drive(2.0)
-    t, fused = sensors.messages("sensor_fusion_data")[-1]
-    report(fused=[t, fused.header.frame_id, len(sensors.messages("sensor_fusion_data"))], second=pid(sensors),
-         distances=len(sensors.messages("obstacle_distance")))
-run = run_node()
-other = run_node(world="wall_ahead")
-report(replaced=repr(run), third=pid(other))
-live = other.live(rate=float("inf"))
-live.run(0.5)
-report(live=other.t, view=repr(live))
-live.stop()
-abandoned = other._process
-del other, live, run
-gc.collect()
-report(abandoned=abandoned.exit_code())
-""",
+        TEXTS["driven"],
     )
 
 
@@ -285,58 +189,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     checkpoints.start_at(Workspace(root), "10")
     return play(
         root,
-        """
-import signal
-from pathlib import Path
-def change(module, *changes):
-    path = Path("ros2_robot_controller", module)
-    text = path.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path.write_text(text)
-
-run = run_node()
-live = run.live(rate=float("inf"))
-run.set_speed(0.25)
-live.run(1.0)
-first = pid(run)
-live.reset()
-report(first=first, t=run.t, second=pid(run), speed=run.status().speed)
-live.stop()
-run.set_speed(0.2)
-run.drive(1.0)
-report(alive=run.trouble == "", after=run.t, samples=len(run.recording))
-change("driver.py", ("import math\\n", "import math  # changed\\n"))
-run.drive(0.1)
-run.drive(0.9)
-os.kill(pid(run), signal.SIGKILL)
-run._process._popen.wait()
-run.drive(2.0)
-report(killed=run.t, v=run.simulator.twist.v, ended=run.trouble, deaf=run.set_speed(0.1).message)
-
-change("navigator.py", ("self._speed = 0.0", "self._speed = 0"))
-run = run_node()
-run.go_to(0.1, 0.0)
-report(status=run.status().status, trouble=run.trouble, went=run.go_to(1.0, 0.0).status)
-
-loop = "while not goal.ending.done():\\n            time.sleep(0.1); self._control()\\n        ending = None"
-change("navigator.py", ("import Enum\\n", "import Enum\\nimport time\\n"), ("ending = await goal.ending", loop))
-run = run_node()
-report(sleeping=run.go_to(1.0, 0.0).status, hangs=run.trouble)
-
-Path("launch/robot_controller_launch.py").write_text(
-    "from launch import LaunchDescription\\n"
-    "def generate_launch_description():\\n    return LaunchDescription([])\\n"
-)
-run = run_node(launch="robot_controller_launch.py")
-report(launched=run.trouble, moved=run.drive(1.0).x[-1])
-
-change("sensor_processor.py", ("qos_profile_sensor_data)", "10)"))
-run = run_node("sensor_processor")
-run.drive(1.0)
-report(fused=len(run.messages("sensor_fusion_data")))
-""",
+        TEXTS["failing"],
     )
 
 
@@ -410,7 +263,7 @@ def test_a_node_dies_with_a_kernel_that_is_killed(tmp_path: Path) -> None:
     script = "import signal\nreport(node=pid(run_node()))\nos.kill(os.getpid(), signal.SIGKILL)\n"
     environment = dict(os.environ) | {VARIABLE: str(root), "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
-        [sys.executable, "-c", BEGIN + script], env=environment, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", TEXTS["BEGIN"] + script], env=environment, stdout=subprocess.PIPE, text=True
     ) as kernel:
         out, _ = kernel.communicate(timeout=240)
     node = json.loads(next(line for line in out.splitlines() if line.startswith("FACTS "))[6:])["node"]

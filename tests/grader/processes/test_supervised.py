@@ -9,26 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader import KIT
 
-PROGRAM = """
-import os, signal, subprocess, sys, tempfile, threading
-from grader.errors import GraderError
-from grader.processes import supervised
+TEXTS = beside(__file__)
 
-signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored if the tests run in the background
-
-def work():
-{work}
-
-try:
-    sys.exit(supervised.run(work))
-except KeyboardInterrupt:
-    print("interrupted")
-except GraderError as error:
-    print(error)
-"""
 # Threads that wait, a temporary folder, and a process in a session of its own.
 BUSY = """
     subprocess.Popen(["sleep", "1000"], start_new_session=True)
@@ -40,7 +26,7 @@ BUSY = """
 
 def start(work: str, temporary: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.replace("{work}", work)], stdout=subprocess.PIPE, text=True, cwd=KIT,
+        [sys.executable, "-c", TEXTS["PROGRAM"].replace("{work}", work)], stdout=subprocess.PIPE, text=True, cwd=KIT,
         env=os.environ | {"TMPDIR": str(temporary)}, start_new_session=True,
     )  # fmt: skip
 
@@ -72,7 +58,7 @@ def test_a_child_that_is_killed_is_an_error_of_the_host(tmp_path: Path):
 
 def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path):
     """A class that was killed left gradings, and their temporary files, until they were done."""
-    inner = PROGRAM.replace("{work}", BUSY).replace("run(work)", "run(work, os.getppid())")
+    inner = TEXTS["PROGRAM"].replace("{work}", BUSY).replace("run(work)", "run(work, os.getppid())")
     starter = f"import subprocess, sys, time; subprocess.Popen([sys.executable, '-c', {inner!r}]); time.sleep(1000)"
     program = subprocess.Popen(
         [sys.executable, "-c", starter], stdout=subprocess.PIPE, text=True, cwd=KIT,

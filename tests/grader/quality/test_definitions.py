@@ -14,7 +14,7 @@ from grader.checks.check_docstrings import test_docstrings_follow_ament_pep257 a
 from grader.checks.check_docstrings import test_public_things_have_docstrings as coverage
 from grader.evidence import Definition, Quality
 from grader.quality import source_files
-from grader.quality.definitions import public_definitions
+from grader.quality.linting import public_definitions
 from grader.quality.parsed_module import parse
 
 

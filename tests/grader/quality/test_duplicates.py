@@ -5,74 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.course import PACKAGE
 from helpers.quality_examples import facts, judged, reference
 
 from grader.checks.check_structure import test_no_block_is_repeated as copies
-from grader.quality.duplicates import duplicated_blocks
+from grader.quality.linting import duplicated_blocks
 from grader.quality.parsed_module import parse
 
-BLOCK = """\
-def measure(scan):
-    good = []
-    for distance in scan.ranges:
-        if scan.range_min <= distance <= scan.range_max:
-            good.append(distance)
-    nearest = min(good)
-    scan.nearest = nearest
-    return nearest
-"""
-RESTYLED = """\
-def measure( scan ):
-    \"\"\"Return the nearest.\"\"\"
-    good = []   # all of them
+TEXTS = beside(__file__)
 
-    for distance in scan.ranges:
-        # in range?
-        if (scan.range_min <= distance
-                <= scan.range_max):
-            good.append(
-                distance)
-    nearest = min(good)
-    scan.nearest = nearest
-    return nearest
-"""
-MAIN = """\
-def main(args=None):
-    rclpy.init(args=args)
-    node = Node('x')
-    try:
-        rclpy.spin(node)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-
-
-if __name__ == '__main__':
-    main()
-"""
-MESSAGE = """\
-def tell(self):
-    message = Twist()
-    message.linear.x = 1.0
-    message.angular.z = 0.0
-    self.publisher.publish(message)
-"""
-LAUNCH = """\
-def generate_launch_description():
-    return LaunchDescription([
-        Node(
-            package='ros2_robot_controller',
-            executable='sensor_processor',
-            name='sensor_processor',
-            output='screen',
-            parameters=['a.yaml'],
-            remappings=[('a', 'b')],
-        ),
-    ])
-"""
+BLOCK = TEXTS["BLOCK"]
 
 
 def found(**texts: str) -> list[int]:
@@ -85,7 +28,7 @@ def found(**texts: str) -> list[int]:
     ("texts", "lengths"),
     [
         ({"a": BLOCK, "b": "import math\n\n\n" + BLOCK}, [8]),
-        ({"a": BLOCK, "b": RESTYLED}, [8]),
+        ({"a": BLOCK, "b": TEXTS["RESTYLED"]}, [8]),
         ({"a": BLOCK + "\n\nX = 1\n\n\n" + BLOCK.replace("def measure", "def again")}, [7]),
         ({"a": BLOCK, "b": BLOCK.replace("def measure(scan)", "def nearest(self, scan)")}, [7]),
         ({"a": BLOCK, "b": BLOCK, "c": BLOCK}, [8]),
@@ -99,9 +42,9 @@ def test_a_block_that_occurs_again_is_found_once(texts: dict[str, str], lengths:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (MAIN, "every ROS node ends like this"),
-        (MESSAGE, "five statements fill a message"),
-        (LAUNCH, "a launch file's table is one statement"),
+        (TEXTS["MAIN"], "every ROS node ends like this"),
+        (TEXTS["MESSAGE"], "five statements fill a message"),
+        (TEXTS["LAUNCH"], "a launch file's table is one statement"),
         ('"""' + "Words.\n" * 20 + '"""\n', "docstrings are not code"),
         ("import a\nimport b\nimport c\nimport d\nimport e\nimport f\nfrom g import h\n", "imports are not code"),
         ("# one\n# two\n# three\n# four\n# five\n# six\nX = 1\n", "comments are not code"),

@@ -6,6 +6,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.judging import ask, evidence_with
 from helpers.quality_examples import facts, written
 
@@ -13,46 +14,16 @@ from grader.checks import check_build
 from grader.courses.robot_controller.checks import check_set_speed
 from grader.evidence import Build, Fault, Kind, ProcessEnd, Quality, Reason, Trial
 
-NODE = """
-import rclpy
-from rclpy.node import Node
+TEXTS = beside(__file__)
 
-
-class Driver(Node):
-    pass
-
-
-def main():
-    rclpy.spin(Driver('driver'))
-"""
-SETUP = """
-from setuptools import find_packages, setup
-
-package_name = 'lab5_31'
-setup(
-    name=package_name,
-    packages=find_packages(exclude=['test']),
-    entry_points={'console_scripts': [
-        ENTRIES
-    ]},
-)
-"""
-XML = """<package format="3">
-  <name>lab5_31</name>
-  <version>0.0.0</version>
-  <description>x</description>
-  <maintainer email="a@b.org">A</maintainer>
-  <license>MIT</license>
-  <export><build_type>BUILD</build_type></export>
-</package>
-"""
+NODE = TEXTS["NODE"]
 
 
 def lab(folder: Path, entries: str = "", files: dict[str, str] | None = None, build: str = "ament_python") -> Path:
     """Return the package lab5_31 with these entry points, and these files beside what every package has."""
     usual = {
-        "package.xml": XML.replace("BUILD", build),
-        "setup.py": SETUP.replace("ENTRIES", entries),
+        "package.xml": TEXTS["XML"].replace("BUILD", build),
+        "setup.py": TEXTS["SETUP"].replace("ENTRIES", entries),
         "lab5_31/__init__.py": "",
     }
     return written(folder / "lab5_31", {**usual, **(files or {})})

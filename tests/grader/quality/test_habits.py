@@ -5,14 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.course import PACKAGE
 from helpers.quality_examples import CONTROLLER, facts, judged, reference
 
 from grader.checks.check_habits import test_callbacks_do_not_sleep as sleeping
 from grader.checks.check_habits import test_no_bare_except_print_or_mutable_default as habits
-from grader.quality.call_graph import CallGraph
-from grader.quality.habits import CALLED_AT_ONCE, bad_habits
-from grader.quality.parsed_module import parse
+from grader.quality.linting import CALLED_AT_ONCE, bad_habits
+from grader.quality.parsed_module import CallGraph, parse
+
+TEXTS = beside(__file__)
 
 
 def rules(text: str, path: str = CONTROLLER) -> list[str]:
@@ -92,32 +94,7 @@ def test_what_is_a_bad_habit_depends_on_the_place(path: str, text: str):
 
 # -- sleeping ---------------------------------------------------------------------------------------------------------
 
-NODE = """\
-import time
-from time import sleep, sleep as nap
-import time as clock
-from functools import partial
-import threading
-
-
-class Base:
-    def rest(self):
-        time.sleep(1)
-
-
-class RobotController(Base):
-    def __init__(self):
-        {register}
-
-    def callback(self, message):
-        {body}
-
-    def helper(self):
-        {helper}
-
-    def loop(self):
-        time.sleep(1)
-"""
+NODE = TEXTS["NODE"]
 REGISTER = "self.create_timer(0.1, self.callback)"
 
 

@@ -17,8 +17,8 @@ from grader.evidence import Kind, Reason
 
 # -- the demonstration ------------------------------------------------------------------------------------------------
 
-CALLED = evidence.Call(1.0, "set_speed", {"speed": 0.1}, {"success": True, "message": "ok"}, 1.0)
-SENT = evidence.Call(1.5, "navigate_to_position/_action/send_goal", {"goal": "ab"}, {"accepted": True}, 1.5)
+CALLED = evidence.Call(1.0, "set_speed", {"speed": 0.1}, {"success": True, "message": "ok"})
+SENT = evidence.Call(1.5, "navigate_to_position/_action/send_goal", {"goal": "ab"}, {"accepted": True})
 GOAL = evidence.Message(2.0, "navigate_to_position/_action/status", {"goal": "ab", "status": 4})
 WELL = evidence.ProcessEnd("itself", 0, 4.0, "arrived\n")
 

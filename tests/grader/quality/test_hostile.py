@@ -12,7 +12,7 @@ from helpers.quality_examples import judged, with_flake8, with_linters, written
 
 from grader.building import cache
 from grader.checks.check_style import test_ament_flake8_finds_nothing as style
-from grader.quality import analyse, source_files
+from grader.quality import source, source_files
 
 GOOD = '"""A module."""\n\nX = 1\n'
 
@@ -117,28 +117,28 @@ def test_files_that_break_a_tool_are_named_and_the_rest_is_read():
         runs.append([*items])
         return None if "bad" in items else f"read {len(items)}"
 
-    assert analyse.run_without_culprits(run, ["a", "b"]) == ("read 2", [])
+    assert source.run_without_culprits(run, ["a", "b"]) == ("read 2", [])
     assert len(runs) == 1
-    assert analyse.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
-    together = analyse.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"])
+    assert source.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
+    together = source.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"])
     assert together == (None, ["a", "b"])
 
 
 def test_memory_is_limited(tmp_path: Path):
-    done = analyse.run_python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
+    done = source.run_python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
     assert done is None or done.returncode != 0
 
 
 @pytest.mark.slow  # waits for a limit
 def test_time_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(analyse, "CPU_SECONDS", 1)
-    assert analyse.run_python(["-c", "while True: pass"], tmp_path) is None
+    monkeypatch.setattr(source, "CPU_SECONDS", 1)
+    assert source.run_python(["-c", "while True: pass"], tmp_path) is None
 
 
 def test_a_tool_sees_nothing_of_the_environment_or_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A sitecustomize.py or a flake8.py of the submission is not imported."""
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     written(tmp_path, {"flake8.py": "raise SystemExit('taken over')\n", "ast.py": "raise SystemExit('taken over')\n"})
-    done = analyse.run_python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
+    done = source.run_python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
     assert done is not None
     assert done.stdout.strip() == "None"

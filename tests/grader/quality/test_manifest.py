@@ -10,7 +10,7 @@ from helpers.quality_examples import CONTROLLER, DRIVER, REFERENCE, Judged, judg
 
 from grader.checks import check_package_xml as checks
 from grader.course.packages import is_declared
-from grader.quality.analyse import analyse_package
+from grader.quality.source import analyse_package
 
 XML = (REFERENCE / "package.xml").read_text()
 ADDRESS = "course@example.com"

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.course import COURSE
 from helpers.quality_examples import REFERENCE, Judged, facts, judged, untouched, written
 
@@ -14,6 +15,8 @@ from grader.checks.check_readme import test_interface_table_agrees as table
 from grader.checks.check_readme import test_readme_says_what_and_how as words
 from grader.quality.readme import read_readme
 from grader.quality.source import hidden_flags
+
+TEXTS = beside(__file__)
 
 TRUE = (REFERENCE / "README.md").read_text()
 OF_EVERY_NODE = {"rosout": "rcl_interfaces/msg/Log", "parameter_events": "rcl_interfaces/msg/ParameterEvent"}
@@ -26,7 +29,7 @@ def running() -> dict[str, evidence.Trial]:
     for node in COURSE.nodes.values():
         seen = {"publisher": {**node.publishes, **OF_EVERY_NODE}, "subscription": {**node.subscribes, **CLOCK_TYPE}}
         ends = [
-            evidence.Endpoint(topic, kind, node.name, COURSE.full_type(type_), "", "reliable")
+            evidence.Endpoint(topic, kind, node.name, COURSE.full_type(type_), "reliable")
             for kind, topics in seen.items()
             for topic, type_ in topics.items()
         ]
@@ -199,29 +202,8 @@ def test_text_that_a_reader_sees_counts(tmp_path: Path, shown: str):
     assert shows(tmp_path, f"# Package\n\n{shown.format(COMMANDS)}\n") == {"build", "run", "test"}
 
 
-OTHERS = """\
-<!-- SPDX-License-Identifier: Apache-2.0 -->
-<p align="center"><img src="robot.png" width="300"><br>A controller that drives a robot safely, and what it senses.</p>
-
-<details><summary>Build, run and test</summary>
-
-```bash
-colcon build
-ros2 launch ros2_robot_controller robot_controller_launch.py
-pytest
-```
-
-</details>
-
-<table>
-<tr><th>node</th><th>kind</th><th>name</th><th>type</th></tr>
-<tr><td>robot_controller</td><td>subscribes</td><td><code>scan</code></td><td>LaserScan</td></tr>
-</table>
-"""
-
-
 def test_honest_html_hides_nothing(tmp_path: Path):
-    quality = with_readme(tmp_path, OTHERS)
+    quality = with_readme(tmp_path, TEXTS["OTHERS"])
     assert judged(words, quality).share == 1.0
     assert quality.readme is not None
     assert quality.readme.tables == [
@@ -288,31 +270,6 @@ CONTRACTS = """\
 | `robot_controller` | `/scan` sensor_msgs/LaserScan, `/odom` nav_msgs/Odometry | `/cmd_vel` geometry_msgs/Twist | `set_speed` (SetSpeed), `get_status` (GetRobotStatus), action `navigate_to_position` (NavigateToPosition) |
 | `sensor_processor` | raw_scan LaserScan<br>imu/data Imu<br>battery/state BatteryState | sensor_fusion_data SensorFusionData, obstacle_distance std_msgs/Float32 | |
 """  # noqa: E501
-SEVERAL = """\
-### Topics
-Topic | Type | Direction
-:--- | :---: | ---:
-/scan | `sensor_msgs/msg/LaserScan` | Input
-/odom | `nav_msgs/msg/Odometry` | Input
-/cmd_vel | `geometry_msgs/msg/Twist` | Output
-/raw\\_scan | [sensor_msgs/LaserScan](https://docs.ros.org/x) | in
-**imu/data** | sensor_msgs::msg::Imu | in
-battery/state | BatteryState | sub
-sensor_fusion_data | SensorFusionData | pub
-obstacle_distance | Float32 | pub
-
-### Services
-| Service | Type |
-|---|---|
-| `/set_speed` | `SetSpeed` |
-| `/get_status` | `GetRobotStatus` |
-
-| Action | Type |
-|---|---|
-| `/navigate_to_position` | `NavigateToPosition` |
-"""
-
-
 BARE = CONTRACTS.replace(" (SetSpeed)", "").replace(" (GetRobotStatus)", "").replace(" (NavigateToPosition)", "")
 MORE = """
 | Definition | Fields |
@@ -320,31 +277,13 @@ MORE = """
 | `srv/SetSpeed` | float32 speed -> bool success, string message |
 | `ros2_robot_controller/msg/SensorFusionData` | std_msgs/Header header, float32 battery_level |
 """
-ENDS = """
-| Topic | Type | Published by | Subscribed by |
-|---|---|---|---|
-| `scan` | `LaserScan` | the lidar | robot_controller |
-| `odom` | `Odometry` | the base | robot_controller |
-| `cmd_vel` | `Twist` | robot_controller | the base |
-| `raw_scan` | `LaserScan` | the lidar | sensor_processor |
-| `imu/data` | `Imu` | | sensor_processor |
-| `battery/state` | `BatteryState` | | sensor_processor |
-| `obstacle_distance` | `Float32` | sensor_processor | robot_controller |
-| `sensor_fusion_data` | `SensorFusionData` | | robot_controller |
-
-| Service or action | Type |
-|---|---|
-| `set_speed` | `SetSpeed` |
-| `get_status` | `GetRobotStatus` |
-| `navigate_to_position` | `NavigateToPosition` |
-"""
 NEXT = "| `sensor_processor` |"
 CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock` | |\n"
 
 
 @pytest.mark.parametrize(
     "text",
-    [TRUE, CONTRACTS, SEVERAL, BARE, TRUE + MORE, ENDS, TRUE.replace(NEXT, CLOCK + NEXT, 1)],
+    [TRUE, CONTRACTS, TEXTS["SEVERAL"], BARE, TRUE + MORE, TEXTS["ENDS"], TRUE.replace(NEXT, CLOCK + NEXT, 1)],
     ids=["own", "like the contract's", "for each kind", "services without types", "of fields", "both ends", "clock"],
 )
 def test_tables_of_other_shapes_agree(tmp_path: Path, text: str):
@@ -361,7 +300,7 @@ def test_a_topic_beyond_the_contract_needs_a_row(tmp_path: Path):
     trials = running()
     graph = trials["idle_robot_controller"].graph
     assert graph is not None
-    extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "", "reliable")
+    extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "reliable")
     trials["idle_robot_controller"] = replace(
         trials["idle_robot_controller"], graph=replace(graph, endpoints=[*graph.endpoints, extra])
     )

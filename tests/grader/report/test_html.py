@@ -166,7 +166,7 @@ def test_nothing_that_a_student_wrote_becomes_an_element(rubric, attack, monkeyp
         flags=[Flag(attack, attack, attack)],
     )
     made = grading(rubric, results(rubric, result, waits), evidence, submission=attack, environment={attack: attack})
-    page = Page(html.render(made, hostile_hand_in(attack), bags={attack}))
+    page = Page(html.render(made, hostile_hand_in(attack)))
     assert set(page.elements) <= ELEMENTS
     assert [page.elements.count(name) for name in ("style", "script", "title")] == [1, 1, 1]
     assert all(
@@ -400,7 +400,7 @@ def test_a_mutant_has_the_tests_that_noticed_it_or_reached_it_and_the_most_notic
         Mutant("a.py", 9, "f", "sign", "nine", "unnoticed", tried=tried),
         Mutant("a.py", 8, "f", "sign", "eight", "noticed", by="test/x.py::TestIt::three[a::b]"),
     ]
-    found = html.matrix(Mutation(0, 9, mutants))
+    found = html.matrix(Mutation(0, mutants))
     assert found.noticed_by == (("c", 2), ("a", 1), ("b", 1), ("three[a::b]", 1))
     assert [(row.where, row.tests, row.others) for row in found.rows[-2:]] == [
         ("a.py:8", ("three[a::b]",), 0),

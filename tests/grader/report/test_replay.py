@@ -13,12 +13,10 @@ from dataclasses import replace
 import pytest
 from helpers import recordings
 from helpers.report_examples import BUILD, INTAKE, TOUCHED, drive_at_a_wall, grading, results
-from rosbags.rosbag2 import Reader
 
 from grader import evidence, report
 from grader.evidence import Command, Evidence
 from grader.report import html
-from grader.report import recording as trials
 from grader.report.recording import moment, recording, replay
 from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -98,12 +96,11 @@ def test_every_failed_check_with_a_trial_has_its_replay_and_names_where(rubric):
     assert page.index('id="F8"') < page.index("Trial other.")
 
 
-def test_held_out_trials_are_neither_replayed_nor_written(rubric, tmp_path):
+def test_held_out_trials_are_not_replayed(rubric, tmp_path):
     made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
     evidence.save(made.evidence, tmp_path / "evidence")
     _, page = report.write(made, tmp_path, pictures=False)
     assert "data-replay=" not in page.read_text()
-    assert not list(tmp_path.rglob("*.mcap"))
 
 
 @pytest.mark.slow  # a report with all replays
@@ -118,37 +115,6 @@ def test_a_report_of_a_package_that_fails_in_every_trial_is_below_3_mb():
     page = html.render(grading(rubric, failed, found))
     assert len(replays(page)) == len(names) > 40
     assert len(page) < 3_000_000
-
-
-def test_the_mcap_file_lies_beside_the_evidence_and_the_page_links_it(rubric, tmp_path):
-    """What is read back is what the robot did, without the seed."""
-    trial = recordings.load("reference").trials["wall_fast"]
-    result = replace(TOUCHED, trial="wall_fast")
-    made = grading(rubric, results(rubric, result), Evidence(INTAKE, BUILD, trials={"wall_fast": trial}))
-    evidence.save(made.evidence, tmp_path / "evidence")
-    _, page = report.write(made, tmp_path)
-    assert 'href="evidence/trials/wall_fast.mcap" download' in page.read_text()
-    [path] = tmp_path.rglob("*.mcap")
-    assert path.stat().st_size < 100_000
-    with Reader(path) as bag:
-        counts = {connection.topic: connection.msgcount for connection in bag.connections}
-    assert counts["/odom"] == counts["/cmd_vel"] == len(trial.samples)
-    assert counts["/scan/closest_ahead"] == len(trial.scans)
-    written = path.stat().st_mtime_ns
-    report.write(made, tmp_path)
-    assert path.stat().st_mtime_ns == written, "a file that is there is not written again"
-
-
-def test_a_trial_that_cannot_be_written_leaves_the_grade(rubric, tmp_path, monkeypatch):
-    def full(trial, path):
-        raise OSError("no space left on device")
-
-    monkeypatch.setattr(trials, "write_bag", full)
-    made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
-    evidence.save(made.evidence, tmp_path / "evidence")
-    _, page = report.write(made, tmp_path)
-    assert "touched the wall ahead" in page.read_text()
-    assert ".mcap" not in page.read_text()
 
 
 @pytest.mark.slow  # a browser

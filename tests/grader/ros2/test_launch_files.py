@@ -8,87 +8,15 @@ from __future__ import annotations
 import re
 
 import pytest
+from helpers import beside
 from helpers.ros2_runs import FILES
 
-PARAMS = "--params-file SHARE/config/demo.yaml"
-SIM = "-p use_sim_time:=True"
-STARTED = [
-    (
-        "plain_list",
-        {},
-        [
-            f"show --ros-args -r __node:=first {PARAMS}",
-            "show --ros-args -r chatter:=talk -r /odom:=odom",
-            "show --rate 5 --ros-args --log-level debug --ros-args",
-        ],
-    ),
-    ("add_action", {"who": "you", "unknown": "ignored"}, ["show hello you --ros-args", f"show --ros-args {PARAMS}"]),
-    (
-        "arguments",
-        {},
-        [
-            "show tb4 --ros-args",
-            "show sim:true --ros-args",
-            "show robot_true --ros-args",
-            "show other --ros-args",
-            "show 2.0 --ros-args",
-            "echo ab other",
-        ],
-    ),
-    (
-        "arguments",
-        {"sim": "false", "speed": "3"},
-        [
-            "show tb4 --ros-args",
-            "show real:false --ros-args",
-            "show robot_false --ros-args",
-            "show other --ros-args",
-            "show 7 --ros-args",
-            "show fast --ros-args",
-            "echo ab other",
-        ],
-    ),
-    (
-        "including",
-        {},
-        [
-            "show child grouped --ros-args",
-            "show grouped by-default --ros-args",
-            "show unset unset --ros-args",
-            "show child given --ros-args",
-            "show given by-default --ros-args",
-            "show child again --ros-args",
-        ],
-    ),
-    ("groups", {}, [f"show {each} {each} --ros-args" for each in ("outer", "scoped", "outer", "leaked", "leaked")]),
-    (
-        "namespaces",
-        {},
-        [
-            "show --ros-args -r __node:=n -r __ns:=/robot1",
-            "show --ros-args -r __node:=n -r __ns:=/robot1",
-            "show --ros-args -r __ns:=/",
-            f"show --ros-args -r __node:=n -r __ns:=/fleet {SIM}",
-            f"show --ros-args -r __ns:=/fleet/robot2 {SIM} -r odom:=wheel/odom",
-            f"show --ros-args -r __node:=n -r __ns:=/other {SIM} --params-file DICT",
-            f"show --ros-args -r __ns:=/fleet/deep {SIM} -p k:=2.5",
-            "show --ros-args -r __node:=n",
-        ],
-    ),
-    (
-        "parameters",
-        {"n": "5"},
-        [
-            "show --ros-args -r __node:=typed -r __ns:=/ns --params-file DICT --params-file DICT",
-            "show --ros-args --params-file HERE/config/wild.yaml --params-file DICT",
-            "show --ros-args --params-file HERE/config/wild.yaml",
-        ],
-    ),
-    ("opaque", {"count": "3"}, [f"show demo! --ros-args -r __node:=robot{i}" for i in range(3)]),
-]
+TEXTS = beside(__file__)
 
 
-@pytest.mark.parametrize(("file", "given", "commands"), STARTED, ids=lambda value: value if type(value) is str else "")
+@pytest.mark.parametrize(
+    ("file", "given", "commands"), TEXTS["STARTED"], ids=lambda value: value if type(value) is str else ""
+)
 def test_a_launch_file_starts_what_the_real_one_does(visitor, file, given, commands):
     """An include leaks, and a group around it restores; a file is passed on as it is, a missing one is not."""
     assert visitor.launch(FILES / f"{file}.launch.py", *given.items()) == commands

@@ -9,12 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from helpers import beside
 from helpers.course import COURSE
 from helpers.ros2_runs import COMMAND, ROOT
 from helpers.terminal import Terminal, desk, needs_zsh
 
 from grader import building
 from grader.host import ros_env
+
+TEXTS = beside(__file__)
 
 PAGE = ROOT / "docs" / "ros2-session.md"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
@@ -167,8 +170,8 @@ def test_a_prepared_terminal_builds(tmp_path, shell):
     source = tmp_path / "src" / "greeter"
     (source / "msg").mkdir(parents=True)
     (source / "msg" / "Greeting.msg").write_text("string text\n")
-    (source / "package.xml").write_text(PACKAGE)
-    (source / "CMakeLists.txt").write_text(CMAKE)
+    (source / "package.xml").write_text(TEXTS["PACKAGE"])
+    (source / "CMakeLists.txt").write_text(TEXTS["CMAKE"])
     with desk(
         tmp_path, {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "ROS2_COURSE_KIT_OWN": "1"}, shell
     ) as open_one:
@@ -180,25 +183,3 @@ def test_a_prepared_terminal_builds(tmp_path, shell):
         assert terminal.run("ros2 interface package greeter") == "greeter/msg/Greeting\n"
         said = terminal.run("ros2 topic pub -1 -w 0 /hello greeter/msg/Greeting '{text: hi}'")
         assert "greeter.msg.Greeting(text='hi')" in said
-
-
-PACKAGE = """<?xml version="1.0"?>
-<package format="3">
-  <name>greeter</name>
-  <version>0.0.0</version>
-  <description>Says hello.</description>
-  <maintainer email="nobody@example.com">nobody</maintainer>
-  <license>Apache-2.0</license>
-  <buildtool_depend>ament_cmake</buildtool_depend>
-  <buildtool_depend>rosidl_default_generators</buildtool_depend>
-  <member_of_group>rosidl_interface_packages</member_of_group>
-  <export><build_type>ament_cmake</build_type></export>
-</package>
-"""
-CMAKE = """cmake_minimum_required(VERSION 3.8)
-project(greeter)
-find_package(ament_cmake REQUIRED)
-find_package(rosidl_default_generators REQUIRED)
-rosidl_generate_interfaces(${PROJECT_NAME} "msg/Greeting.msg")
-ament_package()
-"""

@@ -9,10 +9,13 @@ import time
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader import KIT, sandbox
 from grader.host import cgroup, ros_env, tempdir
 from grader.sandbox import MIB, Limits, Process, Sandbox
+
+TEXTS = beside(__file__)
 
 PYTHON = Sandbox(environment=ros_env.environment(home=sandbox.HOME))
 needs_cgroups = pytest.mark.skipif(
@@ -25,24 +28,11 @@ def python(code: str, box: Sandbox = PYTHON, **limits: object) -> sandbox.RunRes
     return sandbox.run(["python3", "-c", code], box, Limits(**{"wall_seconds": 60.0, **limits}))  # type: ignore[arg-type]
 
 
-BOMB = """
-import os, time
-made = 0
-try:
-    while True:
-        if os.fork() == 0:
-            time.sleep(1000)
-        made += 1
-except OSError as error:
-    print(made, error.strerror)
-"""
-
-
 @needs_cgroups
 @pytest.mark.sandbox
 def test_a_fork_bomb_hits_the_limit_of_the_whole_sandbox():
     """RLIMIT_NPROC does not limit root; the cgroup does."""
-    result = python(BOMB, processes=40)
+    result = python(TEXTS["BOMB"], processes=40)
     made, _, words = result.output.partition(" ")
     assert int(made) < 40
     assert words == "Resource temporarily unavailable\n"
@@ -165,23 +155,6 @@ def _running(word: str) -> list[str]:
     return found
 
 
-HUNGRY = """
-import os, sys
-from pathlib import Path
-for folder in sys.argv[1:]:
-    Path(folder, "cgroup.procs").write_text(str(os.getpid()))
-from grader import sandbox
-from grader.errors import GraderError
-from grader.host import ros_env
-code = "kept = [b'x' * (1 << 20) for _ in range(400)]"
-box = sandbox.Sandbox(environment=ros_env.environment(home=sandbox.HOME))
-try:
-    print("submission:", sandbox.run(["python3", "-c", code], box).stopped)
-except GraderError as error:
-    print("grader:", error)
-"""
-
-
 @pytest.mark.sandbox
 @pytest.mark.skipif(
     (hierarchy := cgroup.find_hierarchy()) is None or hierarchy.version != 1,
@@ -196,7 +169,7 @@ def test_a_submission_is_not_blamed_when_the_host_runs_out_of_memory():
     try:
         (outer["memory"] / "memory.limit_in_bytes").write_text(str(200 * MIB))
         done = subprocess.run(
-            [sys.executable, "-c", HUNGRY, *map(str, outer.values())],
+            [sys.executable, "-c", TEXTS["HUNGRY"], *map(str, outer.values())],
             cwd=KIT, capture_output=True, text=True, check=False,
         )  # fmt: skip
     finally:

@@ -21,9 +21,9 @@ from grader.host import submission_user
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score
-from grader.selftest.attacks import attack_run, command
+from grader.selftest.attacks import command
 from grader.selftest.attacks.attack import attack
-from grader.selftest.attacks.attack_run import ATTACKS
+from grader.selftest.attacks.command import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 
 ROOT = KIT
@@ -149,27 +149,27 @@ def test_points_that_change_are_a_problem_unless_the_attack_costs_them(
     settings: pipeline.Settings, second: Outcome, costs: str, before: float, problems: list[str]
 ):
     tried = attack("a", "x", needs="F1", costs=costs)
-    assert attack_run._point_problems(tried, graded(settings, PASSED, second), {"F1": before}) == problems
+    assert command._point_problems(tried, graded(settings, PASSED, second), {"F1": before}) == problems
 
 
 def test_a_missing_flag_and_a_missing_proof_are_problems(settings: pipeline.Settings):
     each = attack("a", "x", needs="F1", flag="flood", proof="ATTACK")
     with planted() as tokens:
         tokens.results.mkdir()
-        problems = attack_run._report_problems(each, graded(settings, Outcome.PASSED, Outcome.PASSED), tokens)
+        problems = command._report_problems(each, graded(settings, Outcome.PASSED, Outcome.PASSED), tokens)
         assert problems[0] == "no integrity flag of the kind 'flood'"
         assert problems[1].startswith("it was not carried out")
         flag = Flag("flood", "the node sent more than could be kept")
         kept = graded(settings, Outcome.PASSED, Outcome.PASSED, flags=(flag,))
-        assert attack_run._report_problems(dataclasses.replace(each, proof=""), kept, tokens) == []
+        assert command._report_problems(dataclasses.replace(each, proof=""), kept, tokens) == []
 
 
 def test_the_table_shows_what_was_tried_and_what_stopped_it():
     each = attack("bomb", "Forks.", stopped="a limit", needs="F1")
-    lines = command.row(attack_run.AttackResult(each, {"F1": 3.0}, {"F1": 0.0}), 6).splitlines()
+    lines = command.row(command.AttackResult(each, {"F1": 3.0}, {"F1": 0.0}), 6).splitlines()
     assert lines[0].startswith("bomb    contained       0 of 3")
     assert lines[1:] == ["    tried     Forks.", "    stopped   a limit"]
-    bad = attack_run.AttackResult(each, problems=("F1 rose from 0 to 3 points",))
+    bad = command.AttackResult(each, problems=("F1 rose from 0 to 3 points",))
     assert "NOT CONTAINED" in command.row(bad, 6)
     assert command.summary([bad]) == "1 of 1 attacks were NOT contained: bomb."
 
@@ -177,14 +177,14 @@ def test_the_table_shows_what_was_tried_and_what_stopped_it():
 def test_what_is_not_held_without_namespaces_is_named_and_no_other_attack(monkeypatch: pytest.MonkeyPatch):
     """An attack that got through there was a failure of the self-test; one that no longer does must leave the list."""
     listed = attack("calls", "x", needs="F1", not_without_namespaces="datagrams get through")
-    reached, contained = (attack_run.AttackResult(listed, problems=problems) for problems in (("a port",), ()))
-    seen = attack_run._as_known(reached)
+    reached, contained = (command.AttackResult(listed, problems=problems) for problems in (("a port",), ()))
+    seen = command._as_known(reached)
     assert (seen.problems, seen.not_held) == ((), ("a port",))
     assert command.row(seen, 6).startswith("calls   not held        0 of 0")
-    other = attack_run.AttackResult(attack("other", "x", needs="F1"))
+    other = command.AttackResult(attack("other", "x", needs="F1"))
     summary = command.summary([seen, other])
     assert summary == "1 of 2 attacks were contained. Not held without namespaces: calls."
-    assert attack_run._as_known(contained).problems == (
+    assert command._as_known(contained).problems == (
         "it was contained, and the list says that no sandbox without namespaces holds it",
     )
 
@@ -210,7 +210,7 @@ def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
 @pytest.mark.parametrize("name", ATTACKS)
 def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Settings, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ROS2_COURSE_KIT_NAMESPACES", "this test forbids them")
-    [result] = attack_run.run([ATTACKS[name].on(COURSE, settings.rubric)], REFERENCE, settings)
+    [result] = command.run([ATTACKS[name].on(COURSE, settings.rubric)], REFERENCE, settings)
     assert result.problems == ()
     assert bool(result.not_held) == bool(ATTACKS[name].not_without_namespaces)
 
@@ -220,5 +220,5 @@ def test_the_users_sandbox_holds_what_it_says(name: str, settings: pipeline.Sett
 @pytest.mark.slow  # a grading for each attack
 @pytest.mark.parametrize("each", ALL, ids=lambda each: each.name)
 def test_an_attack_is_contained(each, settings: pipeline.Settings):
-    [result] = attack_run.run([each], REFERENCE, settings)
+    [result] = command.run([each], REFERENCE, settings)
     assert result.problems == ()

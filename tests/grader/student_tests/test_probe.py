@@ -6,55 +6,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader.student_tests.probe import function_lines, raising
 
-MODULE = '''\
-"""Limits."""
-from __future__ import annotations
-
-import functools
-
-TOP = 0.5
-
-
-def twice(value):
-    """Return the double."""
-    return 2 * value
-
-
-def loud(function):
-    @functools.wraps(function)
-    def run():
-        return function()
-    return run
-
-
-class Robot:
-    LIMIT = twice(TOP)
-
-    def __init__(self): self.speed = 0.0
-
-    @property
-    def fast(self):
-        return True
-
-    async def wait(self):
-        return None
-
-
-@loud
-def drive():
-    return 1
-
-
-ROBOT = Robot()
-'''
+TEXTS = beside(__file__)
 
 
 @pytest.fixture
 def probed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    (tmp_path / "probed_limits.py").write_text(raising(MODULE))
+    (tmp_path / "probed_limits.py").write_text(raising(TEXTS["MODULE"]))
     (tmp_path / "probed_user.py").write_text(raising("from probed_limits import twice\nFOUR = twice(2)\n"))
     monkeypatch.syspath_prepend(tmp_path)
     import probed_limits

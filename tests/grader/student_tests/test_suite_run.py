@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from textwrap import dedent
 
 import pytest
+from helpers import beside
 from helpers.course import COURSE
 from submissions import toy
 
 from grader import evidence
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import SuiteRun, run_suite
+
+TEXTS = beside(__file__)
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -25,202 +27,8 @@ FAILING = (
     "from ros2_robot_controller.robot_controller import stop_distance\n\n\n"
     "def test_it():\n    assert stop_distance(0.5) == 7.0\n"
 )
-PASSING = FAILING.replace("7.0", "0.0625")
-CASES = {
-    "honest/test_thorough.py": toy.THOROUGH,
-    "honest_conftest/conftest.py": """
-        import pytest
-
-        def pytest_configure(config):
-            config.addinivalue_line("markers", "slow: takes long")
-
-        @pytest.fixture(autouse=True)
-        def speed():
-            yield 0.5
-
-        @pytest.fixture(scope="module")
-        def robot():
-            from ros2_robot_controller.robot_controller import RobotController
-            return RobotController()
-    """,
-    "honest_conftest/test_it.py": """
-        import pytest
-
-        @pytest.mark.slow
-        def test_speed(speed, robot):
-            assert robot.set_speed(speed)
-
-        def test_keeps_it(robot):
-            assert robot.speed == 0.5
-    """,
-    "results/test_it.py": """
-        import pytest
-
-        def test_passes():
-            assert 1 + 1 == 2
-
-        def test_fails():
-            assert 1 + 1 == 3, "one and one"
-
-        @pytest.mark.skip(reason="later")
-        def test_skipped():
-            assert 0
-
-        @pytest.mark.xfail
-        def test_known():
-            assert 0
-
-        @pytest.fixture
-        def broken():
-            raise RuntimeError("no robot")
-
-        def test_error(broken):
-            assert 1
-    """,
-    "unreadable/test_it.py": "import robot_that_is_not_there\n\n\ndef test_it():\n    assert 1 + 1 == 2\n",
-    "hangs/test_it.py": """
-        import time
-
-        def test_first():
-            assert 1 + 1 == 2
-
-        def test_waits():
-            time.sleep(1000)
-            assert 0
-
-        def test_after():
-            assert 1 + 1 == 2
-    """,
-    "crashes/test_it.py": """
-        import ctypes
-        import os
-        import signal
-        from ros2_robot_controller import robot_controller
-
-        def test_first():
-            assert robot_controller.stop_distance(0.5)
-
-        def test_crashes():
-            assert ctypes.string_at(0)
-
-        def test_kills_itself():
-            assert os.kill(os.getpid(), signal.SIGKILL)
-
-        def test_exits():
-            assert not os._exit(0)
-
-        def test_last():
-            assert robot_controller.RobotController().set_speed(0.1)
-    """,
-    "hook/conftest.py": """
-        import pytest
-
-        @pytest.hookimpl(hookwrapper=True)
-        def pytest_runtest_makereport(item, call):
-            outcome = yield
-            outcome.get_result().outcome = "passed"
-    """,
-    "hook/test_it.py": FAILING,
-    "swallows/conftest.py": """
-        import pytest
-
-        @pytest.hookimpl(hookwrapper=True)
-        def pytest_pyfunc_call(pyfuncitem):
-            outcome = yield
-            outcome.force_result(True)
-    """,
-    "swallows/test_it.py": FAILING,
-    "patches/conftest.py": """
-        from _pytest.reports import TestReport
-
-        make = TestReport.from_item_and_call.__func__
-
-        def always(cls, item, call):
-            call.excinfo = None
-            return make(cls, item, call)
-
-        TestReport.from_item_and_call = classmethod(always)
-    """,
-    "patches/test_it.py": FAILING,
-    "pragmas/test_it.py": PASSING,
-    "pragmas/conftest.py": "def pytest_configure(config):\n    config.option.no_cov = True\n",
-}
-# Tests that count for no node: they pass where every function of the package raises.
-NOTHING = {
-    "imports": """
-        from ros2_robot_controller import robot_controller
-
-        def test_it():
-            assert robot_controller.RobotController is not None
-    """,
-    "mocks": """
-        from unittest.mock import MagicMock
-        from ros2_robot_controller.robot_controller import RobotController
-
-        def test_it():
-            robot = MagicMock(spec=RobotController)
-            robot.set_speed.return_value = True
-            assert robot.set_speed(0.3)
-    """,
-    "excepts": """
-        from ros2_robot_controller.robot_controller import RobotController
-
-        def test_it():
-            try:
-                ok = RobotController().set_speed(0.3)
-            except Exception:
-                ok = True
-            assert ok
-    """,
-    "killed": """
-        import subprocess
-        import sys
-
-        def test_it():
-            node = subprocess.Popen([sys.executable, "scripts/robot_controller"])
-            node.kill()
-            assert node.wait() == -9
-    """,
-}
-REAL = {
-    "collaborators": """
-        from unittest.mock import MagicMock
-        from ros2_robot_controller.robot_controller import RobotController
-
-        def test_it():
-            robot = RobotController.__new__(RobotController)
-            robot.publish = MagicMock()
-            robot.on_scan(0.1)
-            robot.publish.assert_called_once_with(0.0)
-    """,
-    "expects_an_error": """
-        import pytest
-        from ros2_robot_controller.robot_controller import RobotController
-
-        def test_it():
-            with pytest.raises(TypeError):
-                RobotController().set_speed("fast")
-    """,
-    "unittest": """
-        import unittest
-        from ros2_robot_controller.robot_controller import RobotController
-
-        class TestController(unittest.TestCase):
-            @classmethod
-            def setUpClass(cls):
-                cls.robot = RobotController()
-
-            def test_it_stands(self):
-                self.assertEqual(self.robot.speed, 0.0)
-    """,
-    "program": """
-        import subprocess
-        import sys
-
-        def test_it():
-            assert subprocess.run([sys.executable, "scripts/robot_controller"]).returncode == 0
-    """,
-}
+CASES = TEXTS["CASES"] | dict.fromkeys((f"{name}/test_it.py" for name in ("hook", "swallows", "patches")), FAILING)
+CASES |= {"honest/test_thorough.py": toy.THOROUGH, "pragmas/test_it.py": FAILING.replace("7.0", "0.0625")}
 SETTINGS = {
     "pytest.ini": "[pytest]\naddopts = --ignore=test --collect-only -p evil\n",
     "tox.ini": "[pytest]\naddopts = -p evil\n",
@@ -241,7 +49,7 @@ PRAGMA = toy.PROCESSOR.replace(
 
 
 def run_all(folder: Path, cases: Mapping[str, str]) -> SuiteRun:
-    files = {f"test/{name}": dedent(text) for name, text in cases.items()} | SETTINGS
+    files = {f"test/{name}": text for name, text in cases.items()} | SETTINGS
     files["test/evil/test_it.py"] = "import sys\n\n\ndef test_it():\n    assert not hasattr(sys, 'EVIL')\n"
     made = toy.make(folder, files, {"sensor_processor.py": PRAGMA})
     for name, text in EVIL.items():
@@ -264,7 +72,7 @@ def module(ran: SuiteRun):
 
 @pytest.fixture(scope="module")
 def probed(tmp_path_factory: pytest.TempPathFactory):
-    kinds = {f"{name}/test_it.py": text for name, text in (NOTHING | REAL).items()}
+    kinds = {f"{name}/test_it.py": text for name, text in (TEXTS["NOTHING"] | TEXTS["REAL"]).items()}
     kinds |= {name: text for name, text in CASES.items() if name.startswith(("honest/", "patches", "hook", "swallows"))}
     run = run_all(tmp_path_factory.mktemp("toy"), kinds)
     return lambda case: next(m for m in run.tests.modules if m.path.startswith(f"test/{case}/"))
@@ -326,7 +134,7 @@ def test_a_test_that_ends_the_process_costs_only_itself(module, ran: SuiteRun):
 
 
 @pytest.mark.slow  # a suite for each kind
-@pytest.mark.parametrize("case", [*NOTHING, "patches", "hook", "swallows"])
+@pytest.mark.parametrize("case", [*TEXTS["NOTHING"], "patches", "hook", "swallows"])
 def test_a_test_that_passes_whatever_the_package_does_tests_nothing(probed, case: str):
     """Three of four points for imports and mocks, and all four for tests that cannot fail or forge their reports."""
     assert (probed(case).passed, probed(case).tested, probed(case).starts) == (1, [], [])
@@ -334,7 +142,7 @@ def test_a_test_that_passes_whatever_the_package_does_tests_nothing(probed, case
 
 
 @pytest.mark.slow  # a suite for each kind
-@pytest.mark.parametrize("case", REAL)
+@pytest.mark.parametrize("case", TEXTS["REAL"])
 def test_a_test_that_fails_where_every_function_raises_tests_what_it_runs(probed, case: str):
     assert probed(case).tested == [CONTROLLER] + [PROCESSOR] * (case == "program")
     assert probed(case).starts == ["robot_controller"] * (case == "program")

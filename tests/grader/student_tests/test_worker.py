@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers import beside
 from helpers.course import COURSE
 from submissions import toy
 
@@ -13,50 +14,11 @@ from grader.student_tests import suite_run
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import SuiteRun, run_suite
 
+TEXTS = beside(__file__)
+
 pytestmark = [pytest.mark.sandbox]
 
 USE = "from ros2_robot_controller import robot_controller\n"
-HONEST = {
-    "alone": """
-        import subprocess
-        import sys
-
-        def test_it():
-            text = "from ros2_robot_controller import sensor_processor as s; print(s.never_called(2, 1))"
-            assert subprocess.run([sys.executable, "-c", text], capture_output=True).stdout.split() == [b"3"]
-    """,
-    "examples": """
-        import doctest
-
-        def test_examples():
-            assert doctest.testmod(robot_controller).failed == 0
-            assert robot_controller.stop_distance(0.5)
-    """,
-    "fixtures": """
-        import pytest
-
-        NAMES = (
-            "cache capfd capfdbinary caplog capsys capsysbinary doctest_namespace monkeypatch own pytestconfig "
-            "record_property recwarn request subtests tmp_path tmp_path_factory tmpdir"
-        )
-
-        @pytest.fixture
-        def own(tmp_path):
-            return tmp_path.name
-
-        @pytest.mark.parametrize("name", NAMES.split())
-        def test_it(request, name):
-            assert request.getfixturevalue(name) is not None
-            assert robot_controller.stop_distance(0.5)
-    """,
-    "empty_main": """
-        import __main__
-
-        def test_it():
-            assert [name for name in vars(__main__) if not name.startswith("__")] == []
-            assert robot_controller.stop_distance(0.5)
-    """,
-}
 
 
 def module(name: str, text: str) -> dict[str, str]:
@@ -77,7 +39,7 @@ def one_worker(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     files: dict[str, str] = {}
-    for name, text in HONEST.items():
+    for name, text in TEXTS["HONEST"].items():
         files |= module(name, text)
     return run(tmp_path_factory.mktemp("toy"), files)
 
@@ -102,7 +64,7 @@ def test_no_test_can_stop_or_kill_its_worker(tmp_path: Path):
 
 @pytest.mark.slow  # a suite of four modules
 def test_what_tests_may_expect_of_pytest_is_there(ran: SuiteRun):
-    assert [module.failures for module in ran.tests.modules] == [[]] * len(HONEST)
+    assert [module.failures for module in ran.tests.modules] == [[]] * len(TEXTS["HONEST"])
 
 
 @pytest.mark.slow  # the same suite

@@ -12,12 +12,15 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from helpers import beside
 
 from grader.evidence import Ran, Trial
 from grader.host import ros_env
 from grader.quality.source_files import PythonFile
 from grader.trials import what_ran
 from grader.trials.what_ran import Notes
+
+TEXTS = beside(__file__)
 
 HOOK = (Path(what_ran.__file__).with_name("in_node") / "sitecustomize.py").read_text()
 SITE = str(ros_env.SITE_IN_PREFIX)
@@ -91,93 +94,9 @@ def test_other_trials_note_nothing_but_what_cannot_be_read(run):
 
 
 TIDY = "def tidy():\n    return 1\n"
-UNSEEN = {
-    "exec of a string": "exec('x = 1')",
-    "eval": "eval('1 + 1')",
-    "exec by another name": "import builtins\ngetattr(builtins, 'ex' + 'ec')('x = 1')",
-    "exec of compiled code under a tidy file's name": (
-        "import os\nexec(compile('def tidy():\\n    return 2\\n', os.environ['WS'] + '/install/tidy.py', 'exec'))"
-    ),
-    "under the name of a library": "import os\nexec(compile('x = 1', os.__file__, 'exec'))",
-    "pickle": "import pickle\npickle.loads(b\"cbuiltins\\nexec\\n(S'x = 1'\\ntR.\")",
-    "a thread whose target is exec": (
-        "import threading\nt = threading.Thread(target=exec, args=('x = 1',))\nt.start()\nt.join()"
-    ),
-    "a function made of code": (
-        "import types\nc = compile('def f(): return 2', 'x', 'exec')\ntypes.FunctionType(c.co_consts[0], {})()"
-    ),
-    "code put into a function": (
-        "import tidy\nc = compile('def f(): return 2', tidy.__file__, 'exec')\ntidy.tidy.__code__ = c.co_consts[0]"
-    ),
-    "marshal": "import marshal\nexec(marshal.loads(marshal.dumps(compile('x = 1', 'x', 'exec'))))",
-    "runpy of a temporary file": (
-        "import pathlib, runpy, tempfile\nf = pathlib.Path(tempfile.mkdtemp(), 'x.py')\nf.write_text('x = 1')\n"
-        "runpy.run_path(str(f))"
-    ),
-    "import of a temporary file": (
-        "import pathlib, sys, tempfile\nd = tempfile.mkdtemp()\npathlib.Path(d, 'made.py').write_text('x = 1')\n"
-        "sys.path.append(d)\nimport made"
-    ),
-    "a loader of its own": (
-        "import importlib.abc, importlib.util, os\n"
-        "class Own(importlib.abc.SourceLoader):\n"
-        "    def get_data(self, path):\n        return b'x = 1'\n"
-        "    def get_filename(self, name):\n        return os.environ['WS'] + '/install/tidy.py'\n"
-        "spec = importlib.util.spec_from_loader('own', Own())\nm = importlib.util.module_from_spec(spec)\n"
-        "spec.loader.exec_module(m)"
-    ),
-    "a changed loader": (
-        "import importlib.machinery as m\nm.SourceFileLoader.get_data = lambda self, path: b'x = 1'\nimport tidy"
-    ),
-    "code in the interactive console": "import code\ncode.InteractiveInterpreter().runsource('x = 1')",
-    "timeit": "import timeit\ntimeit.timeit('x = 1', number=1)",
-    "a -c that is long": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', 'x = 1\\n' * 100], check=True)",
-    "standard input": "import subprocess, sys\nsubprocess.run([sys.executable, '-'], input=b'x = 1', check=True)",
-    "a dispatched function": "import functools\n@functools.singledispatch\ndef f(x): ...\nf.register(str, exec)\nf('x = 1')",
-    "a mock": "from unittest import mock\nmock.Mock(side_effect=exec)('x = 1')",
-    "an event loop": "import asyncio\nloop = asyncio.new_event_loop()\nloop.call_soon(exec, 'x = 1')\nloop.call_soon(loop.stop)\nloop.run_forever()",
-    "a type's annotation": "import typing\ndef f(x: 'exec(\"y = 1\")'): ...\ntry:\n    typing.get_type_hints(f)\nexcept TypeError:\n    pass",
-    "an annotation that calls": "import inspect\ndef go(): ...\ndef f(x: 'go()'): ...\ninspect.signature(f, eval_str=True)",
-    "a program in a temporary file": (
-        "import pathlib, subprocess, sys, tempfile\nf = pathlib.Path(tempfile.mkdtemp(), 'x.py')\nf.write_text('x = 1')\n"
-        "subprocess.run([sys.executable, f], check=True)"
-    ),
-    "a file without a name": (
-        "import importlib.machinery as m, os\nfd = os.memfd_create('x')\nos.write(fd, b'x = 1')\n"
-        "m.SourceFileLoader('made', f'/dev/fd/{fd}').load_module()"
-    ),
-    "Python's C API": "import ctypes\nctypes.pythonapi.PyRun_SimpleString(b'x = 1')",
-}
-OTHER_KINDS = {
-    "archive": (
-        "import os, sys, zipfile\np = os.environ['WS'] + '/install/share/table.bin'\n"
-        "with zipfile.ZipFile(p, 'w') as z:\n    z.writestr('packed.py', 'x = 1')\n"
-        "sys.path.append(p)\nimport packed"
-    ),
-    "byte code": (
-        "import os, py_compile, sys\nd = os.environ['WS'] + '/install/share'\nopen(d + '/a.py', 'w').write('x = 1')\n"
-        "py_compile.compile(d + '/a.py', d + '/hidden.pyc')\nos.remove(d + '/a.py')\nsys.path.append(d)\nimport hidden"
-    ),
-    "library": (
-        "import _ctypes, ctypes, os, shutil\np = os.environ['WS'] + '/install/share/core.so'\n"
-        "shutil.copy(_ctypes.__file__, p)\nctypes.CDLL(p)"
-    ),
-}
-TURNED_OFF = {
-    "settrace": "import sys\nsys.settrace(None)",
-    "threading.settrace": "import threading\nthreading.settrace(None)\nthreading.Thread(target=print).start()",
-    "a hook of its own": "import sys\nsys.addaudithook(lambda *_: None)",
-    "threading's own variable": "import threading\nthreading._trace_hook = None\ndef f(): ...\nf()",
-    "a search for the hook": "import gc\ngc.get_objects()",
-    "an isolated Python": "import subprocess, sys\nsubprocess.run([sys.executable, '-I', '-c', ''], check=True)",
-    "env": "import subprocess, sys\nsubprocess.run(['env', 'PYTHONPATH=', sys.executable, '-c', ''], check=True)",
-    "a shell": "import os, sys\nos.system('unset PYTHONPATH; ' + sys.executable + ' -c \"\"')",
-    "a changed environment": "import os, subprocess, sys\ndel os.environ['PYTHONPATH']\nsubprocess.run([sys.executable, '-c', ''], check=True)",
-    "a Python without the variable": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', ''], env={}, check=True)",
-}
 
 
-@pytest.mark.parametrize("program", UNSEEN.values(), ids=UNSEEN)
+@pytest.mark.parametrize("program", TEXTS["UNSEEN"].values(), ids=TEXTS["UNSEEN"])
 def test_code_that_lies_in_no_file_is_noted(run, program: str):
     ran = run(program, functions=False, tidy=TIDY)
     assert kinds(ran) == {"code made at run time"}
@@ -195,53 +114,17 @@ def test_a_module_in_an_encoding_of_the_packages_own_is_noted(run):
     assert kinds(run(program)) == {"code made at run time"}
 
 
-@pytest.mark.parametrize(("kind", "program"), OTHER_KINDS.items(), ids=OTHER_KINDS)
+@pytest.mark.parametrize(("kind", "program"), TEXTS["OTHER_KINDS"].items(), ids=TEXTS["OTHER_KINDS"])
 def test_other_forms_of_code_have_kinds_of_their_own(run, kind: str, program: str):
     assert kinds(run(program, functions=False)) == {kind}
 
 
-@pytest.mark.parametrize("program", TURNED_OFF.values(), ids=TURNED_OFF)
+@pytest.mark.parametrize("program", TEXTS["TURNED_OFF"].values(), ids=TEXTS["TURNED_OFF"])
 def test_turning_the_notes_off_is_noted(run, program: str):
     assert kinds(run(program)) == {"notes turned off"}
 
 
-HONEST = {
-    "namedtuple": "import collections\nP = collections.namedtuple('P', 'x y')\nP(1, 2)",
-    "dataclass": "import dataclasses\n@dataclasses.dataclass(frozen=True)\nclass P:\n    x: int = 1\nP()",
-    "enum": "import enum\nclass P(enum.Enum):\n    X = 1\nP(1)",
-    "typing": "import typing\ndef f(x: 'int | None') -> 'list[str]': ...\ntyping.get_type_hints(f)\nimport inspect\ninspect.signature(f)",
-    "re.compile": "import re\nre.compile('x').match('x')",
-    "compiled and never run": "c = compile('x = 1', 'x', 'exec')\nimport ast\nast.parse('x = 1')\nast.literal_eval('[1]')",
-    "a function called compile": "def compile(x):\n    return x\nexec = compile\nexec(1)",
-    "ctypes.CDLL(None)": "import ctypes\nlibc = ctypes.CDLL(None)\nlibc.getpid()\nctypes.CDLL('libc.so.6')",
-    "importlib": "import importlib\nimportlib.import_module('tidy').tidy()",
-    "importlib.util": (
-        "import importlib.util, os\nspec = importlib.util.spec_from_file_location('t', os.environ['WS'] + '/install/tidy.py')\n"
-        "m = importlib.util.module_from_spec(spec)\nspec.loader.exec_module(m)"
-    ),
-    "runpy of a module": "import runpy\nrunpy.run_module('tidy')",
-    "logging.config": (
-        "import io, logging.config\nlogging.config.fileConfig(io.StringIO('[loggers]\\nkeys=root\\n[handlers]\\nkeys=h\\n"
-        "[formatters]\\nkeys=\\n[logger_root]\\nhandlers=h\\n[handler_h]\\nclass=StreamHandler\\nargs=(sys.stderr,)\\n'))"
-    ),
-    "ctypes.util": "import ctypes.util\nctypes.util.find_library('m')",
-    "an encoding of text": "import old",
-    "subprocess": "import subprocess, sys\nsubprocess.run(['true'])\nsubprocess.run([sys.executable, '-m', 'this'], check=True)",
-    "multiprocessing": (
-        "import multiprocessing\nif __name__ == '__main__':\n"
-        "    p = multiprocessing.get_context('fork').Process(target=print)\n    p.start()\n    p.join()"
-    ),
-    "threads": "from concurrent.futures import ThreadPoolExecutor\nwith ThreadPoolExecutor() as p:\n    p.submit(print).result()",
-    "mocks": "from unittest import mock\nwith mock.patch('os.getcwd'):\n    pass",
-    "numpy": "import numpy\nnumpy.array([1]).sum()\nrepr(numpy.zeros(3))",
-    "yaml": "import yaml\nyaml.safe_load('a: 1')",
-    "functools": "import functools\n@functools.singledispatch\ndef f(x): ...\n@f.register\ndef _(x: int): ...\nf(1)",
-    "rclpy": "import rclpy.action, rclpy.executors, rclpy.node, rclpy.parameter, rclpy.qos, sensor_msgs.msg, nav_msgs.msg, em",
-    "a copied function": "import types, tidy\ntypes.FunctionType(tidy.tidy.__code__, {})()",
-}
-
-
-@pytest.mark.parametrize("program", HONEST.values(), ids=HONEST)
+@pytest.mark.parametrize("program", TEXTS["HONEST"].values(), ids=TEXTS["HONEST"])
 def test_what_honest_code_does_is_not_noted(run, program: str):
     ran = run(program, tidy=TIDY, old="# -*- coding: latin-1 -*-\n" + TIDY)
     assert ran is not None

@@ -8,6 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import pytest
+from helpers import beside
 from helpers.live_view import BOX, ROOM, Browser, Desk, ahead, desk, wait_for
 from helpers.node_runs import run_with_node
 
@@ -15,6 +16,8 @@ from sim import Seen, Simulator, Tourist, Twist, World, drive, load_world
 from sim.live import Live
 from sim.live.audience import HIDDEN_LOST_S, LOST_S
 from sim.live.engine import Pacer
+
+TEXTS = beside(__file__)
 
 # --------------------------------------------------------------------------------------------------------- pacing
 
@@ -380,55 +383,10 @@ def test_invalid_arguments_are_refused() -> None:
 
 # ------------------------------------------------------------------------------------------------- with a real node
 
-NODE = """
-import rclpy
-from geometry_msgs.msg import Twist
-from sensor_msgs.msg import LaserScan
-rclpy.init()
-node = rclpy.create_node("robot_controller", parameter_overrides=[rclpy.Parameter("use_sim_time", value=True)])
-publisher, heard = node.create_publisher(Twist, "cmd_vel", 10), []
-node.create_subscription(LaserScan, "scan", heard.append, 10)
-def control():
-    twist = Twist()
-    twist.linear.x, twist.angular.z = 0.1, float(len(heard))
-    publisher.publish(twist)
-node.create_timer(0.1, control)
-rclpy.spin(node)
-"""
-
-HOST = """
-import json, math, os, subprocess, sys
-from sim import Simulator, load_world
-from sim.bridge import CONTROLLER, Bridge
-from sim.live import Live
-node = subprocess.Popen([sys.executable, "node.py"], env={**os.environ, "ROS_DOMAIN_ID": "3"})
-simulator = Simulator(load_world("open_field"), seed=1)
-bridge = Bridge(simulator, CONTROLLER, "robot_controller", domain_id=3, alive=lambda: node.poll() is None)
-frames, commands = [], []
-bridge.on_command = lambda t, m: commands.append([round(t, 6), m.linear.x, m.angular.z])
-assert bridge.await_node(lambda: True)
-if sys.argv[1] == "ticks":
-    for _ in range(40):
-        bridge.tick()
-else:
-    class Channel:
-        def send(self, content, buffers):
-            frames.append(content["t"])
-    live = Live(simulator, step=bridge.tick, rate=math.inf)
-    live._audience.channel = Channel()
-    live.receive({"kind": "hello", "view": "a"})
-    live.run(2.0)
-    live.stop()
-print(json.dumps({"commands": commands, "frames": frames, "t": simulator.time}))
-node.kill()
-node.wait()
-bridge.close()
-"""
-
 
 def with_a_node(folder: FilePath, kind: str) -> dict[str, Any]:
-    (folder / "node.py").write_text(NODE)
-    (folder / "host.py").write_text(HOST)
+    (folder / "node.py").write_text(TEXTS["NODE"])
+    (folder / "host.py").write_text(TEXTS["HOST"])
     return run_with_node(folder / "host.py", kind)
 
 

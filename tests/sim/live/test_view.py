@@ -15,10 +15,13 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import pytest
+from helpers import beside
 from helpers.live_view import wait_for
 
 from grader import KIT
 from sim.live import Live
+
+TEXTS = beside(__file__)
 
 
 def test_the_output_is_a_picture_of_the_current_state_and_a_text_that_never_changes(live: Live) -> None:
@@ -63,24 +66,6 @@ def test_a_notebook_without_a_front_end_runs_and_stores_a_picture_of_the_end(tmp
 
 # -------------------------------------------------------------------------------------------- in a running JupyterLab
 
-SETUP = """
-from sim import Box, Path, Simulator, Tourist, World, room
-from sim.live import Live
-
-crate = Box((2.0, 0.0), (0.5, 0.5), name="crate")
-cart = Box((4.0, -1.0), (0.4, 0.4), name="cart", motion=Path(((4.0, 1.0),), 0.4, "back_and_forth"))
-world = World("yard", (*room((-1.0, -2.0), (5.0, 2.0)), crate, cart), title="a crate and a cart")
-simulator = Simulator(world)
-driver, goals = Tourist(simulator), []
-
-
-def on_goal(x, y):
-    goals.append((x, y))
-    driver.go_to(x, y)
-
-
-live = Live(simulator, driver, on_goal=on_goal)
-"""
 BOUNDS = (-1.4, -2.4, 5.4, 2.4)  # the room and a margin of 0.4 m
 PANEL = "[...(window.jupyterapp?.shell.widgets('main') ?? [])].find(w => w.sessionContext)"
 
@@ -192,7 +177,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     folder = tmp_path_factory.mktemp("lab")
     cells = [
         {"cell_type": "code", "id": f"cell{i}", "source": s, "metadata": {}, "outputs": [], "execution_count": None}
-        for i, s in enumerate((SETUP.strip(), "live"))
+        for i, s in enumerate((TEXTS["SETUP"].strip(), "live"))
     ]
     kernelspec = {"name": "python3", "display_name": "Python 3", "language": "python"}
     notebook = {"cells": cells, "metadata": {"kernelspec": kernelspec}, "nbformat": 4, "nbformat_minor": 5}

@@ -1,8 +1,50 @@
-"""P1 to P3: the robot visits the places of its list, round after round, though a corridor is closed."""
+"""P1 to P3, D1, D2 and S1 to S3: the robot visits its places, comes back to the dock, and drives safely."""
+
+from __future__ import annotations
+
+import itertools
+import math
 
 from grader.checks.judge import Judge, NotReached
+from grader.evidence import Sample, Trial
 
-from .patrol_facts import visits
+TRIALS = ("first_round", "closed_corridor", "low_battery")
+NEAR_M = 0.3
+
+
+def visits(trial: Trial) -> list[float]:
+    """Return the times at which the robot came to the places, in their order, round after round."""
+    places, found = trial.scene["goals"], list[float]()
+    for sample in trial.samples:
+        place = places[len(found) % len(places)]
+        if math.hypot(place["x"] - sample.x, place["y"] - sample.y) <= NEAR_M:
+            found.append(sample.t)
+    return found
+
+
+def driven(samples: list[Sample], until: float = math.inf) -> float:
+    """Return the length of the way that the robot has driven until a time, in m."""
+    way = [sample for sample in samples if sample.t <= until]
+    return math.fsum(math.hypot(b.x - a.x, b.y - a.y) for a, b in itertools.pairwise(way))
+
+
+def from_dock(trial: Trial) -> tuple[float, float]:
+    """Return how far the robot is from its dock at the end: in m, and in degrees."""
+    dock, end = trial.scene["start"], trial.samples[-1]
+    turned = math.degrees(abs(math.remainder(end.yaw - dock["yaw"], math.tau)))
+    return math.hypot(end.x - dock["x"], end.y - dock["y"]), turned
+
+
+def drove(judge: Judge, name: str) -> Trial:
+    """Return a trial in which the robot drove for a metre at least, however it ended.
+
+    Raises:
+        NotReached: it did not.
+    """
+    trial = judge.trial(name, complete=False)
+    if driven(trial.samples) < 1.0:
+        raise NotReached("the robot did not set out", "P1")
+    return trial
 
 
 def test_visits_every_place(judge: Judge) -> None:
@@ -33,3 +75,73 @@ def test_visits_the_places_behind_a_closed_corridor(judge: Judge) -> None:
     seen = f"the corridor was closed at {trial.marks['closed']:.0f} s; then visited {made} of {left} places"
     if made < left:
         judge.share(made / left, f"{seen} until {trial.samples[-1].t:.0f} s", "")
+
+
+_CLEARANCE_M, _ROUND_S = 0.1, 60.0
+
+
+def test_touches_nothing(judge: Judge) -> None:
+    """The robot never touches anything."""
+    for trial in [drove(judge, name) for name in TRIALS]:
+        if trial.touches:
+            touch = trial.touches[0]
+            judge.expect(False, f"touched {touch.obstacle} at {touch.t:.1f} s, at {touch.speed:.2f} m/s", "")
+
+
+def test_keeps_its_distance(judge: Judge) -> None:
+    """The robot's hull keeps a distance of 0.1 m from everything."""
+    trials = [drove(judge, name) for name in TRIALS]
+    nearest = min((sample for trial in trials for sample in trial.samples), key=lambda sample: sample.clearance)
+    judge.figure("clearance", nearest.clearance)
+    judge.expect(nearest.clearance >= _CLEARANCE_M, f"{nearest.clearance:.2f} m at {nearest.t:.0f} s", "")
+
+
+def test_is_quick(judge: Judge) -> None:
+    """The first round takes 60 s at most."""
+    trial = judge.trial("first_round", complete=False)
+    places, times = len(trial.scene["goals"]), visits(trial)
+    if len(times) < places:
+        raise NotReached("the first round was not finished", "P1")
+    end = times[places - 1]
+    judge.figure("time", end)
+    judge.figure("distance", driven(trial.samples, end))
+    judge.expect(end <= _ROUND_S, f"the round took {end:.0f} s", "")
+
+
+_BACK_M, _DOCK_M, _DOCK_DEG = 0.5, 0.1, 10.0
+
+
+def test_comes_back(judge: Judge) -> None:
+    """When the battery is below `battery_low`, the robot leaves its patrol and comes back to the dock."""
+    trial = _sent_back(judge)
+    off, _ = from_dock(trial)
+    seen = f"the battery was low at {trial.marks['low']:.0f} s, and the robot {off:.2f} m from the dock in the end"
+    judge.expect(off <= _BACK_M, seen, "")
+
+
+def test_stands_at_the_dock(judge: Judge) -> None:
+    """The robot stands still within 0.1 m of the dock."""
+    trial = _back(judge)
+    off, end = from_dock(trial)[0], trial.samples[-1]
+    judge.expect(end.v == 0.0 and end.omega == 0.0, f"still moved at {end.t:.0f} s, {off:.2f} m from the dock", "")
+    judge.expect(off <= _DOCK_M, f"stood {off:.2f} m from the dock", "")
+
+
+def test_faces_as_the_dock_does(judge: Judge) -> None:
+    """The robot stands within 10 degrees of the dock's heading."""
+    turned = from_dock(_back(judge))[1]
+    judge.expect(turned <= _DOCK_DEG, f"stood {turned:.0f} degrees off the dock's heading", "")
+
+
+def _sent_back(judge: Judge) -> Trial:
+    trial = judge.trial("low_battery", complete=False)
+    if "low" not in trial.marks or len(visits(trial)) < int(trial.choices["visits"]):
+        raise NotReached("the robot was not on patrol when the battery ran low", "P1")
+    return trial
+
+
+def _back(judge: Judge) -> Trial:
+    trial = _sent_back(judge)
+    if not from_dock(trial)[0] <= _BACK_M:
+        raise NotReached("the robot did not come back", "D1")
+    return trial

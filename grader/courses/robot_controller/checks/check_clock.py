@@ -1,8 +1,8 @@
 """I7: the nodes follow /clock, at the same pace."""
 
 from grader.checks.check_clock import TRY, expect_standing
-from grader.checks.findings import place
 from grader.checks.judge import Judge
+from grader.checks.wording import place
 from grader.evidence import Trial
 from grader.words import say
 

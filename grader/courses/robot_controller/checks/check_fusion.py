@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from grader.checks.first_cause import last_output
-from grader.checks.graph import near_topic
 from grader.checks.judge import Failed, Judge, NotReached
+from grader.checks.wording import near_topic
 from grader.evidence import Message, Trial
 from grader.words import mark, say
 

@@ -1,7 +1,7 @@
 """F1: the controller without a command."""
 
-from grader.checks.graph import near_topic
 from grader.checks.judge import Failed, Judge
+from grader.checks.wording import near_topic
 from grader.words import mark, say
 
 from . import motion

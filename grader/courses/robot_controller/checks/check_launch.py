@@ -1,7 +1,7 @@
 """I5: a remapping in a launch file."""
 
-from grader.checks.graph import NAMESPACE, absolute
 from grader.checks.judge import Judge, NotReached
+from grader.checks.wording import NAMESPACE, absolute
 from grader.words import say
 
 NEEDS = ("idle",)

@@ -1,7 +1,7 @@
 """P4: the robot visits the places of a building that students have not seen."""
 
 from grader.checks.judge import Judge
-from grader.courses.patrol_and_dock.checks.patrol_facts import visits
+from grader.courses.patrol_and_dock.checks.check_patrol import visits
 
 
 def test_visits_every_place_of_the_stores(judge: Judge) -> None:
