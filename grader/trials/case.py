@@ -299,10 +299,11 @@ class _Reading:
 
     def _typed(self, node: yaml.Node, tag: str) -> None:
         """Check that a value is of the type that ROS needs, which converts none."""
+        text = self._reader.text(node)
         if tag == _FLOAT and node.tag == _INT:
-            self._reader.fail(node, f"a float is needed here: write {node.value}.0")
+            self._reader.fail(node, f"a float is needed here: write {text}.0")
         if tag and node.tag != tag:
-            self._reader.fail(node, f"{tag.rpartition(':')[2]} is needed here, not {node.value}")
+            self._reader.fail(node, f"a value of the type {tag.rpartition(':')[2]} is needed here, not {text}")
 
     def _number(self, node: yaml.Node, name: str = "", *, whole: bool = False) -> None:
         if node.tag not in ((_INT,) if whole else (_INT, _FLOAT)):
