@@ -164,7 +164,9 @@ def hunts(course: Course) -> Hunts:
 def _lives(run: Run) -> Broken | None:
     trial, ended = run.trial, run.trial.ended
     if trial.foreign:
-        return broken(0.0, mark("it publishes {topics}, which only the simulator does"), topics=", ".join(trial.foreign))
+        return broken(
+            0.0, mark("it publishes {topics}, which only the simulator does"), topics=", ".join(trial.foreign)
+        )
     if ended is not None:
         return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
@@ -174,7 +176,11 @@ def _lives(run: Run) -> Broken | None:
     return Broken(unanswered[0].t, str(unanswered[0].problem)) if unanswered else None
 
 
-LIVES = Promise("lives", mark("The node lives on, answers, raises nothing, and leaves the sensors' topics to the simulator."), _lives)
+LIVES = Promise(
+    "lives",
+    mark("The node lives on, answers, raises nothing, and leaves the sensors' topics to the simulator."),
+    _lives,
+)
 
 
 def first_broken(promises: Iterable[Promise], run: Run) -> tuple[Promise, Broken] | None:

@@ -18,7 +18,9 @@ from grader.trials.promises import Broken
 
 POLE = {"name": "pole 1", "bearing": -43, "distance": 0.5, "radius": 0.015}
 CASE = Case(NODE, (Step("wait", 0.3), Step("call", {"service": "set_speed", "speed": 0.375}), Step("obstacle", POLE)))
-FINDING = Finding(CASE, recordings.load("reference").trials["wall_fast"], SLOW, Broken(3.2, "touched <pole> at 3.2 s"), 5)
+FINDING = Finding(
+    CASE, recordings.load("reference").trials["wall_fast"], SLOW, Broken(3.2, "touched <pole> at 3.2 s"), 5
+)
 
 
 @pytest.mark.parametrize(

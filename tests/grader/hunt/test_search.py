@@ -79,7 +79,7 @@ def test_no_more_cases_than_allowed_are_run_to_make_it_smaller():
 
 
 def test_a_case_that_fails_only_once_is_listed_and_not_shown():
-    found, _ = hunt(fails_once(waits_long, lambda case: False))
+    found, _ = hunt(fails_once(waits_long, lambda _: False))
     assert found.finding is None
     assert found.cases == 60
     assert found.unsteady
@@ -140,5 +140,7 @@ def test_a_case_with_nan_is_known_when_it_comes_again():
 
 def test_a_node_that_waits_away_the_time_of_all_cases_ends_the_hunt_and_is_named():
     waited = Reason(Kind.WAITED, seconds=60.0)
-    with pytest.raises(SubmissionError, match=r"The hunt has ended: the trial was not run: .* the node had waited 60 s"):
-        hunt(lambda case: driven(0.0, ended=waited))
+    with pytest.raises(
+        SubmissionError, match=r"The hunt has ended: the trial was not run: .* the node had waited 60 s"
+    ):
+        hunt(lambda _: driven(0.0, ended=waited))

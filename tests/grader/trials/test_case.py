@@ -76,9 +76,9 @@ def test_a_case_is_what_the_file_says(tmp_path: Path):
         ("wait: 0.5", "wait: -1", "line 3: -1 is out of range here"),
         ("service: set_speed", "service: set_sped", "line 4: set_sped is not a service of this node. Did you mean set_speed?"),
         ("service: set_speed, ", "", "line 4: 'service' is missing; a call needs service"),
-        ("speed: 0.25}", "sped: 0.25}", "line 4: sped is not a field of srv/SetSpeed. Did you mean speed?"),
-        ("speed: 0.25}", "speed: 1}", "line 4: a float is needed here: write 1.0"),
-        ("speed: 0.25}", "speed: fast}", "line 4: a value of the type float is needed here, not fast"),
+        ("set_speed, speed: 0.25}", "set_speed, sped: 0.25}", "line 4: sped is not a field of srv/SetSpeed. Did you mean speed?"),
+        ("set_speed, speed: 0.25}", "set_speed, speed: 1}", "line 4: a float is needed here: write 1.0"),
+        ("set_speed, speed: 0.25}", "set_speed, speed: fast}", "line 4: a value of the type float is needed here, not fast"),
         ("radius: 0.03, ", "", "line 5: 'radius' is missing; the step obstacle needs name, bearing, distance, radius"),
         ("towards", "toward", "line 5: toward is not allowed here. Did you mean towards?"),
         ("radius: 0.03", "radius: 0", "line 5: 0 is out of range here"),
@@ -111,7 +111,9 @@ def test_the_mistakes_of_all_steps_are_named_at_once(tmp_path: Path):
     text = GOOD.replace("wait: 0.5", "wait: soon").replace("silence: scan", "silence: lidar")
     with pytest.raises(GraderError) as caught:
         cases.read(written(tmp_path, text), COURSE)
-    assert ["line 3: a number" in line or "line 9: lidar" in line for line in str(caught.value).splitlines()] == [True] * 2
+    assert ["line 3: a number" in line or "line 9: lidar" in line for line in str(caught.value).splitlines()] == [
+        True
+    ] * 2
 
 
 def test_a_node_without_an_action_takes_no_goal(tmp_path: Path):

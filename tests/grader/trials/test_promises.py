@@ -62,7 +62,7 @@ def test_what_is_not_the_nodes_doing_breaks_no_promise(trial: Trial):
 
 
 def test_the_promise_that_was_broken_first_is_shown():
-    later = replace(SLOW, name="later", judge=lambda run: Broken(0.9, "later"))
+    later = replace(SLOW, name="later", judge=lambda _: Broken(0.9, "later"))
     run = Run(waiting(1), driven(1.0))
     assert first_broken([later, SLOW], run) == (SLOW, Broken(0.5, "1 m/s at 0.5 s"))
     assert first_broken([SLOW], Run(waiting(1), driven(0.1))) is None
@@ -71,7 +71,7 @@ def test_the_promise_that_was_broken_first_is_shown():
 
 def test_a_hunt_is_for_what_its_requirements_need():
     other = Making(("F2", "F3"), st.just(waiting(50)))
-    all_ = Hunts((WAITS, other), (SLOW, Promise("it", "It is.", lambda run: None, ("F3",))))
+    all_ = Hunts((WAITS, other), (SLOW, Promise("it", "It is.", lambda _: None, ("F3",))))
     assert [promise.name for promise in all_.of(["F1"])[1]] == ["is_slow", "lives"]
     assert [promise.name for promise in all_.of(["F3"])[1]] == ["it", "lives"]
     assert all_.of([])[0].serves == all_.requirements == ("F1", "F2", "F3")
