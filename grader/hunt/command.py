@@ -10,14 +10,14 @@ from typing import Any
 
 from grader import building
 from grader.course import Course, find
-from grader.errors import UsageError
+from grader.errors import GraderError, UsageError
 from grader.hunt import report, search
 from grader.hunt.runner import runner
 from grader.progress import Progress
 from grader.scoring import rubric
 from grader.settings import Settings
-from grader.trials.promises import Run, first_broken, hunts
-from grader.words import mark, say
+from grader.trials.promises import LIVES, Run, first_broken, hunts
+from grader.words import mark, say, say_count
 
 CASES = 300
 STEP = "step "
@@ -54,15 +54,16 @@ def main(options: argparse.Namespace) -> int:
         raise UsageError(say("--cases must be at least 1."))
     course = find(options.course)
     again = report.read(options.again, course) if options.again else None
-    making, promises = hunts(course).of([] if again else options.requirements)
+    of_course = None if again else hunts(course).of(options.requirements)
     progress = Progress()
     step = progress.show if options.facts is None else lambda what: print(STEP + what, flush=True)
     settings = Settings(
         rubric=rubric.load(course.rubric), course=course, cache=options.cache or building.cache_folder(),
-        requirements=making.serves, progress=progress.say if options.facts is None else step,
+        requirements=of_course[0].serves if of_course else (), progress=progress.say if options.facts is None else step,
     )  # fmt: skip
     with runner(options.package, settings) as running:
-        if again:
+        if of_course is None:
+            assert again is not None
             progress.done()
             return _again(running.again(again[0], 1)[0], again, course)
         begun = time.monotonic()
@@ -73,7 +74,7 @@ def main(options: argparse.Namespace) -> int:
             step(say("found: {seen}; making it smaller", seen=finding.broken.seen))
 
         found = search.hunt(
-            running, making, promises, cases=options.cases, seed=options.seed, found=keep,
+            running, *of_course, cases=options.cases, seed=options.seed, found=keep,
             goes_on=lambda: options.seconds is None or time.monotonic() - begun < options.seconds,
             tried=lambda number: step(say("{n} cases tried", n=number)),
         )  # fmt: skip
@@ -95,8 +96,8 @@ def _facts(found: search.Hunted, out: Path) -> dict[str, Any]:
 
 def _say(found: search.Hunted, out: Path) -> int:
     if found.unsteady:
-        words = say("{n} cases failed once and not again; they are no finding.", n=len(found.unsteady))
-        print(words)
+        one = "{n} case failed once and not again; it is no finding."
+        print(say_count(one, "{n} cases failed once and not again; they are no finding.", len(found.unsteady)))
     if found.finding is None:
         print(say("{n} cases, no fault found, seed {seed}.", n=found.cases, seed=found.seed))
         return 0
@@ -110,9 +111,11 @@ def _say(found: search.Hunted, out: Path) -> int:
 
 def _again(trial: Any, again: tuple[Any, str], course: Course) -> int:
     case, name = again
-    all_ = hunts(course).promises
-    asked = [promise for promise in all_ if promise.name == name] or all_
-    broken = first_broken(asked, Run(case, trial))
+    if trial.script_error:
+        raise GraderError(say("The case cannot be run: {error}", error=trial.script_error))
+    promises, run = (*hunts(course).promises, LIVES), Run(case, trial)
+    # Of a case that a person has changed another promise may be the one that is broken.
+    broken = first_broken([each for each in promises if each.name == name], run) or first_broken(promises, run)
     if broken is None:
         print(say("No fault: every promise was kept in this case."))
         return 0

@@ -12,7 +12,7 @@ from pathlib import Path
 from grader import collect, pipeline
 from grader.checks import build_log
 from grader.errors import SubmissionError
-from grader.evidence import Trial
+from grader.evidence import Kind, Trial
 from grader.host import submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.processes import jobs
@@ -57,7 +57,10 @@ class Runner:
         return case, self.known[case]
 
     def _observe(self, case: Case) -> Trial:
-        return self._observers.run(case.plan(f"case-{next(self._numbers)}"))
+        trial = self._observers.run(case.plan(f"case-{next(self._numbers)}"))
+        if trial.ended is not None and trial.ended.kind is Kind.WAITED:
+            raise SubmissionError(say("The hunt has ended: {why}.", why=trial.ended), trial.ended.cure)
+        return trial
 
 
 @contextmanager

@@ -8,9 +8,9 @@ failed as if it had run them itself, and shrinks that.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import hypothesis
 from hypothesis import HealthCheck, Phase
@@ -81,7 +81,8 @@ def hunt(
             unsteady.append(finding)
             continue
         found(finding)
-        smallest = _shrunk(runner, making, finding, cases, seed, shrinks, found)
+        spoilt = {each.case for each in unsteady}
+        smallest = _shrunk(runner, making, finding, spoilt, cases, seed, shrinks, found)
         return Hunted(number, seed, smallest, tuple(unsteady))
     return Hunted(number, seed, None, tuple(unsteady))
 
@@ -97,16 +98,22 @@ def _shrunk(
     runner: Runner,
     making: Making,
     first: Finding,
+    unsteady: Collection[Case],
     cases: int,
     seed: int,
     shrinks: int,
     found: Callable[[Finding], object],
 ) -> Finding:
-    """Return the smallest case that breaks the same promise, of those that Hypothesis tries and `shrinks` allow."""
-    smallest, tries = first, 0
+    """Return the smallest case that breaks the same promise, of those that Hypothesis tries and `shrinks` allow.
+
+    An unsteady case counts as one that breaks nothing: Hypothesis meets those before the first finding again.
+    """
+    smaller, tries = [first], 0
 
     def judge(case: Case) -> None:
-        nonlocal smallest, tries
+        nonlocal tries
+        if case in unsteady:
+            return
         if case not in runner.known:
             if tries >= shrinks:
                 return
@@ -116,16 +123,16 @@ def _shrunk(
         finding = _finding(case, runner.known[case], [first.promise], first.after)
         if finding is None:
             return
-        if case != first.case and _size(case) <= _size(smallest.case):
-            smallest = finding
+        if case not in [each.case for each in smaller] and _size(case) <= _size(smaller[-1].case):
+            smaller.append(finding)
             found(finding)
         raise _FoundError
 
     with suppress(_FoundError):
         _drive(making, cases, seed, judge, (Phase.generate, Phase.shrink))
-    while smallest is not first and not _holds(runner, smallest):
-        smallest = first
-    return Finding(smallest.case, smallest.trial, smallest.promise, smallest.broken, first.after, tries)
+    while len(smaller) > 1 and not _holds(runner, smaller[-1]):
+        smaller.pop()
+    return replace(smaller[-1], shrunk_in=tries)
 
 
 class _FoundError(Exception):

@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from grader import yaml_reader
-from grader.course import Course
+from grader.course import Course, definition
 from grader.errors import GraderError
 from grader.trials.plan import TrialPlan
 from grader.yaml_reader import YamlReader
@@ -52,7 +52,7 @@ class Step:
     to: Any
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
     """What is done to a node and its robot, step by step.
 
@@ -82,6 +82,10 @@ class Case:
         """Return the case of which `plain` has returned this."""
         steps = tuple(Step(*next(iter(step.items()))) for step in plain["steps"])
         return cls(**{**plain, "steps": steps})
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other has the same text: two NaN are not equal, and the cases that have them are."""
+        return isinstance(other, Case) and self.text() == other.text()
 
     def __hash__(self) -> int:
         return hash(self.text())
@@ -198,7 +202,6 @@ STEPS: Mapping[str, Callable[[Stage, Any, _SoFar], object]] = {
 """What a step may do. Distances in m, bearings in degrees to the left of the robot's heading, times in simulated s."""
 
 _NEEDED: Mapping[str, tuple[str, ...]] = {
-    "call": ("service",),
     "goal": ("bearing", "distance", "tolerance"),
     "obstacle": ("name", "bearing", "distance", "radius"),
     "limits": ("least", "most"),
@@ -206,6 +209,11 @@ _NEEDED: Mapping[str, tuple[str, ...]] = {
 }
 _MAY: Mapping[str, tuple[str, ...]] = {"obstacle": ("speed", "towards"), "readings": ("every",)}
 _NUMBERS = ("wait", "arrive", "battery", "interrupt")
+_LEAST: Mapping[str, float] = {
+    "wait": 0.05, "arrive": 0.05, "interrupt": 0.05, "battery": 0, "distance": 0, "radius": 0.001, "every": 1,
+}  # fmt: skip
+_INT, _FLOAT = "tag:yaml.org,2002:int", "tag:yaml.org,2002:float"
+_TYPES = {"bool": "tag:yaml.org,2002:bool", "string": "tag:yaml.org,2002:str", "float32": _FLOAT, "float64": _FLOAT}
 
 
 def read(path: Path, course: Course) -> Case:
@@ -214,41 +222,102 @@ def read(path: Path, course: Course) -> Case:
     Raises:
         GraderError: it cannot be read, or something in it is not as it should be; file and line are named.
     """
-    root, reader = yaml_reader.read(path), YamlReader(path)
-    found = reader.fields(root, root, _HEAD, "a case", _OPTIONAL) if root else {}
-    if not found:
+    root = yaml_reader.read(path)
+    if root is None:
         raise GraderError(f"{path} is empty. A case needs node and steps.")
-    contract = course.nodes[reader.one_of(found["node"], tuple(course.nodes), "a node of the contract")]
-    for item in reader.items(found["steps"]):
-        _check(reader, item, contract.services)
-    plain: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
-    return Case.of({name: plain[name] for name in plain if name not in ("breaks", "seen")})
+    _Reading(YamlReader(path), course).check(root)
+    try:
+        plain = yaml.constructor.SafeConstructor().construct_document(root)
+    except yaml.YAMLError as error:
+        raise GraderError(f"{path} cannot be read ({error}).") from error
+    return Case.of({name: value for name, value in plain.items() if name not in ("breaks", "seen")})
 
 
-def _check(reader: YamlReader, item: yaml.Node, services: Mapping[str, str]) -> None:
-    found = list(reader.mapping(item, tuple(STEPS)))
-    if len(found) != 1:
-        reader.fail(item, "a step has one name, such as `- wait: 1.0`")
-    name, key, to = found[0]
-    if name == "call":
-        fields = {each: node for each, _, node in reader.mapping(to)}
+class _Reading:
+    """Reads one file: what a step may be about is what the contract of the case's node has."""
+
+    def __init__(self, reader: YamlReader, course: Course) -> None:
+        self._reader, self._course = reader, course
+        self._obstacles: list[str] = []
+
+    def check(self, root: yaml.Node) -> None:
+        reader = self._reader
+        found = reader.fields(root, root, _HEAD, "a case", _OPTIONAL)
+        name = reader.one_of(found["node"], tuple(self._course.nodes), "a node of the contract")
+        self._contract = self._course.nodes[name]
+        for name in [name for name in ("heading", "seed") if name in found]:
+            self._number(found[name], whole=name == "seed")
+        if "parameters" in found:
+            self._parameters(found["parameters"])
+        reader.every(found["steps"], self._step)
+
+    def _step(self, item: yaml.Node) -> None:
+        reader = self._reader
+        steps = list(reader.mapping(item, tuple(STEPS)))
+        if len(steps) != 1:
+            reader.fail(item, "a step has one name, such as `- wait: 1.0`")
+        name, key, to = steps[0]
+        if name in _NEEDED:
+            self._fields(name, reader.fields(to, key, _NEEDED[name], f"the step {name}", _MAY.get(name, ())), key)
+        elif name in _NUMBERS:
+            self._number(to, name)
+        elif name == "call":
+            self._call({field: node for field, _, node in reader.mapping(to)}, key)
+        elif name == "set":
+            self._parameters(to)
+        elif name == "remove":
+            reader.one_of(to, self._obstacles, "an obstacle of a step above")
+        elif name in ("silence", "hear"):
+            reader.one_of(to, tuple(_SENSORS), "a sensor")
+        elif name == "listen":
+            reader.one_of(to, (*self._contract.publishes, "rosout"), "a topic of this node")
+
+    def _fields(self, step: str, fields: dict[str, yaml.Node], key: yaml.Node) -> None:
+        reader = self._reader
+        if step == "goal" and not self._contract.actions:
+            reader.fail(key, f"{self._contract.name} has no action, so it takes no goals")
+        if step == "readings":
+            reader.one_of(fields.pop("kind"), tuple(READINGS), "a kind of reading")
+        if step == "obstacle":
+            name = reader.text(node := fields.pop("name"))
+            if name in self._obstacles:
+                reader.fail(node, f"{name} is the name of an obstacle above; each needs its own")
+            self._obstacles.append(name)
+        for name, node in fields.items():
+            self._number(node, name, whole=name == "every")
+
+    def _call(self, fields: dict[str, yaml.Node], key: yaml.Node) -> None:
+        reader = self._reader
         if "service" not in fields:
             reader.fail(key, "'service' is missing; a call needs service")
-        reader.one_of(fields["service"], tuple(services), "a service of this node")
-    elif name in _NEEDED:
-        fields = reader.fields(to, key, _NEEDED[name], f"the step {name}", _MAY.get(name, ()))
-        if name == "readings":
-            reader.one_of(fields["kind"], tuple(READINGS), "a kind of reading")
-        numbers = [node for field, node in fields.items() if field not in ("name", "kind")]
-        for node in numbers:
-            _number(reader, node)
-    elif name in ("silence", "hear"):
-        reader.one_of(to, tuple(_SENSORS), "a sensor")
-    elif name in _NUMBERS:
-        _number(reader, to)
+        type_ = self._contract.services[
+            reader.one_of(fields.pop("service"), tuple(self._contract.services), "a service of this node")
+        ]
+        if type_ not in self._course.interfaces:
+            return
+        text = (self._course.contract / self._course.interface_file(type_)).read_text(encoding="utf-8")
+        request = definition.parts(text)[0]
+        for name, node in fields.items():
+            reader.require_known(name, node, request, f"a field of {type_}")
+            self._typed(node, _TYPES.get(request[name], _INT if "int" in request[name] else ""))
 
+    def _parameters(self, to: yaml.Node) -> None:
+        known = self._contract.parameters
+        for name, key, node in self._reader.mapping(to):
+            self._reader.require_known(name, key, known, "a parameter of this node")
+            self._typed(node, _TYPES["string"] if isinstance(known[name].default, str) else _FLOAT)
 
-def _number(reader: YamlReader, node: yaml.Node) -> None:
-    value = yaml_reader.scalar_of(node) if isinstance(node, yaml.ScalarNode) else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        reader.fail(node, "a number is expected here")
+    def _typed(self, node: yaml.Node, tag: str) -> None:
+        """Check that a value is of the type that ROS needs, which converts none."""
+        text = self._reader.text(node)
+        if tag == _FLOAT and node.tag == _INT:
+            self._reader.fail(node, f"a float is needed here: write {text}.0")
+        if tag and node.tag != tag:
+            self._reader.fail(node, f"a value of the type {tag.rpartition(':')[2]} is needed here, not {text}")
+
+    def _number(self, node: yaml.Node, name: str = "", *, whole: bool = False) -> None:
+        if node.tag not in ((_INT,) if whole else (_INT, _FLOAT)):
+            self._reader.fail(node, f"a {'whole number' if whole else 'number such as 0.5'} is expected here")
+        value = yaml.constructor.SafeConstructor().construct_document(node)
+        if not math.isfinite(value) or value < _LEAST.get(name, -math.inf) or (name == "battery" and value > 100):
+            self._reader.fail(node, f"{value} is out of range here")

@@ -20,7 +20,7 @@ from grader.trials.case import Case
 from grader.words import mark, say
 
 _MAKES, _PROMISES = "hunt_makes", "hunt_promises"
-_OURS = (Kind.OBSERVER_CRASHED, Kind.WAITED, Kind.SLOW)  # it is this machine's doing that a trial ended so
+_OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)  # it may be this machine's doing that a trial ended so
 
 
 @dataclass(frozen=True)
@@ -105,13 +105,15 @@ class Hunts:
         """Return a making of cases for some requirements together, and what is promised in them.
 
         Raises:
-            UsageError: the course has no hunt for one of them.
+            UsageError: the course has no hunt for one of them, or none at all.
         """
+        if not self.makings:
+            raise UsageError(say("This course has no hunts: no module of its folder hunts/ makes up cases."))
         wanted = tuple(requirements) or self.requirements
         for name in wanted:
             if name not in self.requirements:
                 words = say("No hunt is for {name!r}.", name=name)
-                raise UsageError(words, say("There are {known}.", known=", ".join(self.requirements) or say("none")))
+                raise UsageError(words, say("There are {known}.", known=", ".join(self.requirements)))
         strategies = [making.cases for making in self.makings if {*making.serves} & {*wanted}]
         promises = [promise for promise in self.promises if not promise.serves or {*promise.serves} & {*wanted}]
         return Making(wanted, strategies[0] if len(strategies) == 1 else _either(strategies)), (*promises, LIVES)
@@ -161,6 +163,10 @@ def hunts(course: Course) -> Hunts:
 
 def _lives(run: Run) -> Broken | None:
     trial, ended = run.trial, run.trial.ended
+    if trial.foreign:
+        return broken(
+            0.0, mark("it publishes {topics}, which only the simulator does"), topics=", ".join(trial.foreign)
+        )
     if ended is not None:
         return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
@@ -170,12 +176,16 @@ def _lives(run: Run) -> Broken | None:
     return Broken(unanswered[0].t, str(unanswered[0].problem)) if unanswered else None
 
 
-LIVES = Promise("lives", "The node lives on, answers, and raises nothing.", _lives)
+LIVES = Promise(
+    "lives",
+    mark("The node lives on, answers, raises nothing, and leaves the sensors' topics to the simulator."),
+    _lives,
+)
 
 
 def first_broken(promises: Iterable[Promise], run: Run) -> tuple[Promise, Broken] | None:
-    """Return the promise that was broken first in a run, None if all were kept or this machine spoilt the run."""
-    if run.trial.script_error or run.trial.foreign:
+    """Return the promise that was broken first in a run, None if all were kept or the case cannot be run."""
+    if run.trial.script_error:
         return None
     found = [(broken, each) for each in promises if (broken := each.judge(run)) is not None]
     if not found:
