@@ -33,6 +33,12 @@ def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_ano
     [
         ("@trial(serves=[])\ndef idle(stage): ...\n", "the trial idle: another trial has this name"),
         ("@trial(serves=[], node='drver')\ndef one(stage): ...\n", "the contract has no node drver"),
+        ("@trial(follows='nowhere')\ndef one(stage): ...\n", "one cannot follow nowhere: there is no such trial"),
+        ("@trial(follows='idle', parameters={'a': 1})\ndef one(stage): ...\n", "start their nodes in different ways"),
+        (
+            "@trial(follows='two')\ndef one(stage): ...\n@trial(follows='one')\ndef two(stage): ...\n",
+            "it comes before itself",
+        ),
     ],
 )
 def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, script: str, why: str):
