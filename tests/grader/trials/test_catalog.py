@@ -50,6 +50,17 @@ def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, s
         catalog.trials(replace(COURSE, folder=tmp_path))
 
 
+def test_nothing_public_follows_what_is_held_back(tmp_path: Path):
+    """The node would still know the world, and its output in the public trial is the student's to read."""
+    begin = "from grader.trials.catalog import trial\n"
+    for folder, script in (("trials", "@trial(follows='secret')\ndef open(stage): ...\n"),
+                           ("held_back/trials", "@trial()\ndef secret(stage): ...\n")):  # fmt: skip
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / f"of_{Path(folder).parts[0]}.py").write_text(begin + script)
+    with pytest.raises(GraderError, match="cannot follow secret: a node could tell"):
+        catalog.trials(replace(COURSE, folder=tmp_path))
+
+
 def test_only_the_demonstration_sees_what_is_not_installed():
     """A node could run an archive or a data file from the source folder, which no check of the build has seen."""
     assert [name for name, plan in catalog.trials(COURSE).items() if plan.shows_source] == ["demo"]
