@@ -123,6 +123,7 @@ class Bridge:
         stamped: bool = False,
     ) -> None:
         self.simulator = simulator
+        self.began = 0.0
         self.topics = topics
         self.node_name = node_name
         self._namespace = namespace
@@ -195,8 +196,18 @@ class Bridge:
 
     @property
     def time(self) -> float:
-        """The simulated time since the start, in s. /clock is ahead of it by START_S."""
+        """The simulated time since the start, in s. /clock is ahead of it by START_S, and by `began`."""
         return self.simulator.time
+
+    def go_on(self, simulator: Simulator) -> None:
+        """Go on with another simulator. To the node it is the same robot if its pose is what odometry has said last.
+
+        The clock does not go back: `time` begins at 0 again, and `began` is when that was.
+        """
+        self.began += self.simulator.time
+        self.simulator = simulator
+        self.filter_scan = lambda scan: scan
+        self.muted = set()
 
     def await_node(
         self,
@@ -361,7 +372,7 @@ class Bridge:
         if self._idle:
             self._listen(self._caught_up(), _CATCH_UP_CAP_S)
             self._idle = False
-        messages = [(self._sensors[type(reading)], to_message(reading)) for reading in readings]
+        messages = [(self._sensors[type(reading)], to_message(reading, self.began)) for reading in readings]
         # All together, because each message that arrives alone costs the node a round of its executor.
         for publisher, message in messages:
             publisher.publish(message)
@@ -488,7 +499,7 @@ class Bridge:
 
     def _publish_clock(self) -> None:
         self._idle = False
-        set_stamp(self._clock_message.clock, self.simulator.time)
+        set_stamp(self._clock_message.clock, self.began + self.simulator.time)
         self._clock.publish(self._clock_message)
 
     def _take_stamped(self, message: TwistStamped) -> None:

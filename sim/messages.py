@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import math
+from dataclasses import replace
 from typing import Any
 
 from nav_msgs.msg import Odometry
@@ -16,8 +17,12 @@ from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, Sc
 START_S = 100
 
 
-def to_message(reading: Reading) -> LaserScan | Odometry | Imu | BatteryState:
-    """Return a sensor reading as the ROS message that the sensor's driver would publish."""
+def to_message(reading: Reading, began: float = 0.0) -> LaserScan | Odometry | Imu | BatteryState:
+    """Return a sensor reading as the ROS message that the sensor's driver would publish.
+
+    `began` is the time of the run, in s, at which the simulator's own began.
+    """
+    reading = replace(reading, stamp=reading.stamp + began) if began else reading
     if isinstance(reading, ScanReading):
         return _scan_message(reading)
     if isinstance(reading, OdometryReading):

@@ -18,7 +18,7 @@ from grader.mutation.source_text import MODULE, Change, is_too_complex, parse
 from grader.settings import MUTATION_BUDGET_S
 from grader.student_tests import package_modules
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.warm_worker import start_workers
+from grader.student_tests.warm_worker import Start, start_workers
 from grader.words import mark, say
 
 MUTANTS = 50  # that tests reach; the others take no time. docs/course.md says how well these stand for all
@@ -39,6 +39,7 @@ def mutate(
     count: int = MUTANTS,
     seconds: float = MUTATION_BUDGET_S,
     workers: int = WORKERS,
+    start: Start | None = None,
     progress: Callable[[str], None] = lambda _what: None,
 ) -> Mutation:
     """Return which mutants of a package its own tests notice.
@@ -52,6 +53,7 @@ def mutate(
         count: how many mutants to try that tests reach.
         seconds: the time to spend, as wall time of a quiet machine with `workers` cores.
         workers: how many mutants are tried at once.
+        start: starts that many workers, by default `start_workers`.
         progress: called with a sentence after each round.
     """
     started = time.monotonic()
@@ -72,8 +74,7 @@ def mutate(
             verdicts.note_not_tried(change)
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
-        life = _HARD_LIMIT * seconds + 600.0
-        with start_workers(package, install, size, seconds=life) as pool:
+        with (start or start_workers)(package, install, size, seconds=life_s(seconds)) as pool:
             quiet_seconds = _rounds(verdicts, chosen, JobRunner(pool, tested, until), seconds, progress)
     else:
         for change in chosen:
@@ -88,6 +89,11 @@ def mutate(
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
         note=_note(verdicts, seconds),
     )  # fmt: skip
+
+
+def life_s(seconds: float) -> float:
+    """Return how long workers may be needed that have a budget of so many seconds for mutants."""
+    return _HARD_LIMIT * seconds + 600.0
 
 
 def _note(verdicts: Verdicts, seconds: float) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from grader.evidence import Flag, Mutation, short_name
-from grader.mutation.mutant_run import mutate
+from grader.mutation.mutant_run import WORKERS, life_s, mutate
 from grader.processes.jobs import Job, Turn, Where
 from grader.source import Asked, Collected, Source, Subject
 from grader.student_tests.source import OWN_TESTS, own_tests
 from grader.student_tests.suite_run import SuiteRun
+from grader.student_tests.warm_worker import SharedWorkers
 from grader.words import mark, say
 
 _MUTANTS = mark("mutants")
@@ -21,12 +22,17 @@ class Mutants(Source):
     def ask(self, subject: Subject) -> Asked:
         """Return the job of trying the mutants, after that of the own tests."""
         settings = subject.settings
+        workers = SharedWorkers(WORKERS, life_s(settings.mutation_budget_s))
+        subject.closing.callback(workers.close)
 
         def run(ran: SuiteRun) -> Mutation:
-            return mutate(
-                subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,
-                seconds=settings.mutation_budget_s, progress=settings.progress,
-            )  # fmt: skip
+            try:
+                return mutate(
+                    subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,
+                    seconds=settings.mutation_budget_s, progress=settings.progress, start=workers.start,
+                )  # fmt: skip
+            finally:
+                workers.close()  # while they wait they look for requests all the time
 
         def collected(found: Mutation) -> Collected:
             return Collected({"mutation": found}, (_told_apart(found),) if found.convicted else ())
@@ -37,7 +43,7 @@ class Mutants(Source):
             decided_by=(subject.handed_in, subject.seen_by_nodes, str(settings.mutation_budget_s)),
             says=say("mutating the package to see whether its own tests notice"),
         )  # fmt: skip
-        return Asked([own_tests(subject), job], lambda results: collected(results[_MUTANTS]))
+        return Asked([own_tests(subject, workers.start), job], lambda results: collected(results[_MUTANTS]))
 
 
 def _told_apart(mutation: Mutation) -> Flag:

@@ -6,6 +6,7 @@ from grader.processes.jobs import Job, Turn, Where
 from grader.source import Asked, Collected, Source, Subject, served
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import SuiteRun, run_suite
+from grader.student_tests.warm_worker import Start
 from grader.words import mark, say
 
 OWN_TESTS = mark("the package's own tests")
@@ -25,14 +26,18 @@ class StudentTestRuns(Source):
         return Asked([own_tests(subject)], lambda results: collected(results[OWN_TESTS]))
 
 
-def own_tests(subject: Subject) -> Job[SuiteRun]:
-    """Return the job of running the package's own tests, with the tests that reach each line for the mutants."""
+def own_tests(subject: Subject, start: Start | None = None) -> Job[SuiteRun]:
+    """Return the job of running the package's own tests, with the tests that reach each line for the mutants.
+
+    `start` starts the workers that run them.
+    """
     package, settings = subject.submission.package, subject.settings
 
     def run() -> SuiteRun:
         return run_suite(
             package, subject.install, discover_tests(package, settings.course.nodes), settings.course,
-            seconds=settings.test_seconds, progress=lambda path: settings.progress(say("own tests: {path}", path=path)),
+            seconds=settings.test_seconds, start=start,
+            progress=lambda path: settings.progress(say("own tests: {path}", path=path)),
         )  # fmt: skip
 
     return Job(

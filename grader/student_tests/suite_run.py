@@ -18,7 +18,7 @@ from grader.student_tests.coverage import combine
 from grader.student_tests.discover import copy_flags, is_run
 from grader.student_tests.module_results import ModuleReach, ModuleRuns, failures, flags
 from grader.student_tests.probe import function_lines, raising
-from grader.student_tests.warm_worker import ModuleRequest, WorkerPool, start_workers
+from grader.student_tests.warm_worker import ModuleRequest, Start, WorkerPool, start_workers
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 WORKERS = 2
@@ -42,6 +42,7 @@ def run_suite(
     course: Course,
     *,
     seconds: float = MODULE_TIMEOUT_S,
+    start: Start | None = None,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> SuiteRun:
     """Return the modules with their results, and what they cover of the package.
@@ -52,6 +53,7 @@ def run_suite(
         modules: what `discover_tests` found; stubs are not run.
         course: the assignment, whose nodes the tests may start.
         seconds: wall time for each module.
+        start: starts the workers, by default `start_workers`.
         progress: called with the path of each module that has ended.
     """
     wanted = [m for m in modules if is_run(m)][:_MODULES_AT_MOST]
@@ -64,7 +66,7 @@ def run_suite(
         # Each module runs three times, and may be run again without the tests that hang.
         life = 60.0 + (2 * _EXCLUDED_AT_MOST + 5) * seconds * len(wanted)
         count = min(WORKERS, len(wanted))
-        workers = stack.enter_context(start_workers(package, install, count, seconds=life))
+        workers = stack.enter_context((start or start_workers)(package, install, count, seconds=life))
 
         def measure(module: TestModule) -> ModuleRuns:
             found = ModuleRuns(module, _run_steadily(workers, module, seconds), functions=functions)

@@ -26,6 +26,8 @@ from grader.student_tests.package_modules import MODULES, PACKAGE, source_folder
 from grader.student_tests.worker_report import ModuleRun, read_run
 from grader.words import mark, say
 
+Start = Callable[..., contextlib.AbstractContextManager["WorkerPool"]]
+"""What starts workers: `start_workers`, or something in its place with the same arguments."""
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 _DATA_CAP = 100_000_000  # bytes
@@ -241,6 +243,29 @@ def start_workers(package: Path, install: Path, size: int, *, seconds: float) ->
             return stack.enter_context(_start(package, install, folder / str(number), seconds, domain_id))
 
         yield WorkerPool(start, size)
+
+
+class SharedWorkers:
+    """Starts workers as `start_workers` does, but only once: who comes later gets the same. Call `close` at the end.
+
+    Args:
+        size: how many, whoever asks for them first.
+        seconds: how long they may be needed beside the time that the first one asks for.
+    """
+
+    def __init__(self, size: int, seconds: float) -> None:
+        self._size, self._seconds = size, seconds
+        self._pool: WorkerPool | None = None
+        self._stack = contextlib.ExitStack()
+        self.close = self._stack.close
+
+    @contextlib.contextmanager
+    def start(self, package: Path, install: Path, _size: int, *, seconds: float) -> Iterator[WorkerPool]:
+        """Return the workers, as a context that does not end them."""
+        if self._pool is None:
+            made = start_workers(package, install, self._size, seconds=seconds + self._seconds)
+            self._pool = self._stack.enter_context(made)
+        yield self._pool
 
 
 @contextlib.contextmanager

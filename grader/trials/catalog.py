@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from grader.course import Course
+from grader.course import Course, held_back
 from grader.course.reader import modules
 from grader.errors import GraderError
 from grader.trials import stock
@@ -60,12 +60,32 @@ def trials(course: Course) -> dict[str, TrialPlan]:
                 wrong = "another trial has this name" if plan.name in found else f"the contract has no node {node}"
                 problems.append(f"{module.__file__}: the trial {plan.name}: {wrong}. Rename it.")
             found[plan.name] = replace(plan, node=node)
+    for plan in () if problems else stock.plans(course):
+        found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
+    for plan in found.values():
+        if plan.follows and (wrong := _cannot_follow(plan, found, held_back.names(course))):
+            problems.append(f"the trial {plan.name} cannot follow {plan.follows}: {wrong}.")
     if problems:
         raise GraderError("\n".join(problems))
-    for plan in stock.plans(course):
-        found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
     noted = {plan.node for plan in found.values() if plan.notes_functions}
     for plan in list(found.values()):
         if plan.kind == stock.idle.__name__ and plan.node not in noted:
             found[plan.name] = replace(plan, notes_functions=True)
     return found
+
+
+def _cannot_follow(plan: TrialPlan, every: Mapping[str, TrialPlan], secret: Collection[str]) -> str:
+    """Return why a trial cannot go on with the node of the one that it follows, "" if it can."""
+    before = every.get(plan.follows)
+    if before is None:
+        return "there is no such trial"
+    if plan.launch or plan.notes_functions or before.start != plan.start:
+        return "the two start their nodes in different ways"
+    if before.name in secret and plan.name not in secret:
+        return "a node could tell in it what it saw of a trial that is held back"
+    names = [plan.name]
+    while (name := every[names[-1]].follows) in every:
+        if name in names:
+            return "it comes before itself"
+        names.append(name)
+    return ""

@@ -25,6 +25,13 @@ def plain(message: Any) -> Any:
     return [plain(item) for item in list(message)[:_CAP]]
 
 
+def set_back(message: dict[str, Any], seconds: float) -> None:
+    """Set the stamp in a plain message's header back, as if the run had begun so many seconds later."""
+    match message:
+        case {"header": {"stamp": {"sec": int(sec), "nanosec": int(ns)} as stamp}} if seconds:
+            stamp["sec"], stamp["nanosec"] = divmod(sec * 1_000_000_000 + ns - round(seconds * 1e9), 1_000_000_000)
+
+
 def fill(message: Any, fields: dict[str, Any]) -> Any:
     """Return `message` with `fields` set; a dictionary fills a nested message."""
     for name, value in fields.items():

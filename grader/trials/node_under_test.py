@@ -168,6 +168,14 @@ class NodeUnderTest:
         if self.plan.real_time:
             self.bridge.pace = "real time"
 
+    def go_on(self, plan: TrialPlan, simulator: Simulator) -> None:
+        """Go on with another trial of the same running node, whose robot rests where it is."""
+        self.plan = plan
+        self.bridge.go_on(simulator)
+        self._foreign = []
+        self._clock = CpuClock(self.process, [os.getpid()])
+        self._deaf_s = self._waited_s = 0.0
+
     def tick(self, dt: float, *, busy: bool) -> None:
         """Let one tick of `dt` simulated seconds pass; `busy` is whether the node is working on a goal.
 

@@ -95,6 +95,7 @@ class Observers:
         self._numbers = itertools.count(1)
         self._idle: list[_Worker] = []
         self._found: list[evidence.Trial] = []
+        self._followed: dict[str, evidence.Trial] = {}
 
     def __enter__(self) -> Observers:
         """Compile what the sandboxes show of the kit, and return itself."""
@@ -107,19 +108,28 @@ class Observers:
         for worker in self._idle:
             _end(worker.process)
 
-    def run(self, plan: TrialPlan) -> evidence.Trial:
-        """Run a trial and return its facts.
+    def run(self, plan: TrialPlan, then: Sequence[TrialPlan] = ()) -> evidence.Trial:
+        """Run a trial and return its facts; then run those that follow it, whose facts `follower` returns.
 
         Raises:
             GraderError: this machine cannot run it.
         """
-        if sum(trial.behind_s for trial in self._found) > ALL_BEHIND_S:
-            waited = Reason(Kind.WAITED, seconds=ALL_BEHIND_S)
-            found = not_started(plan, self._seed, ended=waited)
-        else:
-            found = self._observed(plan)
-        self._found.append(found)
-        return found
+        left = [plan, *then]
+        facts: dict[str, evidence.Trial] = {}
+        while left:
+            if sum(trial.behind_s for trial in self._found) > ALL_BEHIND_S:
+                found = [not_started(left[0], self._seed, ended=Reason(Kind.WAITED, seconds=ALL_BEHIND_S))]
+            else:
+                found = self._observed(left)
+            self._found += found
+            facts |= {trial.name: trial for trial in found}
+            left = left[len(found) :]
+        self._followed |= facts
+        return self._followed.pop(plan.name)
+
+    def follower(self, plan: TrialPlan, _before: evidence.Trial) -> evidence.Trial:
+        """Return the facts of a trial that has followed another; run it if it has not, as when that one was kept."""
+        return self._followed.pop(plan.name, None) or self.run(plan)
 
     def patience_s(self, plan: TrialPlan) -> float:
         """Return how long a trial waits for its node: less if the node was absent in two trials and ready in none.
@@ -140,16 +150,18 @@ class Observers:
             environment = _environment(self._contract, self._folder)
             return _Worker(start_worker(self._course, environment, self._folder, str(next(self._numbers))))
 
-    def _observed(self, plan: TrialPlan, *, has_crashed: bool = False) -> evidence.Trial:
-        worker = self._worker()
-        out = self._folder.resolve() / f"{plan.name}.json"
-        out.unlink(missing_ok=True)
+    def _observed(self, plans: Sequence[TrialPlan], *, has_crashed: bool = False) -> list[evidence.Trial]:
+        """Return the facts of the first trial, and of those after it that its node could go on with."""
+        worker, plan = self._worker(), plans[0]
+        files = [self._folder.resolve() / f"{each.name}.json" for each in plans]
+        for file in files:
+            file.unlink(missing_ok=True)
         try:
             # None twice in a row: the participants of an ended trial stay on their domain's graph for a while.
             with dds_domain.free(after=worker.domain) as worker.domain:
                 request = self._request(
-                    trial=plan.name, domain_id=worker.domain, out=str(out), patience_s=self.patience_s(plan),
-                    case=plan.case,
+                    trial=plan.name, domain_id=worker.domain, out=str(files[0]), patience_s=self.patience_s(plan),
+                    then=[each.name for each in plans[1:]], case=plan.case,
                 )  # fmt: skip
                 answer, out_of_time = _ask(worker.process, request)
         except BaseException:
@@ -158,36 +170,62 @@ class Observers:
         if answer.startswith(CANNOT):
             _end(worker.process)
             raise GraderError(answer.removeprefix(CANNOT))
-        if answer == plan.name:
+        answered = answer == plan.name
+        if answered:
             self._idle.append(worker)
-            return evidence.from_json(out.read_text(), evidence.Trial)
-        ended_by_itself = _end(worker.process)
-        if out.is_file():  # the worker died after the trial
-            return evidence.from_json(out.read_text(), evidence.Trial)
+        ended_by_itself = answered or _end(worker.process)
+        written = itertools.takewhile(Path.is_file, files)
+        if found := [evidence.from_json(file.read_text(), evidence.Trial) for file in written]:
+            return found  # the worker may have died after the last of them
         status = worker.process.returncode
         if status in _KILLED and ended_by_itself and not out_of_time:
             raise GraderError(say(shortage.KILLED))
         if status in _CRASHED:
             if not has_crashed:
-                return self._observed(plan, has_crashed=True)
+                return self._observed(plans, has_crashed=True)
             # One crash may be chance, so retry once; a submission that crashes the observer every time scores nothing.
-            return not_started(plan, self._seed, ended=Reason(Kind.OBSERVER_CRASHED))
-        return not_started(plan, self._seed, f"the trial's worker ended (answer {answer!r}, status {status})")
+            return [not_started(plan, self._seed, ended=Reason(Kind.OBSERVER_CRASHED))]
+        return [not_started(plan, self._seed, f"the trial's worker ended (answer {answer!r}, status {status})")]
 
 
 def jobs(observers: Observers, plans: Iterable[TrialPlan]) -> list[tuple[TrialPlan, Job[evidence.Trial]]]:
-    """Return the trials with their jobs, in the order in which they keep the cores busiest."""
-    return [
-        (
-            plan,
-            Job(
-                job_name(plan.name), Where.NETWORK, evidence.Trial, partial(observers.run, plan),
-                turn=Turn.BESIDE if plan.real_time or plan.mostly_waits else Turn.PLACE,
-                says=f"trial {plan.name}: {plan.sentence}",
-            ),
-        )
-        for plan in _mixed(list(plans))
-    ]  # fmt: skip
+    """Return the trials with their jobs, in the order in which they keep the cores busiest.
+
+    A trial that follows another one has run when the job of that one has ended.
+    """
+    found = []
+    groups = {group[0].name: group for group in of_one_node(list(plans))}
+    for first in _mixed([group[0] for group in groups.values()]):
+        others = groups[first.name][1:]
+        turn = Turn.BESIDE if first.real_time or first.mostly_waits else Turn.PLACE
+        found.append((first, Job(
+            job_name(first.name), Where.NETWORK, evidence.Trial, partial(observers.run, first, others),
+            turn=turn, says=_says(first),
+        )))  # fmt: skip
+        for plan in others:
+            found.append((plan, Job(
+                job_name(plan.name), Where.NETWORK, evidence.Trial, partial(observers.follower, plan),
+                after=job_name(plan.follows), says=_says(plan),
+            )))  # fmt: skip
+    return found
+
+
+def _says(plan: TrialPlan) -> str:
+    return f"trial {plan.name}: {plan.sentence}"
+
+
+def of_one_node(plans: Sequence[TrialPlan]) -> list[list[TrialPlan]]:
+    """Return the trials in groups, each of which one node goes through as long as it comes to rest between them."""
+    names, after = {plan.name for plan in plans}, dict[str, TrialPlan]()
+    for plan in plans:
+        if plan.follows in names:
+            after.setdefault(plan.follows, plan)
+    later = {plan.name for plan in after.values()}
+    groups = [[plan] for plan in plans if plan.name not in later]
+    for group in groups:
+        while following := after.get(group[-1].name):
+            group.append(following)
+    return groups
 
 
 def job_name(trial: str) -> str:

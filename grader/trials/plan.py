@@ -32,6 +32,10 @@ class TrialPlan:
         remappings: the node's remappings, old name -> new name.
         real_time: keep simulated time in step with wall time, for a script of the package's own.
         mostly_waits: it needs little of a core, so it runs beside the others. It changes no verdict.
+        follows: the trial after which it may go on with the same running node, if that trial went to its end. Nothing
+            of that trial may show in it. Both start the node alike.
+        at_rest: brings the node to rest before, in the world `lone_post`; returns whether it is as when it had come up.
+            If not, the node is started afresh.
         takes_long: it begins before the others, so that they do not wait for it in the end. It changes no verdict.
         notes_functions: the node notes which of the package's functions run: on these, quality and tests are measured.
             Of a node without such a trial it is its stock trial `idle_NODE`.
@@ -59,6 +63,8 @@ class TrialPlan:
     remappings: Mapping[str, str] = field(default_factory=dict)
     real_time: bool = False
     mostly_waits: bool = False
+    follows: str = ""
+    at_rest: Callable[[Any], bool] = lambda _stage: True
     takes_long: bool = False
     notes_functions: bool = False
     launch: str = ""
@@ -67,6 +73,14 @@ class TrialPlan:
     use_sim_time: bool | None = True
     shows_source: bool = False
     case: Mapping[str, Any] | None = None
+
+    @property
+    def start(self) -> tuple[object, ...]:
+        """Return all that decides how the node is started, but for what depends on the world."""
+        return (
+            self.node, self.parameters, self.world_parameters, self.params_file, self.beside, self.remappings,
+            self.real_time, self.launch, self.namespace, self.use_sim_time, self.shows_source,
+        )  # fmt: skip
 
     def placed_in(self, world: World) -> TrialPlan:
         """Return the plan with those of its node's parameters that depend on the world."""

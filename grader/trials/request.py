@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,6 +49,8 @@ class TrialRequest:
     """The package's name, by which `ros2 run` finds it."""
     best_effort: bool = False
     """Whether the simulated sensors publish best effort."""
+    then: Sequence[str] = ()
+    """The trials that are to go on with the same node. Their evidence is written beside that of the first."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
     case: Mapping[str, Any] | None = None
@@ -61,3 +63,11 @@ def not_started(plan: TrialPlan, seed: int, script_error: str = "", ended: Reaso
         name=plan.name, node=plan.node, world=plan.world, seed=seed, ready=False, pace="lockstep",
         ended=ended, script_error=script_error,
     )  # fmt: skip
+
+
+def went_well(trial: evidence.Trial) -> bool:
+    """Return whether a trial went to its end, so that another run of the same content is expected to show the same.
+
+    What went wrong may have done so by chance, on a busy machine above all, and is tried again.
+    """
+    return trial.ready and not (trial.ended or trial.script_error or trial.stopped or trial.foreign or trial.dropped)

@@ -13,7 +13,7 @@ from grader.source import Asked, Collected, Source, Subject, served
 from grader.trials import catalog, observers, what_ran
 from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
-from grader.trials.request import LATE_VARIABLE
+from grader.trials.request import LATE_VARIABLE, went_well
 
 
 class Trials(Source):
@@ -43,7 +43,7 @@ class Trials(Source):
         decided_by = (subject.seen_by_nodes, reliability, os.environ.get(LATE_VARIABLE, ""))
         return Asked(
             [
-                replace(job, decided_by=decided_by, lasting=may_be_kept, serves=serves(plan, settings))
+                replace(job, decided_by=decided_by, lasting=went_well, serves=serves(plan, settings))
                 for plan, job in observers.jobs(running, plans.values())
             ],
             lambda results: self._collected(subject, {name: results[observers.job_name(name)] for name in plans}),
@@ -68,14 +68,6 @@ def wanted(settings: Settings) -> dict[str, TrialPlan]:
 def serves(plan: TrialPlan, settings: Settings) -> frozenset[str]:
     """Return the ids of the requirements that a trial serves: those that it names, and those that need its kind."""
     return frozenset(plan.serves) | (served(settings, plan.kind) if plan.kind else frozenset())
-
-
-def may_be_kept(trial: Trial) -> bool:
-    """Return whether a trial went to its end, so that another run of the same content is expected to show the same.
-
-    What went wrong may have done so by chance, on a busy machine above all, and is tried again.
-    """
-    return trial.ready and not (trial.ended or trial.script_error or trial.stopped or trial.foreign or trial.dropped)
 
 
 def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:

@@ -27,7 +27,7 @@ from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import ANSWER_WALL_S, SentGoal
 from grader.trials.interfaces import interface
-from grader.trials.messages import LOG_QOS, fill, plain
+from grader.trials.messages import LOG_QOS, fill, plain, set_back
 from grader.trials.node_under_test import SEND_GOAL, NodeUnderTest, Program
 from grader.trials.plan import TrialPlan
 from grader.trials.recorder import TrialRecorder
@@ -86,6 +86,8 @@ class Stage:
         launch_file: where the sandbox has the trial's launch file.
         others: programs that run beside the node, by name.
         readers: by topic, how to read messages whose fields the submission has in another order than the contract.
+
+    The node's output so far is that of trials before.
     """
 
     def __init__(
@@ -115,13 +117,14 @@ class Stage:
         self.random = random.Random(f"{seed}:{plan.name}")
         self.bridge.on_command = self.recorder.take_command
         self.bridge.on_published = self.recorder.take_published
-        self._start, self._launch_file, self._readers = start, launch_file, readers
+        self._start, self._launch_file, self.readers = start, launch_file, readers
         self._others = dict(others)
         self._scan_filter = _ScanFilter()
         self._service_proxy: ServiceProxy | None = None
         self._other_graph: evidence.Graph | None = None
         self._interrupted = False
         self._standing_ticks = 0
+        self._said_before = len(node.process.output) if node.ready else 0
         self._started = time.monotonic()
 
     @property
@@ -135,7 +138,8 @@ class Stage:
         Raises:
             TrialOver: the node does not come up.
         """
-        self.node.await_start()
+        if not self.node.ready:
+            self.node.await_start()
         self.recorder.sample(self.t)
 
     def facts(self, ended: Reason | None, script_error: str) -> evidence.Trial:
@@ -150,7 +154,9 @@ class Stage:
             graph=node.graph,
             other_graph=self._other_graph,
             launch=self.plan.launch,
-            process=_end(process, "interrupt" if self._interrupted else "us" if node.aborted else "itself"),
+            process=_end(
+                process, "interrupt" if self._interrupted else "us" if node.aborted else "itself", self._said_before
+            ),
             wall_seconds=round(time.monotonic() - self._started, 2),
             others={name: _end(other) for name, other in self._others.items()},
             foreign=node.foreign_publishers(),
@@ -322,11 +328,12 @@ class Stage:
         A topic that the contract has the node publish, or the log. It returns when the subscription is matched,
         because a trial at twelve times real time can be over before that.
         """
-        read = self._readers.get(topic)
+        read = self.readers.get(topic)
 
         def take(message: Any) -> None:
             found = read(message) if read else plain(message)
             if found is not None:
+                set_back(found, self.bridge.began)
                 self.recorder.take_message(self.t, topic, found)
 
         self.node.found(f"topic {topic}", lambda: self.bridge.node.count_publishers(topic) > 0)
@@ -502,7 +509,8 @@ def _id(goal: Any) -> str:
     return bytes(goal.goal_id.uuid).hex()
 
 
-def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:
+def _end(process: Program, by: str = "itself", said_before: int = 0) -> evidence.ProcessEnd:
     code = process.exit_code()
     by = "us" if code is None else by
-    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), tracebacks.tail(process.output, 4000))
+    said = tracebacks.tail(process.output[said_before:], 4000)
+    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), said)

@@ -21,7 +21,7 @@ def plans(course: Course) -> Iterator[TrialPlan]:
     for node in course.nodes.values():
         yield _plan(idle, node.name)
         yield _plan(standing_clock, node.name, mostly_waits=True)
-        yield _plan(interrupted, node.name, mostly_waits=True)
+        yield _plan(interrupted, node.name, mostly_waits=True, follows=f"{idle.__name__}_{node.name}")
         if node.config:
             yield _plan(file, node.name, params_file=PurePosixPath(node.config).name)
         if node.refused:

@@ -32,10 +32,10 @@ from grader.trials.interfaces import interface, own_package
 from grader.trials.node_server import ForkedNode, NodeServer, can_fork
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, node_environment, not_started
+from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, node_environment, not_started, went_well
 from grader.trials.stage import LAUNCH, Stage, source_folder
 from grader.trials.what_ran import Notes
-from sim import Simulator, World, load_world
+from sim import Pose, Simulator, World, load_world
 
 # The `ros2` command, which is mounted alone, so that nothing else of the kit is visible.
 _ROS2 = Path(__file__).parents[1] / "ros2"
@@ -175,24 +175,62 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: For
             readers=_readers(install, course),
         )  # fmt: skip
         stage.recorded.in_files.update(in_files)
-        stage.recorded.thresholds.update(course.nodes[plan.node].thresholds({**in_files, **plan.parameters}))
-        ended, script_error = None, ""
-        try:
-            stage.open()
-            notes.look_at(process.pids())
-            plan.script(stage)
-            node.finish()
-        except TrialOver as over:
-            ended = over.reason
-        except Exception as error:
-            if _host_problem(error):
-                raise
-            script_error = traceback.format_exc()
-        notes.look_at(pid for each in programs for pid in each.pids())
-        facts = stage.facts(ended, script_error)
-        facts = replace(facts, ran=notes.read(facts.ready))
+        facts = _play(stage, programs, notes)
         _save(request, facts)  # first: Fast DDS has been seen to crash on leaving
+        for name in request.then:
+            follower = catalog.trials(course)[name]
+            following = _go_on(course, follower, request.seed, stage) if _ended_well(facts, process) else None
+            if following is None:
+                break
+            stage = following
+            facts = _play(stage, programs, notes)
+            _save(replace(request, trial=name, out=str(Path(request.out).with_name(f"{name}.json"))), facts)
         stage.close()
+
+
+def _play(stage: Stage, programs: Sequence[sandbox.Process | ForkedNode], notes: Notes) -> evidence.Trial:
+    """Run a trial's script and return its facts; the first of `programs` is the node."""
+    plan, node, is_up = stage.plan, stage.node, stage.node.ready
+    stage.recorded.thresholds.update(node.contract.thresholds({**stage.recorded.in_files, **plan.parameters}))
+    ended, script_error = None, ""
+    try:
+        stage.open()
+        notes.look_at(programs[0].pids())
+        plan.script(stage)
+        node.finish()
+    except TrialOver as over:
+        ended = over.reason
+    except Exception as error:
+        if _host_problem(error):
+            raise
+        script_error = traceback.format_exc()
+    notes.look_at(pid for each in programs for pid in each.pids())
+    facts = stage.facts(ended, script_error)
+    # What a node notes at its start, and which functions run, is the first trial's.
+    return replace(facts, ran=notes.read(facts.ready and not is_up))
+
+
+def _ended_well(facts: evidence.Trial, process: sandbox.Process | ForkedNode) -> bool:
+    """Return whether the node may go on with another trial: nothing went wrong, and no parameter was set."""
+    is_changed = any(answer.accepted is not None for answer in facts.parameters)
+    runs_on = any(goal.accepted and goal.status == "unfinished" for goal in facts.goals)
+    in_order = went_well(facts) and facts.pace == "lockstep" and not process.has_ended()
+    return in_order and not is_changed and not runs_on
+
+
+def _go_on(course: Course, plan: TrialPlan, seed: int, stage: Stage) -> Stage | None:
+    """Return the stage of another trial of the same running node, None if it does not come to rest."""
+    node, readers = stage.node, stage.readers
+    for each in (replace(plan, world=TrialPlan.world), plan):
+        at = stage.simulator.odometry().pose
+        node.go_on(each, simulator := Simulator(_transformed_world(course, each, seed, at), seed=seed))
+        stage = Stage(course, each, seed, simulator, node, readers=readers)
+        try:
+            if each is not plan and not plan.at_rest(stage):
+                return None
+        except TrialOver:
+            return None
+    return stage
 
 
 @cache
@@ -250,19 +288,23 @@ def _share(install: Path, package: str) -> Path:
     return install / "share" / package
 
 
-def _transformed_world(course: Course, plan: TrialPlan, seed: int) -> World:
+def _transformed_world(course: Course, plan: TrialPlan, seed: int, at: Pose | None = None) -> World:
     """Return the trial's world turned, mirrored and shifted by the seed, so that memorising places does not help.
 
-    That of a case is turned as the case says.
+    With `at` it is turned and shifted so that the robot starts there. That of a case is turned as the case says.
     """
     if plan.case:
         return load_world(course.world(plan.world)).transformed(rotate=math.radians(plan.case.get("heading", 0.0)))
     rng = random.Random(f"{seed}:{plan.name}:world")
-    return load_world(course.world(plan.world)).transformed(
+    world = load_world(course.world(plan.world)).transformed(
         rotate=rng.uniform(-math.pi, math.pi),
         mirror=rng.random() < 0.5,
         shift=(rng.uniform(-5.0, 5.0), rng.uniform(-5.0, 5.0)),
     )
+    if at is None:
+        return world
+    turned = world.transformed(rotate=at.yaw - world.start.yaw)
+    return turned.transformed(shift=(at.x - turned.start.x, at.y - turned.start.y))
 
 
 def _command(plan: TrialPlan, install: Path, package: str) -> list[str]:

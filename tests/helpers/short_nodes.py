@@ -39,19 +39,25 @@ def run_trials(plans: Sequence[TrialPlan], *, folder: Path, **how: Any) -> dict[
         return {plan.name: results[job.name] for plan, job in listed}
 
 
+def install_node(contract: building.Built, folder: Path, node: str, body: str, *, services: bool = True) -> Path:
+    """Return an install tree with the contract's types, a node whose code is given, and nothing else."""
+    install = folder / "install"
+    shutil.copytree(contract.install, install, symlinks=True)
+    executable = install / "lib" / PACKAGE / node
+    executable.parent.mkdir(parents=True, exist_ok=True)
+    text = TEXTS["NODE"].format(python="/usr/bin/env python3", node=node, services=services, body=body)
+    executable.write_text(text)
+    executable.chmod(0o755)
+    return install
+
+
 @pytest.fixture
 def run(contract: building.Built, tmp_path: Path) -> Run:
     """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
 
     def run(trial: str, body: str, *, services: bool = True, package: Path | None = None) -> Trial:
         plan = catalog.trials(COURSE)[trial]
-        install = tmp_path / "install"
-        shutil.copytree(contract.install, install, symlinks=True)
-        executable = install / "lib" / PACKAGE / plan.node
-        executable.parent.mkdir(parents=True, exist_ok=True)
-        text = TEXTS["NODE"].format(python="/usr/bin/env python3", node=plan.node, services=services, body=body)
-        executable.write_text(text)
-        executable.chmod(0o755)
+        install = install_node(contract, tmp_path, plan.node, body, services=services)
         found = run_trials(
             [plan], install=install, contract=contract.install, folder=tmp_path / "trials", seed=1, package=package
         )[trial]

@@ -25,3 +25,11 @@ def test_an_int_that_rclpy_read_as_a_float_is_told(value: float, said: str):
     from sim.messages import no_float
 
     assert no_float(value) == said
+
+
+def test_a_second_run_on_the_same_clock_has_later_stamps():
+    """A node that goes on with another simulator must not see its clock go back."""
+    from sim.messages import to_message
+    from sim.sensors import BatteryReading
+
+    assert to_message(BatteryReading(0.5, 1.0, 12.0, 0.1), began=7.25).header.stamp.sec == 107

@@ -33,6 +33,12 @@ def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_ano
     [
         ("@trial(serves=[])\ndef idle(stage): ...\n", "the trial idle: another trial has this name"),
         ("@trial(serves=[], node='drver')\ndef one(stage): ...\n", "the contract has no node drver"),
+        ("@trial(follows='nowhere')\ndef one(stage): ...\n", "one cannot follow nowhere: there is no such trial"),
+        ("@trial(follows='idle', parameters={'a': 1})\ndef one(stage): ...\n", "start their nodes in different ways"),
+        (
+            "@trial(follows='two')\ndef one(stage): ...\n@trial(follows='one')\ndef two(stage): ...\n",
+            "it comes before itself",
+        ),
     ],
 )
 def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, script: str, why: str):
@@ -41,6 +47,17 @@ def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, s
     (tmp_path / "trials" / "a.py").write_text(f"{begin}@trial(serves=[])\ndef idle(stage): ...\n")
     (tmp_path / "trials" / "b.py").write_text(f"{begin}{script}")
     with pytest.raises(GraderError, match=why):
+        catalog.trials(replace(COURSE, folder=tmp_path))
+
+
+def test_nothing_public_follows_what_is_held_back(tmp_path: Path):
+    """The node would still know the world, and its output in the public trial is the student's to read."""
+    begin = "from grader.trials.catalog import trial\n"
+    for folder, script in (("trials", "@trial(follows='secret')\ndef open(stage): ...\n"),
+                           ("held_back/trials", "@trial()\ndef secret(stage): ...\n")):  # fmt: skip
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / f"of_{Path(folder).parts[0]}.py").write_text(begin + script)
+    with pytest.raises(GraderError, match="cannot follow secret: a node could tell"):
         catalog.trials(replace(COURSE, folder=tmp_path))
 
 

@@ -12,7 +12,7 @@ from rcl_interfaces.msg import Log
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
-from grader.trials.messages import LOG_QOS
+from grader.trials.messages import LOG_QOS, set_back
 
 pytestmark = pytest.mark.ros
 
@@ -40,3 +40,13 @@ def test_a_warning_logged_before_the_subscription_is_matched_is_still_read():
     executor.shutdown()
     context.try_shutdown()
     assert heard == ["battery low"]
+
+
+def test_stamps_are_those_of_a_run_that_began_with_the_trial():
+    """A trial that goes on with a running node begins seconds after ROS time 100 s."""
+    fused = {"header": {"stamp": {"sec": 107, "nanosec": 300_000_000}, "frame_id": "base_link"}}
+    set_back(fused, 7.25)
+    assert fused["header"]["stamp"] == {"sec": 100, "nanosec": 50_000_000}
+    other = {"header": "none"}
+    set_back(other, 7.25)
+    assert other == {"header": "none"}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import math
 import os
 import re
 import shutil
@@ -18,7 +20,7 @@ from typing import Any
 import pytest
 from helpers import ros2_runs
 from helpers.course import COURSE
-from helpers.short_nodes import run_trials
+from helpers.short_nodes import COMMANDS, install_node, run_trials
 
 from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
@@ -30,6 +32,7 @@ from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
 from grader.trials.request import BEHIND_S, PATIENCE_S, not_started
 from grader.trials.source import integrity_flags
+from sim import Pose, Simulator
 
 PLAN = TrialPlan("any", "", lambda _stage: None)
 AS_SEEN = Reason(Kind.SLOW, seconds=1.0)
@@ -123,6 +126,98 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(tmp_path
     assert trials.patience_s(replace(PLAN, launch="robot_controller_launch.py")) == PATIENCE_S
     trials._found.append(replace(absent, ready=True, ended=None))
     assert trials.patience_s(PLAN) == PATIENCE_S
+
+
+def test_the_trials_of_the_course_are_at_most_36_lives():
+    groups = observers.of_one_node(list(catalog.trials(COURSE).values()))
+    assert len(groups) <= 36
+    names = [plan.name for group in groups for plan in group]
+    assert sorted(names) == sorted(catalog.trials(COURSE))
+    assert all(plan.follows == before.name for group in groups for before, plan in itertools.pairwise(group))
+
+
+def test_a_trial_whose_predecessor_is_not_wanted_starts_a_life():
+    plans = [catalog.trials(COURSE)[name] for name in ("refuse_speed", "drive_forward")]
+    assert [[plan.name for plan in group] for group in observers.of_one_node(plans)] == [
+        ["refuse_speed"],
+        ["drive_forward"],
+    ]
+
+
+@pytest.mark.parametrize(("goes_on", "lives"), [("a b c", 1), ("a b", 2), ("a", 3)])
+def test_a_trial_that_its_node_could_not_go_on_with_has_another_node(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, goes_on: str, lives: int
+):
+    """The worker answers with the evidence of those trials with which the node of the first went on."""
+    plans = [replace(PLAN, name=name, follows=before) for name, before in zip("abc", ["", "a", "b"], strict=True)]
+    for plan in plans:
+        (tmp_path / f"seen_{plan.name}").write_text(evidence.to_json(not_started(plan, 0, ended=AS_SEEN)))
+    first = r's/.*"trial": "\([a-c]\)".*/\1/'
+    each = f"echo >> asked; name=$(echo \"$line\" | sed '{first}')"
+    written = f"for n in {goes_on}; do [ $(wc -l < asked) = 1 ] && cp seen_$n $n.json; done; cp seen_$name $name.json"
+    shell = ["sh", "-c", f"while read line; do {each}; {written}; echo $name; done"]
+    start = partial(subprocess.Popen, shell, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=tmp_path)
+    monkeypatch.setattr(observers, "start_worker", lambda *_: start())
+    found = run_trials(plans, install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
+    assert [trial.name for trial in found.values()] == ["a", "b", "c"]
+    assert len((tmp_path / "asked").read_text()) == lives
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"ended": AS_SEEN},
+        {"script_error": "Traceback"},
+        {"pace": "real time"},
+        {"parameters": [evidence.ParameterAnswer(0.1, "rate", 5.0, accepted=True, value=5.0)]},
+        {"goals": [evidence.Goal(0.1, 1.0, 0.0, 0.1, True, "unfinished", None, math.nan, math.nan, math.nan)]},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_a_node_does_not_go_on_after_a_trial_that_may_show_later(wrong: dict[str, Any]):
+    from grader.trials.worker import _ended_well
+
+    runs = SimpleNamespace(has_ended=lambda: False)
+    trial = replace(not_started(PLAN, 0), ready=True)
+    assert _ended_well(trial, runs)
+    assert not _ended_well(replace(trial, **wrong), runs)
+    assert not _ended_well(trial, SimpleNamespace(has_ended=lambda: True))
+
+
+def test_the_next_world_is_put_around_the_robot():
+    from grader.trials.worker import _transformed_world
+
+    plan, pose = catalog.trials(COURSE)["wall_slow"], Pose(3.0, -2.0, 0.5)
+    world, usual = _transformed_world(COURSE, plan, 7, pose), _transformed_world(COURSE, plan, 7)
+    assert (world.start.x, world.start.y, world.start.yaw) == pytest.approx((3.0, -2.0, 0.5))
+    ranges = [Simulator(each, seed=7).true_ranges() for each in (world, usual)]
+    assert ranges[0] == pytest.approx(ranges[1])
+
+
+NOTES_ITS_START = 'print("started", flush=True)\n'
+COMES_TO_NO_REST = """
+def set_speed(request, response):
+    response.success = True
+    return response
+node.create_service(SetSpeed, "set_speed", set_speed)
+"""
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.parametrize(
+    ("names", "starts"),
+    [(("idle_robot_controller", "interrupted_robot_controller"), 1), (("drive_forward", "drive_backward"), 2)],
+    ids=["goes on", "does not drive"],
+)
+def test_a_node_goes_on_only_if_it_comes_to_rest(contract: building.Built, tmp_path: Path, names: Any, starts: int):
+    """What the first trial has said is not in the second one's output; a node that drives nowhere starts afresh."""
+    install = install_node(contract, tmp_path, "robot_controller", COMMANDS + COMES_TO_NO_REST + NOTES_ITS_START)
+    plans = [catalog.trials(COURSE)[name] for name in names]
+    found = run_trials(plans, install=install, contract=contract.install, folder=tmp_path / "trials", seed=1)
+    outputs = [found[name].process.output_tail for name in names]
+    assert [output.count("started") for output in outputs] == [1, 1][:starts] + [0] * (2 - starts)
+    assert all(trial.samples[0].t == 0.0 and trial.commands[0].t < 1.0 for trial in found.values())
 
 
 ABOUT_ITS_HOST = """#!/usr/bin/env python3

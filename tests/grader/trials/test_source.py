@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,8 @@ from grader.settings import Settings
 from grader.source import Subject
 from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
-from grader.trials.source import Trials, may_be_kept
+from grader.trials.request import went_well
+from grader.trials.source import Trials
 
 TRIAL = recordings.load("reference").trials["wall_fast"]
 
@@ -32,7 +34,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the names of the trials that were run; each shows what one of the reference's trials showed."""
     names: list[str] = []
 
-    def run(_: Observers, plan: TrialPlan) -> Trial:
+    def run(_: Observers, plan: TrialPlan, _then: Sequence[TrialPlan] = ()) -> Trial:
         names.append(plan.name)
         return replace(TRIAL, name=plan.name)
 
@@ -113,5 +115,5 @@ def test_what_was_installed_decides_too(subject: Subject, ran: list[str]):
     [{"ready": False}, {"ended": Reason(Kind.NOT_UP)}, {"script_error": "ours"}, {"stopped": "memory"}, {"dropped": 1}],
 )
 def test_a_trial_that_went_wrong_is_tried_again(wrong: dict[str, Any]):
-    assert may_be_kept(TRIAL)
-    assert not may_be_kept(replace(TRIAL, **wrong))
+    assert went_well(TRIAL)
+    assert not went_well(replace(TRIAL, **wrong))

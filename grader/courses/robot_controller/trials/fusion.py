@@ -14,6 +14,8 @@ from .readings import BAD, LIMITS
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
+_OTHER_SETTINGS = {"battery_low_threshold": 30.0, "battery_critical_threshold": 15.0, "fusion_frequency": 10.0}
+
 
 @trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor", notes_functions=True)
 def fusion(stage: Stage) -> None:
@@ -51,7 +53,7 @@ def fusion(stage: Stage) -> None:
     stage.run(0.5)
 
 
-@trial(serves=["F13"], node="sensor_processor")
+@trial(serves=["F13"], node="sensor_processor", follows="standing_clock_sensor_processor")
 def fine_clock(stage: Stage) -> None:
     """Let the clock go in small steps, in which also a timer that is too fast shows its rate."""
     stage.mute(ImuReading)
@@ -64,12 +66,13 @@ def fine_clock(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["F12"], node="sensor_processor")
+@trial(serves=["F12"], node="sensor_processor", follows="fusion")
 def nothing_to_fuse(stage: Stage) -> None:
     """Show an obstacle, then scans without a valid reading: all out of range, and empty."""
     stage.set_range_limits(*LIMITS)
     stage.listen("sensor_fusion_data")
     stage.run(0.5)
+    stage.mute(ImuReading)
     stage.add_obstacle(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
     for kind, change in (
         ("nothing in range", lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, BAD["above range_max"], np.inf)),
@@ -83,11 +86,7 @@ def nothing_to_fuse(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(
-    serves=["F12"],
-    node="sensor_processor",
-    parameters={"battery_low_threshold": 30.0, "battery_critical_threshold": 15.0},
-)
+@trial(serves=["F12"], node="sensor_processor", parameters=_OTHER_SETTINGS)
 def battery_runs_down(stage: Stage) -> None:
     """Drain the battery below both thresholds, which are set higher than by default."""
     stage.listen("rosout")
@@ -99,8 +98,10 @@ def battery_runs_down(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 10.0})
+@trial(serves=["I6"], node="sensor_processor", parameters=_OTHER_SETTINGS, follows="battery_runs_down")
 def slow_fusion(stage: Stage) -> None:
     """Start the sensor processor with half the default fusion frequency."""
     stage.listen("sensor_fusion_data")
-    stage.run(2.5)
+    stage.run(0.5)
+    stage.mute(ImuReading)
+    stage.run(2.0)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from grader.trials.catalog import trial
 
+from .speed import at_rest
+
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
@@ -86,7 +88,7 @@ def navigate_short(stage: Stage) -> None:
     stage.run(0.5)
 
 
-@trial(serves=["F10"])
+@trial(serves=["F10"], follows="obstacle_among_bad_readings", at_rest=at_rest)
 def cancel_early(stage: Stage) -> None:
     """Cancel a goal while the robot is still turning."""
     stage.run(0.5)
@@ -96,7 +98,7 @@ def cancel_early(stage: Stage) -> None:
     stage.run(2.0)
 
 
-@trial(serves=["F10"])
+@trial(serves=["F10"], follows="creeping", at_rest=at_rest)
 def cancel_late(stage: Stage) -> None:
     """Cancel a goal while the robot is driving."""
     stage.run(0.5)
@@ -106,7 +108,7 @@ def cancel_late(stage: Stage) -> None:
     stage.run(2.0)
 
 
-@trial(serves=["F10"])
+@trial(serves=["F10"], follows="wall_backward", at_rest=at_rest)
 def cancel_blocked(stage: Stage) -> None:
     """Set a speed, send a goal, cancel it in front of an obstacle, and remove the obstacle."""
     stage.run(0.3)
@@ -139,7 +141,7 @@ def blocked_goal(stage: Stage) -> None:
     stage.run(0.5)
 
 
-@trial(serves=["F4"])
+@trial(serves=["F4"], follows="status", at_rest=at_rest)
 def emergency(stage: Stage) -> None:
     """Let something appear within the emergency distance: beside it as it creeps, behind it as it turns."""
     side = stage.choose("side", [-1.0, 1.0])

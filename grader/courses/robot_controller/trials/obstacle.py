@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from grader.trials.catalog import trial
 
+from .speed import at_rest
+
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
@@ -27,13 +29,13 @@ def wall_fast(stage: Stage) -> None:
     _drive_at_wall(stage, 0.5)
 
 
-@trial(serves=["F4"], world="wall_ahead")
+@trial(serves=["F4"], world="wall_ahead", follows="wall_fast", at_rest=at_rest)
 def wall_slow(stage: Stage) -> None:
     """Drive at a wall at a lower speed."""
     _drive_at_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
 
 
-@trial(serves=["F4", "F7", "F11"])
+@trial(serves=["F4", "F7", "F11"], follows="obstacle_vanishes", at_rest=at_rest)
 def wall_backward(stage: Stage) -> None:
     """Drive backwards at an obstacle."""
     stage.add_obstacle(1.5, bearing=3.14159, radius=0.3)
@@ -45,7 +47,7 @@ def wall_backward(stage: Stage) -> None:
     stage.run(5.0)
 
 
-@trial(serves=["F4"])
+@trial(serves=["F4"], follows="obstacle_behind", at_rest=at_rest)
 def pole_aside(stage: Stage) -> None:
     """Drive past a pole at the edge of the sector that the robot has to watch, then one at its other edge."""
     side = stage.choose("side", [-1.0, 1.0])
@@ -67,7 +69,7 @@ def pole_aside(stage: Stage) -> None:
     stage.run(2.0)
 
 
-@trial(serves=["F4"])
+@trial(serves=["F4"], follows="wall_slow", at_rest=at_rest)
 def creeping(stage: Stage) -> None:
     """Creep up to an obstacle at one of the lowest valid speeds."""
     stage.run(0.3)
@@ -77,7 +79,7 @@ def creeping(stage: Stage) -> None:
     stage.run(4.0)
 
 
-@trial(serves=["F4", "F5", "F11"])
+@trial(serves=["F4", "F5", "F11"], follows="pole_aside", at_rest=at_rest)
 def obstacle_vanishes(stage: Stage) -> None:
     """Block the way suddenly and free it again, then once more after the robot has slowed down."""
     stage.run(0.3)

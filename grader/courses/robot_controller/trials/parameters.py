@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 from grader.trials import stock
 from grader.trials.catalog import trial
+from sim.sensors import ImuReading
+
+from .speed import at_rest
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
@@ -20,9 +23,10 @@ OTHER_SETTINGS = {
     "safety_margin": 1.0,
 }
 """Values other than the defaults, each of which shows in what the robot does."""
+_SLOW_AND_FAR_SIGHTED = {"max_linear_speed": 0.25, "obstacle_detection_threshold": 1.0}
 
 
-@trial(serves=["F3", "I6"], parameters={"max_linear_speed": 0.25})
+@trial(serves=["F3", "I6"], parameters=_SLOW_AND_FAR_SIGHTED)
 def slow_robot(stage: Stage) -> None:
     """Start the controller with half the default speed limit."""
     stage.run(0.3)
@@ -32,7 +36,7 @@ def slow_robot(stage: Stage) -> None:
     stage.run(0.3)
 
 
-@trial(serves=["I6"], parameters={"obstacle_detection_threshold": 1.0})
+@trial(serves=["I6"], parameters=_SLOW_AND_FAR_SIGHTED, follows="slow_robot", at_rest=at_rest)
 def far_sighted_robot(stage: Stage) -> None:
     """Start the controller with twice the default obstacle threshold; show an obstacle between the two."""
     stage.run(0.3)
@@ -45,9 +49,16 @@ def far_sighted_robot(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(node="sensor_processor")
+@trial(follows="refuse_speed", at_rest=at_rest)
+def senseless_settings_robot_controller(stage: Stage) -> None:
+    """Do as the stock trial does."""
+    stock.senseless_settings(stage)
+
+
+@trial(node="sensor_processor", follows="fine_clock")
 def senseless_settings_sensor_processor(stage: Stage) -> None:
     """Do as the stock trial does, and see at which rate the node goes on."""
+    stage.mute(ImuReading)
     stage.listen("sensor_fusion_data")
     stock.senseless_settings(stage)
     stage.mark("changed")

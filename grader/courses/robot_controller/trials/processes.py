@@ -9,6 +9,8 @@ from grader.trials.catalog import trial
 from grader.trials.plan import NAMESPACE
 from sim.sensors import ScanReading
 
+from .speed import at_rest
+
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
@@ -52,7 +54,7 @@ def standing_clock_robot_controller(stage: Stage) -> None:
     stage.run(1.0)
 
 
-@trial(serves=["I8"], mostly_waits=True)
+@trial(serves=["I8"], follows="standing_clock_robot_controller", at_rest=at_rest)
 def interrupted_driving(stage: Stage) -> None:
     """Press Ctrl-C while the robot is driving."""
     stage.run(0.3)

@@ -8,6 +8,8 @@ import numpy as np
 
 from grader.trials.catalog import trial
 
+from .speed import at_rest
+
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
@@ -43,7 +45,7 @@ def bad_readings(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["F6"])
+@trial(serves=["F6"], follows="bad_readings", at_rest=at_rest)
 def empty_scans(stage: Stage) -> None:
     """Drive with empty scans."""
     stage.run(0.3)
@@ -55,7 +57,7 @@ def empty_scans(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["F6"])
+@trial(serves=["F6"], follows="empty_scans", at_rest=at_rest)
 def obstacle_among_bad_readings(stage: Stage) -> None:
     """Show an obstacle in a few good beams among many bad ones, then readings of exactly range_min."""
     stage.set_range_limits(*LIMITS)

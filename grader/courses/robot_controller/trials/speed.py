@@ -30,6 +30,16 @@ def _limit(stage: Stage, speed: float) -> None:
     stage.mark("at_limit_end")
 
 
+def at_rest(stage: Stage) -> bool:
+    """Let the robot drive and stop; return whether it did, so that nothing of a trial before keeps it from either."""
+    stage.call("set_speed", speed=0.125)
+    stage.run(0.5)
+    drives = stage.simulator.twist.v > 0.1
+    stage.call("set_speed", speed=0.0)
+    stage.run(0.3)
+    return drives and stage.commands[-1].is_zero
+
+
 @trial(serves=["F2", "F11"])
 def drive_forward(stage: Stage) -> None:
     """Drive below the speed limit, at the limit, then backwards."""
@@ -41,7 +51,7 @@ def drive_forward(stage: Stage) -> None:
     stage.run(0.6)
 
 
-@trial(serves=["F2"])
+@trial(serves=["F2"], follows="drive_forward", at_rest=at_rest)
 def drive_backward(stage: Stage) -> None:
     """Drive backwards below the speed limit, at the limit, then stop."""
     stage.run(0.5)
@@ -54,7 +64,7 @@ def drive_backward(stage: Stage) -> None:
     stage.run(0.5)
 
 
-@trial(serves=["F3"])
+@trial(serves=["F3"], follows="drive_backward", at_rest=at_rest)
 def refuse_speed(stage: Stage) -> None:
     """Set a valid speed, then speeds beyond the limits, NaN and infinities."""
     stage.run(0.5)
