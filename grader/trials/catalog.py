@@ -7,8 +7,8 @@ from dataclasses import fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from grader.course import Course, held_back
-from grader.course.reader import modules
+from grader.course import Course
+from grader.course.reader import held_back_names, modules
 from grader.errors import GraderError
 from grader.trials import stock
 from grader.trials.plan import TrialPlan
@@ -63,7 +63,7 @@ def trials(course: Course) -> dict[str, TrialPlan]:
     for plan in () if problems else stock.plans(course):
         found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
     for plan in found.values():
-        if plan.follows and (wrong := _cannot_follow(plan, found, held_back.names(course))):
+        if plan.follows and (wrong := _cannot_follow(plan, found, held_back_names(course))):
             problems.append(f"the trial {plan.name} cannot follow {plan.follows}: {wrong}.")
     if problems:
         raise GraderError("\n".join(problems))

@@ -1,4 +1,4 @@
-"""The promises of the kit's own course: recorded trials of the reference keep all, each known-bad edit breaks its own."""
+"""The promises of the kit's own course: recorded trials of the reference keep all, known-bad edits break one."""
 
 from __future__ import annotations
 
