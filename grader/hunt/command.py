@@ -96,8 +96,12 @@ def _facts(found: search.Hunted, out: Path) -> dict[str, Any]:
 
 def _say(found: search.Hunted, out: Path) -> int:
     if found.unsteady:
-        one = "{n} case failed once and not again; it is no finding."
-        print(say_count(one, "{n} cases failed once and not again; they are no finding.", len(found.unsteady)))
+        words = say_count(
+            "{n} case failed once and not again; it is no finding.",
+            "{n} cases failed once and not again; they are no finding.",
+            len(found.unsteady),
+        )
+        print(words)
     if found.finding is None:
         print(say("{n} cases, no fault found, seed {seed}.", n=found.cases, seed=found.seed))
         return 0

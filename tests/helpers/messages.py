@@ -52,6 +52,8 @@ def _of_file(path: Path) -> Iterator[str | tuple[str, str]]:
         yield from (text for _, text in said(ast.parse(path.read_text(encoding="utf-8"))))
         if path.stem.startswith("check_") and path.parent.name == "checks":
             yield from _sentences(path)
+        if path.parent.name == "hunts":
+            yield from _promises(path)
     elif path.name == "handout.md.j2":
         yield from filter(_is_prose, path.read_text(encoding="utf-8").splitlines())
     elif path.suffix == ".j2" and "classroom" not in path.parts:
@@ -77,6 +79,12 @@ def _sentences(path: Path) -> Iterator[str]:
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
             yield " ".join((ast.get_docstring(node) or "").split())
+
+
+def _promises(path: Path) -> Iterator[str]:
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and any("promise(" in ast.unparse(each) for each in node.decorator_list):
+            yield (ast.get_docstring(node) or "").partition("\n")[0]
 
 
 def _is_prose(line: str) -> bool:

@@ -232,6 +232,8 @@ def stands_in_an_emergency(run: Run) -> Broken | None:
 @promise("F1")
 def stands_without_a_command(run: Run) -> Broken | None:
     """Until it is told to move it commands zero, at the control loop's rate."""
+    if run.case.node != _NODE:
+        return None
     asked = [t for name in ("call", "goal", "set") for t, _ in run.times(name)]
     until = min([*asked, run.end])
     before = run.commands(0.0, until)
