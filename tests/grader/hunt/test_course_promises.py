@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""The promises of the kit's own course: recorded trials of the reference keep all, known-bad edits break one."""
-=======
 """The promises of the kit's own course, on recorded trials: the reference keeps all, each edit breaks its own."""
->>>>>>> 732c7387 (check-course: make up seeds with --hunt)
 
 from __future__ import annotations
 
