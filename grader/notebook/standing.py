@@ -170,7 +170,7 @@ class Standing:
 
 
 def _legend() -> str:
-    return say("✓ done   ◐ so far, or in part   ○ open")
+    return say("✓ done · ◐ so far, or in part · ○ open")
 
 
 def of(workspace: Workspace) -> Standing:
