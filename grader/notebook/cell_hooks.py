@@ -124,9 +124,10 @@ def names_of_the_file(asked: Any) -> dict[str, Any]:
         "\n".join([text, *until]), path=path, project=project, environment=jedi.InterpreterEnvironment()
     )
     found = [each for each in script.complete() if each.complete is not None]
-    found.sort(key=lambda each: (each.name.startswith("__"), each.module_path != path))  # the file's own first
-    given = [SimpleCompletion(asked.token + (each.complete or ""), type=each.type) for each in found]
-    return {"completions": given, "suppress": bool(given), "ordered": True}
+    # What rclpy and Python keep for themselves would come first, and is rarely meant.
+    meant = [each for each in found if not each.name.startswith("_") or each.module_path == path] or found
+    given = [SimpleCompletion(asked.token + (each.complete or ""), type=each.type) for each in meant]
+    return {"completions": given, "suppress": bool(given)}
 
 
 names_of_the_file.matcher_api_version = 2  # type: ignore[attr-defined]  # as IPython's decorator says it

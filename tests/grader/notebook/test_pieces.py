@@ -194,7 +194,7 @@ class Driver(Node):
 @pytest.mark.parametrize(
     ("cell", "first"),
     [
-        ("%%into driver.py\nclass Driver:\n    def stop(self):\n        self._ne", "self._near"),
+        ("%%into driver.py\nclass Driver:\n    def stop(self):\n        self._", "self._near"),
         ("%%into driver.py\nclass Driver:\n    def stop(self):\n        return LIM", "LIMIT"),
         ("%%into driver.py\ndef hold():\n    return math.isna", "math.isnan"),
         ("%%writefile new.py\nfrom driver import LI", "LIMIT"),
@@ -211,4 +211,4 @@ def test_tab_completes_what_the_file_of_a_cell_defines(cell: str, first: str, tm
         full_text=f"{cell}\n", cursor_line=len(lines) - 1, cursor_position=len(lines[-1]), token=lines[-1].split()[-1]
     )
     found = [each.text for each in cell_hooks.names_of_the_file(asked)["completions"]]
-    assert (found or [""])[0] == first
+    assert [text for text in found if "__" not in text][:1] == [first][: bool(first)]
