@@ -126,9 +126,11 @@ def set_up(machine: Machine) -> None:
 
 
 def adjust_jupyter() -> None:
-    """Keep JupyterLab from asking whether it may fetch news, and let it save what widgets show.
+    """Keep JupyterLab from asking whether it may fetch news, let it save what widgets show, and show pages as pages.
 
-    A live view whose kernel is gone can then say so after a reload of the page; else it is "model not found".
+    A live view whose kernel is gone can then say so after a reload of the page; else it is "model not found". A link to
+    a page in Markdown, as to the glossary, would open its source in an editor. The kernel's first completion in a file
+    that imports rclpy takes seconds on a busy machine, and JupyterLab would have given up after one.
     """
     settings = VENV / "share" / "jupyter" / "lab" / "settings" / "overrides.json"
     settings.parent.mkdir(parents=True, exist_ok=True)
@@ -136,6 +138,8 @@ def adjust_jupyter() -> None:
     wanted = {
         "@jupyterlab/apputils-extension:notification": quiet,
         "@jupyter-widgets/jupyterlab-manager:plugin": {"saveState": True},
+        "@jupyterlab/docmanager-extension:plugin": {"defaultViewers": {"markdown": "Markdown Preview"}},
+        "@jupyterlab/completer-extension:manager": {"providerTimeout": 5000},
     }
     settings.write_text(json.dumps(wanted))
 

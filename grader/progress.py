@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Callable
 
 from grader.sanitize import printable
 
+_STEP = re.compile(r"[:;(]")
 _WIDTH = 118  # of the line that changes
 _EVERY_S = 60.0  # between two lines in a log about what is going on
+
+
+def step(what: str) -> str:
+    """Return the step that a line of progress names, without what explains it or says how far it is."""
+    return _STEP.split(what)[0].strip()
 
 
 class Progress:
@@ -20,6 +27,7 @@ class Progress:
         self.terminal = sys.stderr.isatty()
         self._clock = clock
         self._started = self._last = clock()
+        self._step = ""
 
     @property
     def seconds(self) -> float:
@@ -27,9 +35,10 @@ class Progress:
         return self._clock() - self._started
 
     def say(self, what: str) -> None:
-        """Say what begins, with the time that has passed."""
+        """Say what begins, with the time that has passed; how far it is may follow in brackets."""
         line = f"[{self.seconds:5.1f} s] {printable(what, most=400)}"
-        if self.terminal:
+        before, self._step = self._step, step(what)
+        if self.terminal or before == self._step:  # only how far it is has changed
             self.show(line)
         else:
             self._print(line)

@@ -168,11 +168,12 @@ def test_the_python_that_another_user_cannot_reach_is_named_by_its_path(tmp_path
     assert f"The Python of .venv, {base / 'python3'}, is out of your reach" in said
 
 
-def test_setup_keeps_jupyterlab_from_asking_about_news_and_lets_it_save_widgets(tmp_path: Path):
+def test_setup_keeps_jupyterlab_from_asking_lets_it_save_widgets_and_show_pages(tmp_path: Path):
     setup_with(f"setup.VENV = setup.Path({str(tmp_path)!r}); setup.adjust_jupyter()")
     settings = json.loads((tmp_path / "share/jupyter/lab/settings/overrides.json").read_text())
     assert settings["@jupyterlab/apputils-extension:notification"]["fetchNews"] == "false"
     assert settings["@jupyter-widgets/jupyterlab-manager:plugin"] == {"saveState": True}
+    assert settings["@jupyterlab/docmanager-extension:plugin"]["defaultViewers"]["markdown"] == "Markdown Preview"
 
 
 def test_bubblewrap_is_installed_where_that_is_permitted_and_else_one_sentence_says_what_to_run():

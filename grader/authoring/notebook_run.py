@@ -24,6 +24,7 @@ from grader import KIT
 from grader.authoring import checkpoint_texts, notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
+from grader.notebook.standing import ALONE
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.words import say
 
@@ -132,6 +133,7 @@ def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
     return outer | {
         VARIABLE: str(workspace),
         FRESH: "1",
+        ALONE: "1",
         "PYTHONPATH": os.pathsep.join([str(kit), *filter(None, path)]),
         "IPYTHONDIR": str(workspace.parent / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",  # or the debugger prints a warning in each kernel

@@ -29,8 +29,9 @@ TOP = "ros2-course-kit"
 _COURSES = KIT / "grader" / "courses"
 _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = (
-    "handout.md", "hunt.md", "live-view.md", "ros2-command.md", "ros2-session.md", "simulator.md", "launch.md",
-    "ros-from-wheels.md", "setup.md", "turtlebot4.md", "turtlebot4/turtlebot4_launch.py", "turtlebot4/adapter.py",
+    "handout.md", "glossary.md", "hunt.md", "live-view.md", "ros2-command.md", "ros2-session.md", "simulator.md",
+    "launch.md", "ros-from-wheels.md", "setup.md", "turtlebot4.md", "turtlebot4/turtlebot4_launch.py",
+    "turtlebot4/adapter.py",
 )  # fmt: skip
 # The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/", "grader/courses/")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from grader.course import passed_over
-from grader.notebook import cell_hooks, checkpoints, feedback
+from grader.notebook import cell_hooks, checkpoints, feedback, standing
 from grader.notebook.bench import bench, mine
 from grader.notebook.feedback import Checked
 from grader.notebook.matrix import mutant, mutant_matrix
@@ -17,12 +17,15 @@ from grader.words import say
 if TYPE_CHECKING:
     from grader.notebook.hunting import Hunt
     from grader.notebook.session import Run
+    from grader.notebook.standing import Standing
     from sim import World
 
 __path__ += [str(layer / "lessons") for layer in course().layers]
 """A module in the course's folder `lessons` is imported as `grader.notebook.NAME`."""
 
-__all__ = ["begin", "bench", "check", "hunt", "mine", "mutant", "mutant_matrix", "run_node", "start_at", "tries"]
+__all__ = [
+    "begin", "bench", "check", "hunt", "mine", "mutant", "mutant_matrix", "progress", "run_node", "start_at", "tries",
+]  # fmt: skip
 
 
 def begin(notebook: str) -> None:
@@ -69,6 +72,14 @@ def hunt(*requirements: str, cases: int = 100, seed: int = 0, of: str = "") -> H
 
     workspace = find()
     return hunting.hunt(workspace, requirements, cases, seed, hunting.prepared(workspace, of) if of else None)
+
+
+def progress() -> Standing:
+    """Return where you stand: each notebook's requirements as your last checks found them, the minutes, what is next.
+
+    A check or a build is not run for it. The minutes are those between cells, without pauses of more than ten minutes.
+    """
+    return standing.of(find())
 
 
 def run_node(

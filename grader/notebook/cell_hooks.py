@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import before_begin, checkpoints, interface_types, pieces
+from grader.notebook import before_begin, checkpoints, interface_types, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -22,6 +24,7 @@ class CellHooks:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._backups = FileBackups(workspace)
+        self._active = standing.ActiveTime()
 
     def draw(self) -> None:
         """Frame the figures that are about to be shown, and give them an alternative text for who does not see them."""
@@ -34,9 +37,15 @@ class CellHooks:
                 formatter.for_type(Figure, _described(drawn))
 
     def before(self, _info: Any) -> None:
-        """Update the environment and the imported modules."""
+        """Update the environment and the imported modules, and count the time since the cell before."""
+        self.after()
         prepare(self._workspace, os.environ)
         forget_changed_modules(self._workspace.package)
+
+    def after(self, _result: Any = None) -> None:
+        """Count the time since the cell's begin, or since the cell before."""
+        seconds = self._active.until(time.monotonic())
+        standing.add_seconds(self._workspace, os.environ.get(NOTEBOOK, ""), seconds)
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
@@ -73,6 +82,7 @@ def install(workspace: Workspace) -> None:
     for event, callback in (
         ("pre_run_cell", hooks.before),
         ("post_execute", hooks.draw),
+        ("post_run_cell", hooks.after),
     ):
         for older in list(shell.events.callbacks[event]):
             if isinstance(getattr(older, "__self__", None), CellHooks):
@@ -81,12 +91,46 @@ def install(workspace: Workspace) -> None:
     transforms = shell.input_transformers_cleanup
     if without_comments_above_a_magic not in transforms:
         transforms.insert(0, without_comments_above_a_magic)
+    if names_of_the_file not in shell.Completer.custom_matchers:
+        shell.Completer.custom_matchers.append(names_of_the_file)
     before_begin.install()
     warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     jupyters = shell.magics_manager.registry["OSMagics"].writefile  # whatever has taken its name
     for name in before_begin.WRITES:
         shell.register_magic_function(hooks.unless_later(jupyters, name), "cell", name)
+
+
+def names_of_the_file(asked: Any) -> dict[str, Any]:
+    """Return the completions in a cell that writes a file: what its file, and the package around it, define.
+
+    The kernel knows only what was run in it. A class in the cell has what the file's class of that name has, too.
+    """
+    magic, _, body = asked.full_text.partition("\n")
+    name, _, line = magic.partition(" ")
+    path = target(line) if name.removeprefix("%%") in (pieces.MAGIC, *before_begin.WRITES) else None
+    if path is None or asked.cursor_line == 0 or path.suffix not in (".py", ""):
+        return {"completions": []}
+    import jedi
+    from IPython.core.completer import SimpleCompletion
+
+    until = body.split("\n")[: asked.cursor_line]
+    until[-1] = until[-1][: asked.cursor_position]
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    for known in re.findall(r"^class (\w+)", text, re.MULTILINE):
+        until = [re.sub(rf"^class {known}\b.*:", f"class {known}({known}):", row) for row in until]
+    project = jedi.Project(Path.cwd(), added_sys_path=[str(Path.cwd())])
+    script = jedi.Script(
+        "\n".join([text, *until]), path=path, project=project, environment=jedi.InterpreterEnvironment()
+    )
+    found = [each for each in script.complete() if each.complete is not None]
+    # What rclpy and Python keep for themselves would come first, and is rarely meant.
+    meant = [each for each in found if not each.name.startswith("_") or each.module_path == path] or found
+    given = [SimpleCompletion(asked.token + (each.complete or ""), type=each.type) for each in meant]
+    return {"completions": given, "suppress": bool(given)}
+
+
+names_of_the_file.matcher_api_version = 2  # type: ignore[attr-defined]  # as IPython's decorator says it
 
 
 def _described(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:

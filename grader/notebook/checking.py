@@ -13,7 +13,7 @@ from typing import Any
 from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
-from grader.notebook import check_process, prerequisites
+from grader.notebook import check_process, prerequisites, standing
 from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.figures import Album, Picture
@@ -82,6 +82,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
             because = ((say("because"), str(error)),)
             answers |= {r.id: _answer(r, Note(r.text, because), ours=True) for r in possible}
     given = tuple(answers[r.id] for r in wanted)
+    standing.note(workspace, given)
     if everything:
         reached, worth = sum(float(each.points) for each in given), sum(float(each.worth) for each in given)
         words = say(

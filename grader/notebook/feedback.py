@@ -14,12 +14,18 @@ from typing import TYPE_CHECKING, Any, Self
 
 from grader.notebook import checkpoints
 from grader.notebook.workspace import Workspace
+from grader.progress import step as step_of
 from grader.words import localized, mark, say, say_count
 
 if TYPE_CHECKING:
+    from jinja2 import Template
+
     from grader.report.figures import Picture
 
 WIDTH = 100
+
+SIGNS = {"done": "✓", "so far": "◐", "part": "◐", "open": "○"}
+"""The sign of each state that a requirement may have."""
 
 # Middle tones, readable on both a light and a dark page.
 GOOD, PART, BAD, OURS, SOFT = "#2e9150", "#b7791f", "#d0453e", "#8a55c0", "#7c8591"
@@ -76,12 +82,19 @@ class Answer:
         return f"{verdict} ({of})" if worth else verdict
 
     @property
+    def state(self) -> str:
+        """Return "done", "so far" (a later notebook brings the rest), "part" (of its points) or "open"."""
+        if self.passed:
+            return "so far" if self.so_far else "done"
+        return "part" if float(self.points) > 0 else "open"
+
+    @property
     def mark(self) -> tuple[str, str]:
         """Return the colour and the sign before it."""
-        whole = self.passed and (float(self.points) > 0 or not self.so_far)
-        part = self.passed or float(self.points) > 0
-        colour = SOFT if self.elsewhere else OURS if self.ours else GOOD if whole else PART if part else BAD
-        return colour, "!" if self.ours else "✓" if whole else "◐" if part else "○"
+        state = "done" if self.state == "so far" and float(self.points) > 0 else self.state
+        colours = {"done": GOOD, "so far": PART, "part": PART, "open": BAD}
+        colour = SOFT if self.elsewhere else OURS if self.ours else colours[state]
+        return colour, "!" if self.ours else SIGNS[state]
 
 
 @dataclass(frozen=True, repr=False)
@@ -101,11 +114,16 @@ class Checked:
         return "\n".join([*self.notes, *(line for answer in self.answers for line in _lines(answer))])
 
     def _repr_html_(self) -> str:
-        from jinja2 import Environment, FileSystemLoader
+        return template("answers.html.j2").render(checked=self, soft=SOFT, cell=_CELL)
 
-        environment = Environment(loader=FileSystemLoader(Path(__file__).parent))  # the filters escape
-        environment.filters |= {"text": html.escape, "code": _code}
-        return environment.get_template("answers.html.j2").render(checked=self, soft=SOFT, cell=_CELL)
+
+def template(name: str) -> Template:
+    """Return a template of this folder; its filters `text` and `code` escape."""
+    from jinja2 import Environment, FileSystemLoader
+
+    environment = Environment(loader=FileSystemLoader(Path(__file__).parent))
+    environment.filters |= {"text": html.escape, "code": _code}
+    return environment.get_template(name)
 
 
 def _lines(answer: Answer) -> list[str]:
@@ -163,12 +181,14 @@ class Progress:
         self._clock = threading.Thread(target=self._tick, daemon=True)
 
     def say(self, step: str) -> None:
-        """Show the current step."""
+        """Show the current step; how far it is may follow in brackets, and the seconds are then counted on."""
         shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
         in_a_thread = threading.current_thread() is not threading.main_thread()
         if not hasattr(shell, "kernel") or in_a_thread:  # no cell is running this code
             return
-        self._step, self._began = step, time.monotonic()
+        if step_of(step) != step_of(self._step):
+            self._began = time.monotonic()
+        self._step = step
         if self._handle is None:
             from IPython.display import display
 
@@ -176,6 +196,10 @@ class Progress:
             self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
             self._clock.start()
         self._show()
+
+    def more(self, far: str) -> None:
+        """Show how far the current step is."""
+        self.say(f"{step_of(self._step)} ({far})")
 
     def __enter__(self) -> Self:
         return self

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from grader.processes.jobs import Job, Turn, Where
 from grader.source import Asked, Collected, Source, Subject, served
-from grader.student_tests.discover import discover_tests
+from grader.student_tests.discover import discover_tests, is_run
 from grader.student_tests.suite_run import SuiteRun, run_suite
 from grader.student_tests.warm_worker import Start
 from grader.words import mark, say
@@ -34,10 +34,17 @@ def own_tests(subject: Subject, start: Start | None = None) -> Job[SuiteRun]:
     package, settings = subject.submission.package, subject.settings
 
     def run() -> SuiteRun:
+        modules = discover_tests(package, settings.course.nodes)
+        ended: list[str] = []
+
+        def progress(path: str) -> None:
+            ended.append(path)
+            words = mark("own tests ({n} of {total} files: {path})")
+            settings.progress(say(words, n=len(ended), total=sum(map(is_run, modules)), path=path))
+
         return run_suite(
-            package, subject.install, discover_tests(package, settings.course.nodes), settings.course,
-            seconds=settings.test_seconds, start=start,
-            progress=lambda path: settings.progress(say("own tests: {path}", path=path)),
+            package, subject.install, modules, settings.course,
+            seconds=settings.test_seconds, start=start, progress=progress,
         )  # fmt: skip
 
     return Job(

@@ -32,7 +32,8 @@
 # **Your package so far:** nothing.
 # The first cell makes the folder in which it will grow.
 #
-# Run the cells from top to bottom, with Shift+Enter.
+# Run the cells from top to bottom.
+# **Keys:** Shift+Enter runs a cell; Esc, then I twice, interrupts one that goes on too long; on a live view, Space pauses, and the arrows and Enter send the robot to a place.
 # Above some of them stands **Predict:** and a question.
 # Say your answer aloud or write it down before you run the cell: a prediction that fails teaches more than one that was never made.
 
@@ -569,6 +570,8 @@ rclpy.try_shutdown()
 # From now on a cell such as `check("F4")` asks the grader about one requirement.
 # It answers "passed" or "not yet", and "not yet" comes with what was *seen*, what was *expected*, and what to *try*.
 # Ask as often as you like: it is how you work, not an exam.
+# Each notebook ends with `progress()`, which shows where you stand: each requirement as your last check found it, your minutes (counted in your workspace, and sent nowhere), and what is next.
+# Words and `ros2` commands are explained in one sentence each in the [glossary and cheat sheet](../docs/glossary.md).
 #
 # ### The workspace
 #
@@ -626,3 +629,8 @@ rclpy.try_shutdown()
 # </details>
 #
 # **Next:** [01 Anatomy of a package](01_anatomy.ipynb). Two lines in the wrong file, and ROS does not find your program; you write the right ones.
+
+# %%
+from grader.notebook import progress
+
+progress()

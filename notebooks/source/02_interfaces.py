@@ -819,3 +819,8 @@ run.close()
 # </details>
 #
 # **Next:** [03 The numbers of motion](03_numbers_of_motion.ipynb). A heading is one angle, and it travels as four numbers.
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -847,3 +847,8 @@ check("Q2")
 # </details>
 #
 # **Next:** [04 Seeing](04_seeing.ipynb). The robot gets eyes: 360 numbers ten times a second, some of which are lies.
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -1348,3 +1348,8 @@ rclpy.try_shutdown()
 # </details>
 #
 # **Next:** [05 Moving safely](05_moving_safely.ipynb). Now that the robot sees, it may drive, and it has to stop.
+
+# %%
+from grader.notebook import progress
+
+progress()

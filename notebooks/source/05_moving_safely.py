@@ -1495,3 +1495,8 @@ check("I8")
 # %% [markdown]
 # **Next:** [06 Services](06_services.ipynb). So far your node accepts any speed, even NaN.
 # Time for one that answers, and can say no.
+
+# %%
+from grader.notebook import progress
+
+progress()

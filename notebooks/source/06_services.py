@@ -621,3 +621,8 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # </details>
 #
 # **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. A service is too little for that.
+
+# %%
+from grader.notebook import progress
+
+progress()

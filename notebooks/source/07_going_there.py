@@ -1417,3 +1417,8 @@ check("I3", "I4", "Q4")
 # </details>
 #
 # **Next:** [08 Settings and launch](08_settings_and_launch.ipynb). All these numbers are parameters already. Now they come from a file, may change while the node runs, and one command starts everything.
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -1390,3 +1390,8 @@ Film(recording)
 # </details>
 #
 # **Next:** [09 Tests that notice](09_tests_that_notice.ipynb). You will change a number back and forth for years. Who tells you when that breaks something?
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -1903,3 +1903,8 @@ hunt("F9", of="H3", cases=40)
 # </details>
 #
 # **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests support it. Now others have to be able to use it.
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -693,3 +693,8 @@ Film(recording)
 # - **Let it patrol, and dock.** The capstone: the robot goes from place to place round after round, finds another way when a corridor is closed, and stands in its dock before the battery is empty. No skeleton, no hints, and a league; ask your lecturer for it. A week or two.
 # - **Drive a real one.** Start your package on it with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md), which lists what differs: topic names, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2).
 # - **Let Nav2 drive.** With a map and a planner it does what your `navigator.py` does along a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -541,3 +541,8 @@ check("C10", diagnosis)
 # Notebook 12 is about frames: where something is, seen from where, and when.
 #
 # Most of what you will do with robots is in this notebook: look, ask one question, change one thing, look again.
+
+# %%
+from grader.notebook import progress
+
+progress()

@@ -798,3 +798,8 @@ check("TF4", stamped, turned, names)
 #
 # 4 cm behind the centre, turned by 90° to the left. To the program, what is ahead seems to be on the right, so the robot drives into an obstacle that the program does not expect ahead.
 # </details>
+
+# %%
+from grader.notebook import progress
+
+progress()

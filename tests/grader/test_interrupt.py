@@ -19,7 +19,7 @@ from grader.host import procfs
 
 GRADER = "python -P -m grader.cli"
 PHASES = (
-    "taking in", "building the package", "trial ", "own tests: ", "mutating the package", "mutants: ",
+    "taking in", "building the package", "trial ", "own tests (", "mutating the package", "mutants: ",
     "checking the evidence", "writing the report",
 )  # fmt: skip
 # The aim is 2 s. More only counts against the grader on a machine that does nothing else.

@@ -13,6 +13,7 @@ import pytest
 from helpers.notebook_fixtures import published_page, source_page, student_page
 from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
+from grader import KIT
 from grader.authoring import book, checkpoint_texts, notebook_source
 from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
@@ -148,6 +149,46 @@ def test_a_node_on_the_bench_hears_its_sensors(name: str):
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric):
     asked = {name for page in map(source_page, NAMES) for cell in page.code() for name in notebook_source.checked(cell)}
     assert {requirement.id for requirement in rubric.requirements} - asked == set()
+
+
+def rows_of_the_glossary() -> list[list[str]]:
+    """Return the rows of the glossary's tables, each as its cells: what, its sentence, where it is taught."""
+    lines = (KIT / "docs" / "glossary.md").read_text().splitlines()
+    tables = [line.strip("|").split(" | ") for line in lines if line.startswith("| ")]
+    return [[cell.strip() for cell in row] for row in tables if row[-1].strip() != "taught in"]
+
+
+def test_the_glossary_names_sections_that_exist():
+    """A section of a notebook that is renamed is renamed there, too."""
+    known = {
+        f"{name[:2]}: {title}"
+        for name in NAMES
+        for cell in source_page(name).notebook.cells
+        for level, title in notebook_source.headings(cell)
+        if level == 2
+    }
+    assert [row for row in rows_of_the_glossary() if len(row) != 3 or row[2] not in known] == []
+
+
+def test_each_ros2_command_of_the_notebooks_is_on_the_cheat_sheet():
+    said = "\n".join(cell.source for name in NAMES for cell in source_page(name).notebook.cells)
+    used = {found[1] for found in re.finditer(r"(?<![\w.-])ros2 (" + "|".join(command_words()) + r")\b", said)}
+    listed = {
+        found[1] for row in rows_of_the_glossary() if (found := re.match(r"`ros2 ([a-z]+(?: [a-z_]+)?)\b", row[0]))
+    }
+    assert used - listed == set()
+
+
+def command_words() -> list[str]:
+    """Return the commands of our `ros2` with their verbs, such as "topic echo" and "run"."""
+    page = (KIT / "docs" / "ros2-command.md").read_text()
+    table = re.findall(r"^\| `ros2 (\w+)[^`]*` \| (.*) \|$", page, re.MULTILINE)
+    return [f"{name} {verb}" for name, verbs in table for verb in re.findall(r"`(\w+)`", verbs)] + ["run", "launch"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_notebook_ends_with_where_the_learner_stands(name: str):
+    assert source_page(name).notebook.cells[-1].source.endswith("\nprogress()")
 
 
 def test_the_table_of_sections_matches_the_rubric_and_the_notebooks(rubric: Rubric):
