@@ -24,6 +24,7 @@ from grader.scoring.rubric import Rubric
 NOTEBOOKS = KIT / "notebooks"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
 FUNCTION = "function"  # a function that stays in the notebook; solution_NN.py beside the source has it solved
+UNSEEN = "unseen"  # beside `function`: a task without hints or a table, which only its check judges
 CASE = "case"  # the diagnosis or the cure of a patient of the clinic, which the cell names
 FOLDED_LINES = 40  # about a screen: a whole file that is longer is folded, to be opened by those who want to read it
 DESIGN = "design"  # a piece of which learners decide how it works: without a last hint, with two designs afterwards

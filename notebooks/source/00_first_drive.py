@@ -17,7 +17,7 @@
 #
 # By the end of this course you will have written what is drawn in blue: two programs that drive this robot safely through these offices.
 # Today you meet the robot.
-# You drive it by hand, look through its eyes, and listen to what its parts say to each other.
+# You drive it by hand, look at what its sensors see, and listen to what its parts say to each other.
 #
 # **You will be able to**
 #
@@ -34,8 +34,8 @@
 #
 # Run the cells from top to bottom.
 # **Keys:** Shift+Enter runs a cell; Esc, then I twice, interrupts one that goes on too long; on a live view, Space pauses, and the arrows and Enter send the robot to a place.
-# Above some of them stands **Predict:** and a question.
-# Say your answer aloud or write it down before you run the cell: a prediction that fails teaches more than one that was never made.
+# Above some of them you find **Predict:** and a question.
+# Say your answer aloud or write it down before you run the cell: you learn from a wrong prediction, too.
 
 # %%
 from grader.notebook import begin
@@ -56,14 +56,14 @@ tour = Live(sim.Simulator(sim.load_world("office")))
 tour
 
 # %% [markdown]
-# It drives by itself, to one star after another: a driver that comes with the simulator does that.
+# A driver that comes with the simulator drives it to one star after another.
 # The orange points are what the lidar sees.
 #
-# Now play with it.
+# Now try it.
 #
 # - **Click** anywhere on the map: the robot goes there.
 # - **Drag** a desk into a doorway, and send the robot through that door.
-# - Press **Space** on the map to pause it, and set the speed to 5× if you have less patience.
+# - Press **Space** on the map to pause it, and set the speed to 5× if it is too slow for you.
 #
 # The next cell lets 12 simulated seconds pass, and then pauses.
 
@@ -80,7 +80,7 @@ tour.stop()
 
 # %% [markdown]
 # On a web page no Python runs, so the live view stands still.
-# A **film** moves there, too: a drive that is over, played faster.
+# A **film** moves there, too: it shows a finished drive, faster.
 # Here is the whole tour, from the first star to the last.
 # **Watch** the orange points when the robot goes through a door: from then on the lidar sees another part of the office.
 
@@ -106,7 +106,7 @@ Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
 # Once around is 2π rad, which takes 2π / 0.4 ≈ 15.7 s.
 #
 # A driver is a function: it gets what the robot has seen and returns the two numbers.
-# This one does not even look.
+# This one does not use what it gets.
 #
 # **Predict:** the robot starts at (0, 0) and looks along x. Where is the circle's centre?
 
@@ -122,7 +122,7 @@ empty = sim.Simulator(sim.World("nothing anywhere"))
 map_view(sim.drive(empty, in_a_circle, 15.7))
 
 # %% [markdown]
-# At (0, 0.5): to the robot's left, one radius away.
+# It is at (0, 0.5), one radius to the robot's left.
 #
 # **Change one thing.** Set `omega` to -0.4, and to 0.
 # Then find a pair that makes a circle of radius 1 m in the same time.
@@ -141,11 +141,11 @@ print(f"the first beam looks to {scan.angle_min:.4f} rad, each next one {scan.an
 
 # %% [markdown]
 # Beam number i looks to `angle_min + i * angle_increment`, and 0 rad is straight ahead.
-# So beam 0 looks to -π, straight *back*; and each beam is 1° further left.
+# So beam 0 looks to -π, straight *back*, and each beam is 1° further left than the one before it.
 #
 # **Predict:** the robot stands at x = 0.6, y = 0.7 and looks along x.
-# Read four distances off the map at the top: back, right, ahead and left.
-# Which beam is which?
+# Read four distances from the map at the top: back, right, ahead and left.
+# Which beam measures which?
 
 # %%
 for beam in (0, 90, 180, 270):
@@ -174,9 +174,9 @@ plt.ylabel("y, to its left (m)")
 plt.legend();
 
 # %% [markdown]
-# Now put a box 40 cm wide into its way, with its front 0.9 m ahead.
+# Now a box 40 cm wide stands in its way, with its front 0.9 m ahead.
 #
-# **Predict:** how many of the 360 beams does it catch?
+# **Predict:** how many of the 360 beams hit it?
 # By hand: from the robot, half the box covers atan(0.2 / 0.9) = 12.5°.
 
 # %%
@@ -186,40 +186,40 @@ after = simulator.scan().ranges
 print(f"{(after < before).sum()} beams became shorter; straight ahead it is now {after[180]:.2f} m")
 
 # %% [markdown]
-# 12 to each side and the one in the middle: 25.
+# 12 on each side and one in the middle are 25.
 # A chair's leg, 3 cm thick and 2 m away, covers less than one degree.
 # It can stand *between* two beams.
 #
-# And where there is nothing at all?
+# What does a beam read where there is nothing at all?
 
 # %%
 nowhere = sim.Simulator(sim.load_world("open_field"))
 print(nowhere.scan().ranges[:5])
 
 # %% [markdown]
-# `inf`: no echo within the lidar's 12 m.
-# Not 12, not 0, not an error: a number that is larger than every limit.
-# Keep it in mind; in notebook 04 other odd numbers join it, and one of them makes a wall invisible.
+# It reads `inf`: there was no echo within the lidar's 12 m.
+# It is not an error, but a number that is larger than every limit.
+# Remember it: in notebook 04 you meet other special numbers, and one of them makes a wall invisible.
 #
 # ## The robot on a graph
 #
 # So far you have called functions of a simulator.
-# No real robot works like that: there, one program reads the lidar, one drives the motors, one plans the way, perhaps on different computers.
+# On a real robot, one program reads the lidar, another drives the motors, and a third plans the way, perhaps on different computers.
 # **ROS 2** lets such programs find each other and talk.
 #
 # | word | meaning |
 # |---|---|
 # | **node** | one program's place in the system, with a name |
 # | **message** | a piece of data with a type, such as a scan |
-# | **topic** | a name under which messages travel; whoever publishes there is heard by all who subscribe |
+# | **topic** | a name for a stream of messages; all its subscribers hear all its publishers |
 #
 # Look at the picture at the top again.
-# Nodes are ovals, topics are boxes, and no node knows another one: each knows only topics.
-# That is why a simulated robot can take the place of a real one without a change anywhere else.
+# Nodes are ovals and topics are boxes. A node does not know other nodes, only topics.
+# So a simulated robot can replace a real one, and nothing else has to change.
 #
-# Let's bring ours onto such a graph.
+# Now we put our robot on such a graph.
 # `Bridge` does what a real robot's drivers do: it publishes what the sensors read, and obeys the commands that it hears.
-# (Run this cell once. To begin anew, choose *Restart Kernel and Clear Outputs of All Cells* in the Kernel menu.)
+# (Run this cell once. To start again, choose *Restart Kernel and Clear Outputs of All Cells* in the Kernel menu.)
 
 # %%
 import os
@@ -236,8 +236,8 @@ robot
 # You will drive it from cells further down.
 # To keep it in sight, click with the right mouse button beside the map and choose *Create New View for Cell Output*.
 #
-# The robot talks, and the `ros2` command lets you listen.
-# A line that begins with `!` is one for the shell, as you would type it in a terminal.
+# The robot sends messages, and the `ros2` command lets you read them.
+# A line that begins with `!` is for the shell, as you would type it in a terminal.
 
 # %%
 # !ros2 node list
@@ -246,23 +246,23 @@ robot
 # !ros2 topic list -t
 
 # %% [markdown]
-# One node, and its topics, each with the type of its messages in brackets.
-# `/clock` is the simulated time; `/parameter_events` and `/rosout` belong to ROS itself: changed settings, and log lines.
+# You see one node and its topics, each with the type of its messages in brackets.
+# `/clock` is the simulated time; ROS itself uses `/parameter_events` for changed settings and `/rosout` for log lines.
 #
 # Two of them interest you most: `/scan`, which the robot publishes, and `/cmd_vel`, the *commanded velocity*.
-# Who is at their ends?
+# Who publishes there, and who subscribes?
 
 # %%
 # !ros2 topic info /scan
 # !ros2 topic info /cmd_vel
 
 # %% [markdown]
-# The scan has a publisher and no subscriber: messages leave, and none is received.
-# `/cmd_vel` has a subscriber and no publisher: it waits for commands, and none comes.
+# The scan has a publisher and no subscriber, so no node receives its messages.
+# `/cmd_vel` has a subscriber and no publisher, so no commands arrive.
 # Neither end waits; a missing partner is no error.
 #
-# `echo` prints what passes.
-# Here is one odometry message, or rather a part of it: where the wheels say that the robot is.
+# `echo` prints the messages of a topic.
+# Here is a part of one odometry message. It says where the robot is, according to its wheels.
 
 # %%
 # !ros2 topic echo --once --field pose.pose.position /odom
@@ -277,12 +277,12 @@ robot
 # %% [markdown]
 # These are the fields that you used above, under the same names.
 # The stamp is in simulated time, which begins at 100 s here: in ROS, time 0 means that no clock has been heard yet.
-# The ranges travel as 32-bit numbers, which is why `range_min` is no longer exactly 0.15.
+# The ranges are sent as 32-bit numbers, so `range_min` is no longer exactly 0.15.
 # More about that in notebook 02.
 #
 # **Watch it.** Open a terminal in JupyterLab (*File, New, Terminal*), and see the ranges change while you drag a desk towards the robot.
-# A new terminal knows nothing of ROS; the first line tells it, the second one listens.
-# Type both in the kit's folder (if that is not where you are, `cd ..` leads there):
+# In a new terminal, the first line sets up ROS, and the second one listens.
+# Type both in the kit's folder (if you are in another folder, try `cd ..`):
 #
 #     source grader/ros2/setup.bash
 #     ros2 topic echo --field ranges /scan
@@ -307,8 +307,8 @@ hand = node.create_publisher(Twist, "cmd_vel", 10)
 # `Twist` is the type of the message, `cmd_vel` the topic.
 # The 10 is the length of the queue; you will meet it in a moment.
 #
-# Your node was given no address.
-# The two find each other by themselves, which takes a tenth of a second or so, and **a message that is sent before that is lost**.
+# Your node needs no address.
+# The two nodes find each other in about a tenth of a second, and **a message that is sent before that is lost**.
 # So wait until there is a subscriber:
 
 # %%
@@ -342,8 +342,8 @@ robot.run(5.0)
 print(f"{simulator.pose.x - simulator.world.start.x:.1f} m")
 
 # %% [markdown]
-# One metre: it drives on and on.
-# This robot keeps the last command until another one comes.
+# It drives one metre, and does not stop.
+# This robot keeps the last command until it gets another one.
 # So what happens if your program crashes now?
 #
 # (`lambda: X` is a function without a name that returns X; with `lambda robot: X` it takes one argument.
@@ -356,8 +356,8 @@ for contact in simulator.contacts:
     print(f"touched the {contact.obstacle} at x = {contact.point[0]:.1f} m, at {contact.speed:.1f} m/s")
 
 # %% [markdown]
-# No command to stop has come.
-# Two lessons that come back: a safe program says *zero* before it ends (notebook 05), and it looks at the scan before it drives.
+# The robot got no command to stop.
+# A safe program sends a *zero* before it ends (notebook 05), and looks at the scan before it drives.
 #
 # Reset the robot, and drive it from the shell.
 # The text in braces is the message; fields that you leave out are zero.
@@ -373,13 +373,13 @@ robot.run(15.7)
 print(f"x = {simulator.pose.x:.1f} m, y = {simulator.pose.y:.1f} m")
 
 # %% [markdown]
-# A circle again, once around, of radius 0.25 m.
+# The robot drives one circle, with a radius of 0.25 m.
 # The robot cannot tell whether a message comes from Python, from a shell or from a planner on another computer.
 #
 # ## Three lines to listen
 #
-# The other direction: subscribe to the odometry, and let a function be called with every message.
-# The function here is a list's `append`.
+# Now the other direction: subscribe to the odometry, with a function that ROS calls for every message.
+# Here that is the `append` of a list.
 
 # %%
 from nav_msgs.msg import Odometry
@@ -401,9 +401,9 @@ robot.run(5.0)
 len(heard)
 
 # %% [markdown]
-# None.
-# They have all arrived, but your function has not been called.
-# ROS calls your functions only while you let it, and that is called **spinning**.
+# The list is empty.
+# All messages have arrived, but ROS has not called your function.
+# ROS calls your functions only while you let it, which is called **spinning**.
 # `spin_once` lets it call one function.
 #
 # **Predict** again: 100 messages came while you were not spinning.
@@ -414,7 +414,7 @@ for _ in range(200):
 len(heard)
 
 # %% [markdown]
-# Ten: the length of the queue that you chose.
+# Ten remain, the length of the queue that you chose.
 # When it is full, the oldest message is dropped, without a warning.
 # A node that is busy with something else does not slow the others down; it misses things.
 #
@@ -429,7 +429,7 @@ def listen(seconds):
 
 
 # %% [markdown]
-# Stand for a second, drive for two, stand for one.
+# Now the robot stands for a second, drives for two, and stands for one.
 # `command` still holds 0.2 m/s, and a new `Twist()` is zero everywhere.
 
 # %%
@@ -454,13 +454,13 @@ plt.xlabel("simulated time on /clock (s)")
 plt.ylabel("v by odometry (m/s)");
 
 # %% [markdown]
-# You commanded, the wheels turned, the odometry told you, all through messages.
-# Everything that you write in this course is made of this: hear something, decide, say something.
+# You sent commands, the wheels turned, and the odometry reported it, all through messages.
+# Every node that you write in this course does the same: it hears something, decides, and says something.
 #
 # ## Your turn: out of the corridor
 #
 # Drive the robot into the first office, through the first door, which is open from x = 1.15 m to x = 2.05 m.
-# The function `route` returns your way as a list of (v, ω, seconds), one line for each piece; mind the walls.
+# The function `route` returns your way as a list of (v, ω, seconds), one line for each piece. Do not touch the walls.
 # Write all numbers with a point, `2.0` and not `2`: the fields of the message are floats, and ROS does not convert.
 
 # %% tags=["function"]
@@ -526,7 +526,7 @@ rclpy.try_shutdown()
 # %% [markdown]
 # ## What you will build
 #
-# You have just driven blindly, by counting seconds.
+# You have just driven without looking, by counting seconds.
 # The package `ros2_robot_controller`, which you write from the next notebook on, does better.
 # It has two nodes:
 #
@@ -555,8 +555,8 @@ rclpy.try_shutdown()
 #
 # ### The contract
 #
-# What the package must do is written down before you begin, as 31 numbered sentences called **requirements**.
-# Their letters say what they are about:
+# The contract says what the package must do, in 31 numbered sentences called **requirements**.
+# Their letters show what they are about:
 #
 # | | about | for example |
 # |---|---|---|
@@ -565,11 +565,11 @@ rclpy.try_shutdown()
 # | Q1 to Q6 | **q**uality: code that others can read | Q5: a README that is true |
 # | T1 to T3 | **t**ests that notice when something breaks | T1: tests exist for both nodes, and pass |
 #
-# Each is worth some points, 100 in all.
-# Nothing else is graded, and nothing is a secret: the same sentences are in the [handout](../docs/handout.md), each with the notebook that teaches it.
+# They are worth 100 points in all.
+# Nothing else is graded. You find the same sentences in the [handout](../docs/handout.md), each with the notebook that teaches it.
 # From now on a cell such as `check("F4")` asks the grader about one requirement.
 # It answers "passed" or "not yet", and "not yet" comes with what was *seen*, what was *expected*, and what to *try*.
-# Ask as often as you like: it is how you work, not an exam.
+# Ask as often as you like: it helps you to work, and is not an exam.
 # Each notebook ends with `progress()`, which shows where you stand: each requirement as your last check found it, your minutes (counted in your workspace, and sent nowhere), and what is next.
 # Words and `ros2` commands are explained in one sentence each in the [glossary and cheat sheet](../docs/glossary.md).
 #
@@ -586,8 +586,8 @@ rclpy.try_shutdown()
 #
 # ## Go further
 #
-# `ros2 bag record -o drive /odom /scan` in a terminal writes what passes into a file, `ros2 bag play drive` plays it to whoever listens.
-# Record yourself driving, restart the kernel, and play it back: a robot that is not there.
+# In a terminal, `ros2 bag record -o drive /odom /scan` writes the messages into a file, and `ros2 bag play drive` sends them again.
+# Record a drive, restart the kernel, and play it: the messages come, but there is no robot.
 #
 # ## Recall
 #

@@ -16,8 +16,8 @@
 # ![At the left the files that you write, at the right the folders of the install tree into which the build copies them, with the command that looks there](pictures/01.png)
 #
 # A ROS 2 package is a folder, and most of it is not code.
-# Two files say what it is and where its parts go; when one of them is wrong, a perfect program cannot be found, started or even built.
-# Today you make a package whose nodes do nothing yet, but do it well: it builds, it starts, its papers are in order, and at the end it drives for ten seconds.
+# Two files say what it is and where its parts go. If one of them is wrong, even a perfect program cannot be built, found or started.
+# Today you make a package whose nodes do nothing yet. It builds, it starts, its files are correct, and at the end it drives for ten seconds.
 #
 # **You will be able to**
 #
@@ -75,11 +75,11 @@ begin("01")
 # ## What makes a folder a package?
 #
 # Less than you think.
-# ROS has a command that makes a new one; try it in a folder of its own, away from yours.
+# ROS has a command that makes a new package. Try it in a separate folder.
 # `mkdtemp` makes such a folder, and `{trial}` in a shell line is replaced by its path.
 #
-# (The `ros2` of this kit is a small one of its own, because ROS's has no Python wheels.
-# It has the same commands with the same options and outputs, as far as the course needs them, and it says so when it lacks something.
+# (This kit has its own small `ros2` command, because ROS's command cannot be installed with pip.
+# It has the commands, options and outputs that the course needs, and tells you if something is missing.
 # The same holds for `launch` and `launch_ros` in notebook 08.
 # `colcon`, CMake and all libraries are the real ones.)
 
@@ -94,7 +94,7 @@ trial = Path(tempfile.mkdtemp())
 
 # %% [markdown]
 # Eight files. (ROS's own command writes a ninth, `LICENSE`.)
-# **Predict:** copy one of them, alone, into an empty folder, and `colcon`, the build tool, finds a package there. Which one?
+# **Predict:** one of these files, copied alone into an empty folder, is enough for the build tool `colcon` to find a package there. Which one?
 
 # %%
 # !cd {trial} && mkdir -p alone/copy && cp src/greeter/package.xml alone/copy
@@ -103,13 +103,13 @@ trial = Path(tempfile.mkdtemp())
 
 # %% [markdown]
 # `package.xml` makes a folder a package.
-# Its name and its build type, `ros.ament_python`, were read from this one file.
+# `colcon` read the name and the build type, `ros.ament_python`, from this one file.
 # You write yours in a moment.
 #
 # ## A place for everything
 #
-# The contract of this course says where each file belongs, and requirement **Q3** looks at that.
-# The places are not chosen freely: most are conventions by which tools find things.
+# The contract of this course says where each file belongs, and requirement **Q3** checks that.
+# Most of these places are conventions: tools look for the files there.
 #
 # | folder | holds | who looks there |
 # |---|---|---|
@@ -124,12 +124,12 @@ trial = Path(tempfile.mkdtemp())
 # You check it in "Build and install", for the files that belong here by then; each later notebook adds its own.
 #
 # The package and its module folder have the same name, one inside the other.
-# The outer one is the *package*, what ROS builds; the inner one is the *Python package*, what `import` finds.
+# ROS builds the outer one, the *package*; `import` finds the inner one, the *Python package*.
 #
 # Some files are given.
 # `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder, and makes the folders that it needs.
-# It does not ask before it overwrites: if you have changed the file in an editor meanwhile, a copy of it is kept in `ws/kept`, and a line says so.
-# First, two that are for plain Python tools, such as an editor or a linter; ROS itself builds with the `CMakeLists.txt` that you write below.
+# It overwrites without asking. If you have changed the file in an editor meanwhile, it keeps a copy in `ws/kept` and prints a line about it.
+# The first two are for Python tools, such as an editor or a linter. ROS itself builds with the `CMakeLists.txt` that you write below.
 
 # %% tags=["given"]
 # %%writefile setup.py
@@ -153,10 +153,10 @@ max-line-length = 99
 import-order-style = google
 
 # %% [markdown]
-# `setup.cfg` holds settings of tools: where pytest finds the tests, and that lines may have 99 columns, as everywhere in ROS.
+# `setup.cfg` holds the settings of tools: where pytest finds the tests, and how long a line may be (99 columns, as everywhere in ROS).
 #
-# Next, what makes the inner folder a Python package that can be imported.
-# The odd line in the first file pays off tomorrow: ROS generates a part of this very package elsewhere, and the line lets Python look in both places.
+# The next files make the inner folder a Python package that can be imported.
+# You need the unusual line in the first file in notebook 02: ROS generates a part of this package elsewhere, and the line lets Python look in both places.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/__init__.py
@@ -171,7 +171,7 @@ __path__ = __import__('pkgutil').extend_path(__path__, __name__)
 """The decisions behind the nodes: plain functions that a test can call without a robot."""
 
 # %% [markdown]
-# Every node begins and ends in the same way, so that is written once.
+# Every node begins and ends in the same way, so you write that code only once.
 # Read it line by line; it is the skeleton of any ROS 2 program in Python:
 # switch ROS on, make the node, *spin* (serve its callbacks, for ever), and switch ROS off again.
 
@@ -203,9 +203,9 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
 # Many programs on the web end with that error.
 #
 # And two nodes.
-# A node is a class that derives from `Node`: it has all that `Node` has, and adds to it.
+# A node is a class that derives from `Node`: it has everything that `Node` has, and adds to it.
 # `super()` is the class above: `super().__init__(...)` runs what `Node` does to set itself up, and gives it its name.
-# Without that call there is a class, but no node.
+# Without that call, the object is not a working node.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -250,9 +250,9 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(SensorProcessor, args)
 
 # %% [markdown]
-# `main` is a function because three parties call it: the script that `ros2 run` starts, your tests, and the coverage tool.
+# `main` is a function because three programs call it: the script that `ros2 run` starts, your tests, and the coverage tool.
 #
-# Nothing of this needs a build.
+# You do not have to build anything to try this.
 # `__init__` makes the node, and you can look at it from here:
 
 # %%
@@ -268,12 +268,12 @@ rclpy.try_shutdown()
 
 # %% [markdown]
 # A node that does nothing has services already!
-# Six are for its parameters: every ROS 2 node lets itself be asked for its settings (notebook 08).
-# The seventh describes its types to whoever asks.
+# Six are for its parameters: you can ask every ROS 2 node for its settings (notebook 08).
+# The seventh describes the types that the node uses.
 #
 # ## package.xml, line by line
 #
-# This file is the package's passport, and **I2** reads it.
+# This file is the package's passport, and **I2** checks it.
 # Other tools do, too: `colcon` decides from it how to build and in which order, `rosdep` installs what it names, and a search engine for ROS packages shows it.
 #
 # | line | who reads it | what it is for, or what a mistake costs |
@@ -289,13 +289,13 @@ rclpy.try_shutdown()
 # | `<test_depend>` | rosdep, `colcon test` | needed to test |
 # | `<export><build_type>` | colcon | how to build: `ament_cmake` or `ament_python` |
 #
-# Missing dependencies are the most common mistake of all: on your machine everything is installed, so you do not notice.
+# Missing dependencies are the most common mistake: everything is installed on your machine, so you do not notice them.
 #
 # ### A licence tag that one tool takes and another refuses
 #
 # The licence has a short official name, from the [SPDX list](https://spdx.org/licenses/).
-# Two tools read it here: `catkin_pkg`, with which `colcon` reads `package.xml`, and `packaging`, the library by which Python's own tools check a licence, with the SPDX list inside.
-# **Predict:** which of these does each accept?
+# Two tools read it here. `colcon` uses `catkin_pkg` to read `package.xml`. Python's own tools use `packaging`, which contains the SPDX list, to check a licence.
+# **Predict:** which of these tags does each tool accept?
 
 # %%
 from catkin_pkg.package import parse_package_string
@@ -315,10 +315,10 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
     print(f"{tag:28} catkin_pkg: {'taken' if catkin_pkg_takes(tag) else 'refused':10} packaging: {spdx}")
 
 # %% [markdown]
-# `catkin_pkg` takes any text, so the package builds; a tool that has to *know* the licence, because it collects the licences of a whole robot, cannot.
-# "Apache License 2.0" is what the licence is called, and what many a `package.xml` says, and it is not in the list.
+# `catkin_pkg` accepts any text, so the package builds. But a tool that collects the licences of a whole robot does not recognise such a licence.
+# Many `package.xml` files say "Apache License 2.0". That is the licence's full name, but it is not in the list.
 # "BSD" is refused because there are several.
-# And the last one is what `ros2 pkg create` writes if you do not give it a licence.
+# `ros2 pkg create` writes the last one if you do not name a licence.
 # I2 goes by the SPDX list.
 #
 # ### Exercise 1: the passport
@@ -326,7 +326,7 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
 # Give the package a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
 # Then declare what today's files need, one tag for each:
 # `ament_cmake` to build (the table has the tag), `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
-# Its build type is `ament_cmake`; the section after next shows what happens otherwise.
+# Its build type is `ament_cmake`; "The build that succeeds and does nothing" below shows why.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -364,8 +364,8 @@ print("type     ", passport.get_build_type())
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# Look at the one that `ros2 pkg create` made: `!cat {trial}/src/greeter/package.xml`.
-# Yours has the same lines, another build type, and more dependencies.
+# Look at the file that `ros2 pkg create` made: `!cat {trial}/src/greeter/package.xml`.
+# Yours needs the same lines, another build type, and more dependencies.
 #
 # </details>
 #
@@ -392,9 +392,9 @@ print("type     ", passport.get_build_type())
 #
 # </details>
 #
-# That was the form.
-# I2 asks for more: it compares what you declare with what your files *use*, and the build type with what there is.
-# So its check comes below, when there is something to build.
+# So far you have checked only the form of the file.
+# I2 also compares the dependencies with what your files *use*, and the build type with the files of your package.
+# So its check comes below, after `CMakeLists.txt`.
 #
 # ## Build and install
 #
@@ -408,8 +408,8 @@ print("type     ", passport.get_build_type())
 # | `launch/ config/` | `share/ros2_robot_controller/` | `ros2 launch` |
 # | `package.xml` | `share/ros2_robot_controller/package.xml` | everything else |
 #
-# Requirement **I1** asks whether the build succeeds, and looks at the second and the third of these places.
-# What goes where is written in `CMakeLists.txt`, in a language of its own: a list of commands, arguments separated by spaces.
+# Requirement **I1** checks that the build succeeds, and looks at the second and third of these places.
+# `CMakeLists.txt` says what goes where. It is a list of commands in CMake's own language, with spaces between the arguments.
 #
 # | command | does |
 # |---|---|
@@ -417,11 +417,11 @@ print("type     ", passport.get_build_type())
 # | `ament_get_python_install_dir(VAR)` | ask where Python modules go |
 # | `install(DIRECTORY a/ DESTINATION b)` | copy what is *in* folder a to b (`a` without the slash copies the folder itself) |
 # | `install(PROGRAMS f DESTINATION b)` | copy file f to b and make it executable |
-# | `ament_package()` | last: install `package.xml`, and note in an index that the package is there |
+# | `ament_package()` | the last command: install `package.xml`, and add the package to ROS's index |
 #
 # `${PROJECT_NAME}` is the name that you gave to `project(...)`.
 #
-# Here they are at work, for a package that is called `lamp`, with its modules in the folder `lamp` and one program in `tools`:
+# Here is an example for a package called `lamp`, with its modules in the folder `lamp` and one program in `tools`:
 #
 # ```cmake
 # ament_get_python_install_dir(PYTHON_INSTALL_DIR)
@@ -429,7 +429,7 @@ print("type     ", passport.get_build_type())
 # install(PROGRAMS tools/switch_on DESTINATION lib/lamp)
 # ```
 #
-# The first line puts the folder's name into the variable `PYTHON_INSTALL_DIR`, `lib/python3.x/site-packages`; `${...}` takes it out again.
+# The first line stores the folder's name, `lib/python3.x/site-packages`, in the variable `PYTHON_INSTALL_DIR`; `${...}` reads it.
 #
 # ### Exercise 2: what goes where
 #
@@ -471,7 +471,7 @@ ament_package()
 # %% [markdown]
 # ### Exercise 3: what `ros2 run` starts
 #
-# A script that is installed has no `.py`: its file name is the command's name.
+# An installed script has no `.py`, because its file name is the name of the command.
 # One of the two is given.
 
 # %% tags=["given"]
@@ -488,7 +488,7 @@ sys.exit(main())
 # The first line tells the system which program runs the script: `python3`, wherever it is found on the path.
 # `sys.exit(main())` passes the exit code on to the program that started it.
 #
-# Write the other one, two lines.
+# Write the other script. It has two lines.
 
 # %% tags=["exercise"]
 # %%writefile scripts/robot_controller
@@ -500,7 +500,7 @@ import sys
 sys.exit('not yet: scripts/robot_controller starts no node')
 
 # %% [markdown]
-# The papers first: does `package.xml` agree with what there is now, and is everything in its place?
+# Before you build: does `package.xml` agree with your files, and is every file in its place?
 
 # %% tags=["check"]
 check("I2", "Q3")
@@ -509,7 +509,7 @@ check("I2", "Q3")
 # <details><summary>Hint 1: where to look</summary>
 #
 # The three lines for `lamp`: which words are its name, which its folders?
-# For the script: the given one, with another module.
+# The script is like the given one, with another module.
 #
 # </details>
 #
@@ -535,16 +535,16 @@ check("I2", "Q3")
 # </details>
 #
 # Now build.
-# `colcon` is always called in the **workspace**, the folder that holds `src`; so go there first.
+# You always call `colcon` in the **workspace**, the folder that contains `src`, so go there first.
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat
 # How long it takes differs each time. (`| cat` removes colours and the terminal's title; the lines about progress stay.)
 
 # %% [markdown]
-# When something is wrong, read the *first* error, not the last: the others often follow from it.
+# If something is wrong, read the *first* error: it often causes the others.
 #
-# What came of it?
+# What did the build install?
 
 # %%
 INSTALL = Path("../../install/ros2_robot_controller").resolve()
@@ -566,9 +566,9 @@ tries(
 )
 
 # %% [markdown]
-# And what does the grader say?
-# It builds in a place of its own, and looks at what `ros2 run` and `ros2 launch` would find.
-# One of I1's three points is for launch and config files, which notebook 08 brings.
+# What does the grader say?
+# It builds a copy of your package, and looks for what `ros2 run` and `ros2 launch` would find.
+# One of I1's three points is for launch and config files; you write them in notebook 08.
 
 # %% tags=["check"]
 check("I1")
@@ -597,12 +597,12 @@ check("I1")
 # !ros2 pkg executables ros2_robot_controller
 
 # %% [markdown]
-# In a terminal a built workspace must be *sourced* first: `source install/setup.bash` puts it on the paths on which ROS looks.
-# Your notebook does that after each build by itself.
-# A new terminal of this kit is prepared by one line before that, typed in the kit's folder: `source grader/ros2/setup.bash`.
+# In a terminal you must first *source* a built workspace: `source install/setup.bash` adds it to the paths that ROS searches.
+# Your notebook does that by itself after each build.
+# In a new terminal of this kit, go to the kit's folder before that and type `source grader/ros2/setup.bash`.
 #
-# With your files done, both executables are there.
-# I1 asks only whether they are; a node that cannot import its module shows that when it is started.
+# If your files are right, both executables are there.
+# I1 asks only whether they exist. You see only at the start whether a node can import its module.
 # So start one: `ros2 run` lets it run until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds, and `--preserve-status` passes on how the node ended.
 
 # %% tags=["nbval-ignore-output"]
@@ -613,10 +613,9 @@ check("I1")
 # A node that does nothing prints nothing, and ends without an error: its exit status is 0.
 #
 # **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`, and build again.
-# The build is "successful".
-# What does `ros2 pkg executables` say?
-# It may surprise you twice: what an *earlier* build installed is still there, because `colcon` never removes anything.
-# After `!cd ../.. && rm -r build install` and another build you see the truth.
+# The build succeeds, but what does `ros2 pkg executables` say?
+# It still lists what an *earlier* build installed, because `colcon` never removes anything.
+# Run `!cd ../.. && rm -r build install`, build again, and look once more.
 #
 # **And another.** Put `raise SystemExit('new')` at the top of `robot_controller.py`, and start the node again without building: it runs the *old* file, the installed one.
 # `colcon build --symlink-install` makes links instead of copies, so that a changed Python file needs no new build.
@@ -627,8 +626,8 @@ check("I1")
 #
 # Back to the trial package.
 # You made it with the build type `ament_python`, the one for packages that hold only Python.
-# Most tutorials begin with it, and ours *is* a package of Python nodes.
-# So why not?
+# Most tutorials begin with it, and our nodes are all written in Python.
+# So why does our package not use it?
 #
 # Give it an interface: a service that takes a name and returns a greeting.
 
@@ -647,10 +646,10 @@ check("I1")
 # !cd {trial} && echo "files about Greet: $(find install -name '*Greet*' | wc -l)"
 
 # %% [markdown]
-# Nothing was generated, and no tool said so.
+# The build generated nothing, and no tool said so.
 # ("1 package had stderr output" is about something else: setuptools warns there about the way `colcon` calls it, with or without a `srv/`.)
-# An interface becomes Python (and C, and C++) by **rosidl**, and rosidl is a set of *CMake* commands.
-# The `ament_python` build runs `setup.py`, which has never heard of them.
+# **rosidl** makes Python (and C and C++) code from an interface, and rosidl is a set of *CMake* commands.
+# The `ament_python` build only runs `setup.py`, which knows nothing of CMake.
 # It does not even look into `srv/`.
 #
 # So there are two ways:
@@ -658,13 +657,13 @@ check("I1")
 # - the interfaces are in a package of their own, of the type `ament_cmake`, and the nodes in another one, of the type `ament_python`. Many projects do that;
 # - one package of the type `ament_cmake` holds both. That is ours: its CMake file generates the interfaces *and* installs the Python modules.
 #
-# You will meet packages that have both, a `CMakeLists.txt` and `<build_type>ament_python</build_type>`.
-# They contradict themselves: `colcon` believes the tag, and never opens the `CMakeLists.txt`.
+# Some packages have both a `CMakeLists.txt` and `<build_type>ament_python</build_type>`.
+# That is a contradiction: `colcon` follows the tag and never opens the `CMakeLists.txt`.
 #
 # ## Ten seconds of driving
 #
 # Your node is empty, but it is a class, and another program can build on it.
-# This one lies beside your package and imports it as any program would: it takes *your* node, adds a publisher and a timer, and starts it with *your* `run`.
+# The next program is a file beside your package, and imports it as any program would. It takes *your* node, adds a publisher and a timer, and starts it with *your* `run`.
 # You write such a node yourself from notebook 04 on; for now, read it.
 
 # %%
@@ -693,7 +692,7 @@ sys.exit(run(FirstDrive))
 
 # %% [markdown]
 # `run_node` builds your package and starts the program beside a simulated robot; `drive` lets ten simulated seconds pass.
-# **Predict:** how large is the circle? (At 0.6 rad/s, how long is a full turn, and how far does the robot get in that time?)
+# **Predict:** how large is the circle? (How long does a full turn take at 0.6 rad/s, and how far does the robot drive in that time?)
 
 # %%
 from sim import World
@@ -704,7 +703,7 @@ recording = run.drive(10.0)
 map_view(recording)
 
 # %% [markdown]
-# A full turn takes 2π / 0.6 = 10.5 s, in which the robot drives 3.1 m: a circle of 1 m across, nearly closed.
+# A full turn takes 2π / 0.6 = 10.5 s. In that time the robot drives 3.1 m, nearly a whole circle with a diameter of 1 m.
 #
 # **Change one thing:** let it drive in a figure of eight, or show it live with `run.live()` in place of the last two lines.
 
@@ -716,9 +715,9 @@ run.close()
 #
 # ## Go further
 #
-# - `!cd ../.. && colcon graph` draws which package needs which. With one package it is short; try it with two in `src`.
+# - `!cd ../.. && colcon graph` draws which package needs which. Try it with two packages in `src`.
 # - `!ros2 pkg xml ros2_robot_controller` prints the installed passport. Where does it find it?
-# - Look into `log/latest_build/` in the workspace: every build records there what it did and said.
+# - Look into `log/latest_build/` in the workspace: every build records there what it did and printed.
 
 # %%
 import shutil
@@ -758,7 +757,7 @@ shutil.rmtree(trial)
 #
 # </details>
 #
-# **Next:** [02 Interfaces](02_interfaces.ipynb). Four short files decide what your nodes can say to anyone, and one swapped pair of lines makes them lie.
+# **Next:** [02 Interfaces](02_interfaces.ipynb). You write four short files that define the messages of your nodes, and see what two swapped lines can do.
 
 # %%
 from grader.notebook import progress

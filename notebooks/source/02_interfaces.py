@@ -15,17 +15,17 @@
 #
 # ![Three ways to talk: a topic as a stream, a service as one question and its answer, an action as a goal with feedback and a result](pictures/02.png)
 #
-# Two programs that have never met exchange bytes.
-# What the bytes mean is written in neither program but in an **interface**, a file of a few lines from which ROS generates code for both.
+# Two programs by different people exchange bytes.
+# What the bytes mean is defined in an **interface**: a short file from which ROS generates code for both programs.
 # Today you write the four interfaces of your package.
-# They are short, but all that follows speaks through them, and a pair of swapped lines makes a robot believe that the wall is 80 metres away.
+# They are short, but all later notebooks use them, and two swapped lines can make a robot believe that the wall is 80 metres away.
 #
 # **You will be able to**
 #
 # - choose between a topic, a service and an action;
 # - write `.msg`, `.srv` and `.action` files, and have code generated from them;
-# - read the bytes of a message by hand, and say why 0.3 is not 0.3 any more when it arrives;
-# - tell by a type hash whether two machines mean the same, and explain what happens if they do not.
+# - read the bytes of a message by hand, and say why 0.3 does not arrive as 0.3;
+# - use a type hash to find out whether two machines have the same interface, and say what happens if they do not.
 #
 # **Time:** 55 to 95 minutes. A good place for a break is before "Same name, same type".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
@@ -69,16 +69,16 @@ begin("02")
 # %% [markdown]
 # ## Types that everyone knows
 #
-# ROS brings a few hundred interfaces for what most robots have.
+# ROS comes with a few hundred interfaces for what most robots need.
 # You have used some: `Twist`, `Odometry`, `LaserScan`.
-# `ros2 interface show` unfolds one:
+# `ros2 interface show` prints one:
 
 # %%
 # !ros2 interface show geometry_msgs/msg/Pose
 
 # %% [markdown]
-# A line is a type and a name; `#` begins a comment.
-# A type is another interface, or one of these:
+# Each line has a type and a name; `#` begins a comment.
+# A type is another interface or one of these:
 #
 # | in the file | in Python | |
 # |---|---|---|
@@ -88,13 +88,13 @@ begin("02")
 # | `string` | `str` | |
 # | `float32[]` | `array.array` | any number of them; `float32[9]` is exactly nine, and a `numpy.ndarray` |
 #
-# Use what exists wherever it fits: other people's tools know it already.
-# For a place and a heading take `geometry_msgs/Pose`, not three floats of your own.
+# Use an existing type wherever it fits: other people's tools already know it.
+# For a place and a heading, use `geometry_msgs/Pose` and not three floats of your own.
 #
 # ## What travels
 #
-# A message in Python is an object.
-# On the wire it is bytes, and you can have a look at them.
+# In Python a message is an object.
+# On the network it is a row of bytes, which you can look at.
 #
 # **Predict:** a `Vector3` has three `float64` of 8 bytes each. How many bytes travel?
 
@@ -106,8 +106,8 @@ raw = serialize_message(Vector3(x=1.0, y=2.0, z=3.0))
 print(len(raw), "bytes:", raw.hex(" ", 4))
 
 # %% [markdown]
-# 28: the first four only say how the rest is written (here: the smallest byte of a number first).
-# The rest you can read by hand, with Python's `struct`: skip 4 bytes (`4x`), then three doubles (`3d`).
+# 28: the first four say how the rest is written (here, the lowest byte of each number comes first).
+# You can read the rest with Python's `struct`: skip 4 bytes (`4x`), then read three doubles (`3d`).
 
 # %%
 import struct
@@ -116,13 +116,13 @@ struct.unpack("<4x3d", raw)
 
 # %% [markdown]
 # **Look** at what is *not* there: no "x", no "y", no "Vector3".
-# Names do not travel.
-# A program that reads the bytes must know from elsewhere what comes when.
-# Keep that in mind for the end of this notebook.
+# The names are not sent.
+# A program that reads the bytes must already know in which order the fields come.
+# You will need this at the end of this notebook.
 #
 # ### 0.3 is not 0.3
 #
-# Your speed will travel as a `float32`, in four bytes.
+# Your speed is sent as a `float32`, in four bytes.
 #
 # **Predict:** 0.3 goes in; what comes out?
 
@@ -137,7 +137,7 @@ print("at most 0.3?", arrived <= 0.3)
 # %% [markdown]
 # A robot that is allowed 0.3 m/s would refuse to drive at 0.3 m/s.
 #
-# A `float32` keeps 24 binary digits, and 0.3 has no end in binary, just as 1/3 has none in decimal.
+# A `float32` has 24 binary digits. In binary, 0.3 has infinitely many digits, as 1/3 has in decimal.
 # By hand, with `struct` alone: pack it into four bytes, and unpack it.
 
 # %%
@@ -146,7 +146,7 @@ for speed in (0.5, 0.3, 0.25, 0.1, 0.75):
     print(f"{speed:<5} arrives as {there:<20}", "exactly" if there == speed else f"off by {there - speed:.1e}")
 
 # %% [markdown]
-# Halves, quarters and their sums survive; most others do not.
+# Halves, quarters and their sums are stored exactly; most other numbers are not.
 # Here is the error for every speed up to 0.5 m/s:
 
 # %%
@@ -160,15 +160,15 @@ plt.xlabel("speed sent (m/s)")
 plt.ylabel("error on arrival (nm/s)");
 
 # %% [markdown]
-# At most 15 nanometres per second, and twice as many whenever the number passes a power of two.
-# No robot cares.
-# But `==` and `<=` do.
+# The error is at most 15 nanometres per second, and its limit doubles at each power of two.
+# It does not matter to a robot.
+# It does matter to `==` and `<=`.
 #
-# **Remember:** compare what has travelled with a tolerance, and test limits with numbers that survive, such as 0.5.
+# **Remember:** compare numbers from messages with a tolerance, and test limits with numbers that are stored exactly, such as 0.5.
 #
 # ### An int is not a float
 #
-# **Predict:** the 1 in the next file has no point. What arrives?
+# **Predict:** the next file has a 1, not 1.0. What arrives?
 
 # %%
 # %%writefile ../../an_int.py
@@ -181,18 +181,18 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 
 # %% [markdown]
 # Zero!
-# The number is not converted: its memory is read as if it held a float.
-# That is so in the wheels that this kit uses, which are built without assertions.
-# With types that you have built yourself it is worse: there the same mistake ends the whole program, with `Assertion 'PyFloat_Check(field)' failed`.
+# The number is not converted: the program reads its memory as if it held a float.
+# That happens in the packages that this kit uses, which are built without assertions.
+# With types that you have built yourself, the same mistake ends the whole program with `Assertion 'PyFloat_Check(field)' failed`.
 #
-# Python can look at every value, if you ask it to before it starts:
+# ROS can check every value, if you switch that on before the program starts:
 
 # %%
 # !ROS_PYTHON_CHECK_FIELDS=1 python3 ../../an_int.py 2>&1 | tail -1
 
 # %% [markdown]
-# It costs time with every message, so it is off by default; cells of these notebooks have it on, your nodes do not.
-# Write `1.0`, or `float(value)` where a number comes from elsewhere.
+# The check costs time with every message, so it is off by default. It is on in the cells of these notebooks, but not in your nodes.
+# Write `1.0`, or `float(value)` if a number comes from elsewhere.
 #
 # ## Four files
 #
@@ -202,19 +202,19 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # |---|---|---|---|
 # | **topic**, `.msg` | again and again, to all who listen | none | what the sensors see |
 # | **service**, `.srv` | once, to one node | at once | set the speed; how are you? |
-# | **action**, `.action` | once, to one node | takes a while, reports on the way, can be cancelled | drive there |
+# | **action**, `.action` | once, to one node | takes a while, reports progress, can be cancelled | drive there |
 #
 # A `.msg` file is a list of fields.
 # A `.srv` has two such lists, request and response, separated by a line `---`.
 # An `.action` has three: goal, result and feedback, *in this order*.
 #
-# Here is a service that ROS brings, as a pattern:
+# Here is an example, a service that comes with ROS:
 
 # %%
 # !ros2 interface show std_srvs/srv/SetBool
 
 # %% [markdown]
-# And an action, the one of ROS's own tutorial; it counts up the Fibonacci numbers:
+# And here is the action of ROS's own tutorial, which computes the Fibonacci numbers:
 #
 # ```
 # int32 order
@@ -224,12 +224,12 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # int32[] partial_sequence
 # ```
 #
-# A field of another package's type names the package and the type, without `msg`: `geometry_msgs/Pose pose`.
+# For a type of another package, write the package and the type, without `msg`: `geometry_msgs/Pose pose`.
 #
-# Now write yours, one after the other; the fields are the contract's, in its order.
-# A comment in the first line is worth it: `ros2 interface show` prints it to everyone who asks. State units there.
+# Now write yours, with the contract's fields in the contract's order.
+# Begin with a comment that states the units: `ros2 interface show` prints it.
 #
-# After each file, a table reads it with rosidl's own parser, the one that the build uses, and compares names and types.
+# The table after each file reads it with the build's own parser and compares names and types.
 
 # %%
 import re
@@ -333,8 +333,8 @@ tries(
 # %% [markdown]
 # <details><summary>Hint 1 to the files: where to look</summary>
 #
-# The table of types at the top of this notebook: which words stand for a float of 32 bits, true or false, and a text?
-# And `SetBool` above: it is very like `SetSpeed`.
+# In the table of types at the top: which words stand for a float of 32 bits, true or false, and a text?
+# And look at `SetBool` above, which is very similar to `SetSpeed`.
 #
 # </details>
 #
@@ -360,8 +360,8 @@ tries(
 #
 # ### Exercise 4: have them generated
 #
-# Files alone do nothing, as you saw in notebook 01.
-# `CMakeLists.txt` must have them generated, by one command:
+# The files alone do nothing, as you saw in notebook 01.
+# A command in `CMakeLists.txt` must generate code from them:
 #
 # ```cmake
 # find_package(rosidl_default_generators REQUIRED)
@@ -374,15 +374,15 @@ tries(
 # )
 # ```
 #
-# That would be a lamp whose message has a field with a type of `sensor_msgs`.
-# The generator and every package under DEPENDENCIES must be found first, each by a `find_package` line.
-# Write the same for your four files. Of which two packages do their fields have types?
+# This is for a lamp whose message has a field with a type from `sensor_msgs`.
+# The generator and each package under DEPENDENCIES need a `find_package` line before it.
+# Write the same for your four files. From which two packages are the types of their fields?
 #
-# (One trap: the generated module has the package's name, `ros2_robot_controller`, and so has your own.
-# The usual command for Python modules, `ament_python_install_package`, refuses then.
-# Yours, `install(DIRECTORY …)`, simply lays your files over the generated ones.)
+# (One trap: the generated module and your own have the same name, `ros2_robot_controller`.
+# The usual command for Python modules, `ament_python_install_package`, refuses that.
+# Your command, `install(DIRECTORY …)`, simply adds your files to the generated ones.)
 #
-# The cell holds the finished file of notebook 01; only the two parts about interfaces are new.
+# The cell has the finished file of notebook 01; only the two parts about interfaces are new.
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
@@ -425,7 +425,7 @@ ament_package()
 # %% [markdown]
 # ### Exercise 5: say what it needs
 #
-# And `package.xml` must declare what all this needs:
+# `package.xml` must declare what all this needs:
 #
 # | package | needed | tag | because |
 # |---|---|---|---|
@@ -434,9 +434,9 @@ ament_package()
 # | `geometry_msgs`, `std_msgs` | for both | `<depend>` | your fields have their types |
 # | `action_msgs` | to run | `<exec_depend>` | every action uses its messages |
 #
-# And one line of another kind, without which rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
+# Without one more line, rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
 #
-# The cell holds the finished file of notebook 01, and the lines for what the next notebooks import (odometry and scan, parameters, launch files).
+# The cell has the finished file of notebook 01, and the lines for what later notebooks import (odometry and scan, parameters, launch files).
 # Add six lines: five packages and the group. Enter your name again: the cell overwrites the file.
 
 # %% tags=["exercise"]
@@ -475,8 +475,8 @@ check("I2")
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# For `CMakeLists.txt`, the lamp: which words are its files, which its packages?
-# For `package.xml`, the table of exercise 5, row by row.
+# For `CMakeLists.txt`, look at the lamp: which words are its files, and which its packages?
+# For `package.xml`, go through the table of exercise 5 row by row.
 #
 # </details>
 #
@@ -506,7 +506,7 @@ check("I2")
 # </details>
 #
 # Build.
-# Now there is something to compile: for each interface a few thousand lines of C and C++ are generated, so the first time this takes about half a minute, and a few minutes on a busy machine.
+# Now there is something to compile: a few thousand lines of C and C++ for each interface. So the first build takes about half a minute, and a few minutes on a busy machine.
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat
@@ -525,8 +525,8 @@ check("I2")
 # !ros2 interface proto ros2_robot_controller/srv/SetSpeed
 
 # %% [markdown]
-# `show` prints the file, `proto` a request that you can copy behind `ros2 service call`.
-# And in Python, each part is a class of its own:
+# `show` prints the file; `proto` prints a request that you can copy into `ros2 service call`.
+# In Python, each part is a class of its own:
 
 # %%
 # !python3 -c "from ros2_robot_controller.srv import SetSpeed; print(SetSpeed.Request(speed=0.5))" 2>&1 | tail -1
@@ -535,10 +535,10 @@ check("I2")
 # %% [markdown]
 # Would another team's node understand yours?
 # Its interfaces have the same names.
-# But are they the *same*?
+# But are they really the same?
 #
-# For that, ROS computes a **type hash** of every interface: a fingerprint of all its fields, names and types, in their order.
-# There is no secret in it. It is the SHA-256 of a description in JSON, and for a simple type you can write that by hand:
+# ROS can tell by a **type hash**, a fingerprint of the names and types of all fields, in their order.
+# It is the SHA-256 of a description in JSON, which you can write by hand for a simple type:
 
 # %%
 import hashlib
@@ -556,7 +556,7 @@ def type_hash(name, fields):
 type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])
 
 # %% [markdown]
-# Did that get it right?
+# Is it right?
 # ROS installs the hash of each interface beside it:
 
 # %%
@@ -571,7 +571,7 @@ def installed_hash(prefix, interface):
 installed_hash(sys.prefix, "geometry_msgs/msg/Vector3")
 
 # %% [markdown]
-# The same, to the last digit.
+# They are the same, to the last digit.
 #
 # **Predict:** which of these changes the hash: another order of the fields, or another comment?
 
@@ -581,10 +581,10 @@ print(type_hash("geometry_msgs/msg/Vector3", ["z", "y", "x"])[:20])
 
 # %% [markdown]
 # The order does.
-# Comments are not part of the description, so write as many as you like.
+# Comments are not part of the description, so you can write as many as you like.
 #
 # Requirement **I3** says that your four interfaces have the contract's hashes.
-# The contract's begin like this; do yours?
+# The contract's hashes begin like this. Do yours?
 
 # %%
 contract = {
@@ -599,7 +599,7 @@ for interface, wanted in contract.items():
 
 # %% [markdown]
 # If one differs, compare the file with its exercise: type, name, order.
-# I3 also wants your *nodes* to use these types; that half comes with the last of them, in notebook 07.
+# I3 also asks that your *nodes* use these types. They use all of them from notebook 07 on.
 
 # %% tags=["check"]
 check("I3")
@@ -609,8 +609,8 @@ check("I3")
 # ### Same name, other hash: silence
 #
 # Suppose that a colleague's `SensorFusionData.msg` has the two floats in the other order.
-# It compiles, it installs, it has the same name.
-# The colleague's robot sends: closest obstacle 0.4 m, battery 80 %.
+# It compiles, it installs, and it has the same name.
+# The colleague's robot sends that the closest obstacle is at 0.4 m and the battery at 80 %.
 #
 # **Predict:** what do you read?
 
@@ -620,11 +620,11 @@ distance, battery = struct.unpack("<2f", sent)  # your order
 print(f"closest obstacle {distance:.1f} m, battery {battery:.1f} %")
 
 # %% [markdown]
-# Free way for 80 metres, in front of a wall.
+# The robot is in front of a wall, and you read that the way is free for 80 metres.
 #
-# Do such bytes pass through ROS?
-# Try it: a listener for `Vector3`, and a talker that sends the bytes of a `Vector3` whose fields are in the order z, y, x.
-# (A publisher takes finished bytes, too. They are what a node built from such a file would send.)
+# Does ROS let such bytes through?
+# Try it with a listener for `Vector3`, and a talker that sends the bytes of a `Vector3` whose fields are in the order z, y, x.
+# (A publisher also accepts finished bytes. A node built from such a file would send the same ones.)
 
 # %%
 import rclpy
@@ -645,11 +645,11 @@ for _ in range(100):
 print(*heard[:1])
 
 # %% [markdown]
-# It arrives, without a warning, and the wind blows upwards.
+# The message arrives without a warning, and the wind blows upwards.
 #
-# You may object that here both ends have the same hash: only the bytes are swapped.
-# You are right, and the full proof needs two builds of one package, which takes too long for this page.
-# It was done once, with a type `pair/msg/Pair` of two floats, swapped in the second build.
+# But here both ends have the same hash: only the bytes are swapped.
+# A full proof needs two builds of one package, which takes too long here.
+# We did it once, with a type `pair/msg/Pair` of two floats, swapped in the second build.
 # The talker sent a distance of 0.4 and a battery of 80, and the listener printed:
 #
 # ```
@@ -658,17 +658,17 @@ print(*heard[:1])
 # hash of the listener  RIHS01_a77cd476e75c…
 # ```
 #
-# The middleware of this kit (Fast DDS, the default of ROS 2 Jazzy) connects two ends when the topic and the *name* of the type agree (and some settings, notebook 04).
-# It publishes the hashes, and leaves comparing them to you: `ros2 topic info -v TOPIC` shows the hash of each end.
+# The middleware of this kit (Fast DDS, the default of ROS 2 Jazzy) connects two ends if they agree on the topic and the *name* of the type (and on some settings, see notebook 04).
+# It publishes the hashes, but does not compare them: `ros2 topic info -v TOPIC` shows the hash of each end.
 #
 # **Remember:** never change an interface that is in use; make a new one with a new name.
 #
 # ### Same topic, other name: silence of another kind
 #
-# This one has cost owners of a TurtleBot 4 many hours.
+# This mistake has cost owners of a TurtleBot 4 many hours.
 # The robot listens on `cmd_vel` for `TwistStamped`, and your program sends `Twist`.
 #
-# (Within one program ROS refuses a second type on a topic, so the sender gets a context of its own, as if it were another program.)
+# (Within one program ROS refuses a second type on a topic. So the sender gets its own context, as if it were another program.)
 
 # %%
 import time
@@ -687,7 +687,7 @@ while planner.count_subscribers("cmd_vel") == 0 and time.monotonic() < deadline:
     time.sleep(0.1)
 
 # %% [markdown]
-# **Predict:** an error, a warning, or nothing?
+# **Predict:** do you get an error, a warning, or nothing?
 
 # %%
 for _ in range(20):
@@ -698,14 +698,14 @@ print("subscribers on the topic:", planner.count_subscribers("cmd_vel"))
 print("of them connected to this publisher:", sender.get_subscription_count())
 
 # %% [markdown]
-# Nothing, and no message about it.
-# But the two numbers show it: there *is* a subscriber, and it is not connected.
-# When a robot does not move, look at that first: `ros2 topic info -v /cmd_vel`, and compare the types.
+# You get no message at all.
+# But the two numbers show that there *is* a subscriber, and that it is not connected.
+# If a robot does not move, first run `ros2 topic info -v /cmd_vel` and compare the types.
 #
-# Or look at the whole **graph**: the nodes that run now on the left, their topics on the right.
-# A dashed link leads nowhere.
+# Or look at the whole **graph**, with the running nodes on the left and their topics on the right.
+# A dashed link is not connected.
 # (ROS's own tool for this picture is `rqt_graph`, a window on a desktop.
-# It draws the same links, and paints a topic red whose qualities of service do not fit; more about those in notebook 04.)
+# It draws the same links. If the qualities of service of a topic do not fit (notebook 04), it is red.)
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine the two may need longer than the picture waits.
@@ -714,8 +714,8 @@ from grader.notebook.graph_view import graph_view
 graph_view(nodes=2)
 
 # %% [markdown]
-# The dashed links of `/cmd_vel` are what you have just measured.
-# `/wind` has both its ends in one node, so two links go to the same oval.
+# The dashed links of `/cmd_vel` show what you have just measured.
+# One node both sends and hears `/wind`, so two links go to the same oval.
 
 # %%
 planner.destroy_node()
@@ -726,8 +726,8 @@ rclpy.try_shutdown()
 # %% [markdown]
 # ## Ten seconds of driving
 #
-# Your types are good for something already.
-# This program takes your empty node, as in notebook 01, and gives it a service of *your* type `SetSpeed`: it drives at the speed that it was last asked for.
+# You can already use your types.
+# This program adds a service of *your* type `SetSpeed` to your empty node, as in notebook 01. The robot drives at the last speed that it was asked for.
 
 # %%
 # %%writefile ../../speed_drive.py
@@ -757,7 +757,7 @@ class SpeedDrive(RobotController):
 sys.exit(run(SpeedDrive))
 
 # %% [markdown]
-# **Predict:** the answer's text has the speed that *arrived*. What does it say for 0.3?
+# **Predict:** the text of the answer contains the speed that *arrived*. What does it say for 0.3?
 
 # %%
 run = run_node(program="../../speed_drive.py", world="open_field")
@@ -774,16 +774,16 @@ plt.grid(alpha=0.3)
 run.close()
 
 # %% [markdown]
-# It does whatever it is asked, at any speed and into any wall.
-# Notebook 05 makes it stop, notebook 06 makes it refuse.
+# The robot drives at any speed that you ask for, even into a wall.
+# In notebook 05 it learns to stop, and in notebook 06 to refuse.
 #
 # > **On a real TurtleBot 4:** robot and laptop must have built the *same* interface files; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
 # ## Go further
 #
-# - Constants: a line `uint8 OK=0` in a `.msg` is a name for a number, in every language. Would `status` be better as one? A default value: `float32 tolerance 0.1`.
+# - A line `uint8 OK=0` in a `.msg` is a constant: a name for a number, in every language. Would `status` be better as one? A field can have a default value: `float32 tolerance 0.1`.
 # - Swap two fields for real: make a second workspace with a copy of the package, swap two lines of the `.msg` there, build, and let a node of each talk. `ros2 topic info -v` then shows two hashes on one topic.
-# - Another middleware, `rmw_zenoh`, puts the type hash into the address of a topic. There you would have heard nothing at all from your colleague. Which silence do you prefer?
+# - Another middleware, `rmw_zenoh`, puts the type hash into the address of a topic. There you would receive nothing at all from your colleague. Which of the two do you prefer?
 # - In the ROS 2 documentation: *About ROS 2 interfaces*, and *Creating custom msg and srv files*.
 #
 # ## Recall
@@ -814,11 +814,11 @@ run.close()
 #
 # <details><summary>The publisher publishes, the subscriber hears nothing, both are on the same topic. Two suspects?</summary>
 #
-# Another type name (today), or settings of quality that do not fit, QoS (notebook 04). A third: they are in different domains.
+# They have different types (today), or settings of quality of service that do not fit (notebook 04). A third suspect: they are in different domains.
 #
 # </details>
 #
-# **Next:** [03 The numbers of motion](03_numbers_of_motion.ipynb). A heading is one angle, and it travels as four numbers.
+# **Next:** [03 The numbers of motion](03_numbers_of_motion.ipynb). A heading is one angle, but a message holds it as four numbers.
 
 # %%
 from grader.notebook import progress

@@ -225,7 +225,7 @@ def quaternion_from_yaw(yaw: float) -> Quaternion:
 # %% [markdown]
 # Try it on the spot.
 # `tries` reads your file, computes each line, and compares the result with the number at the right.
-# From then on the notebook knows the file's functions, too: `quaternion_from_yaw(1.0)` works in any cell below. (`%%into` alone changes only the file.)
+# After that you can use the file's functions in any cell below, such as `quaternion_from_yaw(1.0)`. (`%%into` alone changes only the file.)
 
 # %%
 pi, nan, inf = math.pi, math.nan, math.inf
@@ -264,8 +264,8 @@ tries(
 # %% [markdown]
 # ## Angles wrap
 #
-# A robot has looked at its compass twice and wants the mean.
-# It faced almost exactly backwards both times: 179° and -179°.
+# A robot has measured its heading twice and wants the mean.
+# Both times it faced almost exactly backwards: 179° and -179°.
 #
 # **Predict:** what is the mean?
 
@@ -274,8 +274,8 @@ readings = np.array([179.0, -179.0])
 print("mean:", readings.mean(), "°")
 
 # %% [markdown]
-# Zero: straight ahead.
-# The two arrows are 2° apart, and their "mean" points the other way.
+# It is zero, which is straight ahead.
+# The two arrows are 2° apart, but their "mean" points the other way.
 
 # %%
 figure, axes = plt.subplots(figsize=(5.5, 2.6), layout="constrained")
@@ -286,38 +286,38 @@ axes.set(xlim=(-1.4, 1.4), ylim=(-0.6, 0.6), aspect="equal", xlabel="x (m)", yla
 axes.grid(alpha=0.3)
 
 # %% [markdown]
-# Angles live on a circle, and a circle must be cut somewhere to be written as a line of numbers.
-# ROS code mostly cuts behind the robot: from just above -180° up to 180°.
+# Angles lie on a circle, and you must cut the circle somewhere to write them as a line of numbers.
+# ROS code usually cuts it behind the robot: from just above -180° up to 180°.
 # Whenever you add or subtract two angles, the result can lie beyond the cut: 179 + 2 is 181, which is -179.
-# Folding it back is called **normalizing**.
+# Bringing it back is called **normalizing**.
 #
-# Python's `%` folds too.
-# **Predict:** what does it make of a little to the right, -10°?
+# Python's `%` does something similar.
+# **Predict:** what does it return for -10°, a little to the right?
 
 # %%
 print("-10 % 360 =", -10 % 360)
 
 # %% [markdown]
-# 350: the same direction, but the number now jumps straight ahead, where you steer most.
+# It returns 350, the same direction. But the number now jumps straight ahead, where you steer most.
 # "Turn by -10°" means a little to the right; "turn by 350°" means nearly a full turn to the left.
-# You want the sign: in (-π, π], positive is left and negative is right.
-# The brackets matter: -π itself is *not* included and π is, so that "straight back" has one number and not two.
+# You need the sign: in (-π, π], positive is left and negative is right.
+# The brackets matter: π is included but -π is *not*, so "straight back" has only one number.
 #
-# Python's `math` has a second remainder, the one *nearest to zero*.
-# **Predict:** what does it make of the same angles, and of both ends?
+# Python's `math` has another remainder, the one *nearest to zero*.
+# **Predict:** what does it return for the same angles, and for both ends?
 
 # %%
 for degrees in (-10, 181, 540, -180, 180):
     print(f"math.remainder({degrees:4d}, 360) = {math.remainder(degrees, 360):6.1f}")
 
 # %% [markdown]
-# Almost what you want.
-# It can return both ends, 180 and -180 (540 is one and a half turns, and comes out as the wrong one), and you want only one of them.
+# That is almost what you need.
+# But it can return both ends, 180 and -180, and you want only one of them (540, one and a half turns, gives the wrong one).
 #
 # ### Exercise 2: fold an angle
 #
 # Write `normalize_angle`, in radians: a full turn is `math.tau`, which is 2π.
-# One more edge: an angle that is infinite or not a number has no direction.
+# There is one more edge: an angle that is infinite or not a number has no direction.
 # `math.remainder(inf, …)` raises an exception; return `math.nan` for those, so that the caller can see it.
 
 # %% tags=["piece"]
@@ -366,10 +366,10 @@ tries(
 # %% [markdown]
 # ## Turning the long way round
 #
-# What does a missing fold cost? Time and power.
-# A robot faces -170° and should face 170°.
+# If you do not normalize, the robot wastes time and power.
+# It faces -170° and should face 170°.
 # That is 20° to the right.
-# It turns as many robots do: the farther off, the faster.
+# Like many robots, it turns faster if the error is larger.
 #
 #     omega = 1.5 * (wanted - yaw)
 #
@@ -401,10 +401,10 @@ def turned(run):
 print(f"turned by {turned(turn(-170, 170, minus)):.0f}°")
 
 # %% [markdown]
-# 340° instead of 20°, to the left instead of to the right.
-# It did arrive, though.
-# So change one thing: the robot starts at 90° and should face 183°.
-# Nobody writes 183°, but "my heading plus a quarter turn" is exactly that when the heading is 93°.
+# It turns by 340° to the left instead of 20° to the right.
+# But it does arrive.
+# Now change one thing: the robot starts at 90° and should face 183°.
+# You would not write 183°, but "my heading plus a quarter turn" gives exactly that for a heading of 93°.
 #
 # **Predict:** what will it do?
 
@@ -424,7 +424,7 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
 # %% [markdown]
 # It never arrives.
-# The heading in the message jumps from 180 to -180 just before the goal; the difference jumps from 3 to 363; the robot turns on, for ever.
+# Just before the goal the heading in the message jumps from 180 to -180, and the difference from 3 to 363. So the robot turns for ever.
 # Watch it in a corridor; it starts at 0° this time.
 
 # %%
@@ -436,7 +436,7 @@ live
 # %% [markdown]
 # (`live.stop()` ends it; so does the next cell. Where no kernel runs you see a picture.)
 #
-# It works in every test that does not look backwards, and that is why this bug is so common.
+# It works in every test in which the robot does not face backwards, so this bug is very common.
 #
 # Here is the same robot with one change: the difference is normalized, by *your* function.
 
@@ -453,9 +453,9 @@ print(f"from   90° to 183°: turned by {turned(second):.0f}°")
 heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
 # %% [markdown]
-# Look for 20° and 93°; until your function works, the numbers are those from before.
-# Notice what did *not* have to change: the goal is still 183°, the heading still jumps at 180°.
-# Normalize differences, and it does not matter where the circle is cut.
+# You should see 20° and 93°. Until your function works, the numbers are those from before.
+# You did *not* have to change the goal, which is still 183°, or the heading, which still jumps at 180°.
+# If you normalize differences, it does not matter where the circle is cut.
 #
 # **Change one thing:** let the robot turn from 0° to 180°, then from 1° to 180° and from -1° to 180°. Which way does it turn, and why is either way right in the first case?
 
@@ -463,18 +463,18 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 # ## From four numbers back to one
 #
 # Now the way back, from a message to a heading.
-# On a flat floor it looks easy: the point (w, z) has half the angle, so take its angle twice.
+# On a flat floor it looks easy: the point (w, z) has half the angle, so double it.
 #
-# **Predict:** what comes out for the two quaternions of "to the right"?
+# **Predict:** what is the result for the two quaternions of "to the right"?
 
 # %%
 for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
     print(f"z = {z:7.4f}, w = {w:7.4f}: {math.degrees(2 * math.atan2(z, w)):6.1f}°")
 
 # %% [markdown]
-# Same direction, and yet -90 and 270: two numbers that `==` calls different.
-# And it gets worse on a ramp.
-# There the robot tilts, x and y of the quaternion are no longer 0, and this formula does not even look at them.
+# They have the same direction, but you get -90 and 270, which are different for `==`.
+# It is worse on a ramp.
+# There the robot tilts, so x and y of the quaternion are no longer 0, and this formula does not use them.
 #
 # ### The formula, in four lines
 #
@@ -516,14 +516,14 @@ print(f"twice the angle      {math.degrees(2 * math.atan2(z, w)):.1f}°")
 
 # %% [markdown]
 # The arrow points 43.2° to the left (and 29° down: the robot faces downhill).
-# "Twice the angle" is 6° off, and nothing would have told you.
+# "Twice the angle" is wrong by 6°, and you would get no warning.
 #
 # (On flat ground both agree: with x = y = 0 the two terms are w² - z² and 2wz, the cosine and the sine of twice the half angle.)
 #
 # ### Exercise 3: read a heading
 #
 # Write `yaw_from_quaternion` by the last line of the table.
-# `math.atan2(sine, cosine)` takes the y part first, and gives -π to π with both ends; you have had a function for that since exercise 2.
+# `math.atan2(sine, cosine)` takes the y part first, and returns -π to π with both ends. Your function of exercise 2 corrects that.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/conversions.py
@@ -573,11 +573,11 @@ tries(
 # %% [markdown]
 # ## Degrees in a radians field
 #
-# The message says `float64` and nothing else.
-# Someone means 90° and writes 90.
+# The message only says `float64`.
+# You mean 90° and write 90.
 #
 # **Predict:** which way does that robot face?
-# Do it by hand: a full turn is 6.283 rad.
+# Compute it by hand: a full turn is 6.283 rad.
 
 # %%
 from geometry_msgs.msg import Quaternion
@@ -588,11 +588,11 @@ rest = 90 % math.tau
 print(f"{90 / math.tau:.2f} turns; the rest is {rest:.3f} rad or {math.degrees(rest):.1f}°")
 
 # %% [markdown]
-# Fourteen full turns, and then 116.6°.
-# Nothing complains: it is a valid quaternion, in a valid message, of the right type.
-# Wrong units do not crash; they arrive somewhere else.
-# Two habits help: a name or a docstring that states the unit, and the question whether a number can be true.
-# No robot in this course turns faster than 1.9 rad/s, so an `angular.z` of 90 is not a speed, it is a mistake in degrees.
+# It makes fourteen full turns, and then faces 116.6°.
+# You get no error: it is a valid quaternion in a valid message of the right type.
+# A wrong unit does not stop the program; the robot just drives somewhere else.
+# Two habits help: state the unit in a name or a docstring, and ask whether a number can be true.
+# No robot in this course turns faster than 1.9 rad/s, so an `angular.z` of 90 must be a mistake: it is in degrees.
 
 # %% [markdown]
 # ## Limits, and NaN
@@ -620,14 +620,14 @@ print("max(low, min(high, nan)) =", max(low, min(high, nan)))
 
 # %% [markdown]
 # Only the first line still says that something is wrong.
-# The others make a command of it: one broken sensor, and the robot drives at full speed, backwards twice and forwards once.
+# The others turn it into a command: with one broken sensor the robot drives at full speed, backwards twice and forwards once.
 # `max(a, b)` keeps `a` unless `b > a`, so with NaN it is the *order* that decides.
 #
 # ### Exercise 4: keep a number within limits
 #
 # A clamp that turns NaN into a limit hides the fault.
 # Yours returns NaN for NaN, so that the next function that asks "is this a finite number?" can still see it.
-# Do it without `min` and `max`: two questions, each of which NaN answers with False.
+# Do it without `min` and `max`, with two questions that are both False for NaN.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/conversions.py
@@ -674,7 +674,7 @@ tries(
 # ## Four functions and their edges
 #
 # Your file now holds the contract's four functions.
-# Requirement **F14** asks that they are right at their edges, which is where the next bug is: 0, both ends, one step beyond each end, and NaN.
+# Requirement **F14** asks that they are right at their edges, where most bugs are: 0, both ends, one step beyond each end, and NaN.
 #
 # | function | returns | edges |
 # |---|---|---|
@@ -683,7 +683,7 @@ tries(
 # | `normalize_angle(angle)` | the same direction in rad, in (-π, π] | -π gives π; 3π too; NaN gives NaN |
 # | `clamp(value, low, high)` | `value`, or the nearer limit | NaN gives NaN |
 #
-# This is the grader's own check, the same that will look at what you hand in.
+# This is the grader's own check, the same as for your hand-in.
 # It builds the package first, so the first time takes a while.
 
 # %% tags=["check"]
@@ -692,16 +692,16 @@ check("F14")
 # %% [markdown]
 # ## Say what a function gives
 #
-# Someone else uses your functions next week.
-# This is what they see:
+# Next week another person uses your functions.
+# They see this:
 
 # %%
 help(clamp)
 help(normalize_angle)
 
 # %% [markdown]
-# Without a docstring that is a name and a type, and `float` says neither radians nor range.
-# The 116.6° from above began exactly there.
+# Without a docstring they see only a name and a type, and `float` says nothing about radians or a range.
+# So they may make the mistake of the 116.6° above.
 #
 # A docstring's first line says **what you get**, as an order: "Return the ...".
 # After it comes what the type cannot say:
@@ -713,11 +713,11 @@ help(normalize_angle)
 # | the range | in (-pi, pi] |
 # | what happens at the edges | NaN stays NaN; inf where there is none |
 #
-# Do not repeat what the name and the type say already, and do not tell how it works: the code does that, and it is never out of date.
+# Do not repeat the name and the type, and do not explain how it works: the code does that, and is never out of date.
 #
-# How docstrings are *written* is a matter of agreement, and ROS packages agree on the rules of PEP 257, checked by a linter: `ament_pep257`.
+# For the *form* of docstrings, ROS packages follow the rules of PEP 257, and a linter checks it: `ament_pep257`.
 # Here are three functions with something to find, in a file beside your package.
-# **Predict:** what will it say about each?
+# **Predict:** what will it say about each of them?
 
 # %%
 # %%writefile ../../three_docstrings.py
@@ -748,13 +748,13 @@ def bare(value):
 # The first function gets three findings: no full stop (two rules say so), and "Returns", where an order was wanted.
 # The second lacks an empty line after its first sentence.
 #
-# And the third, which has no docstring at all?
-# **No finding.**
-# ROS's setting of the linter looks at how docstrings are written, not at whether they are there.
-# A linter that is silent has not said that all is well.
+# What does it say about the third, which has no docstring at all?
+# **Nothing.**
+# With ROS's settings the linter checks the form of docstrings, but not whether they exist.
+# So no finding does not mean that everything is right.
 # So requirement **Q2** counts the missing ones too: public modules, classes and functions, with full marks at 90 %.
 #
-# This is the second one, put right; the summary starts on the line after the quotes, as ROS likes it:
+# Here is the second one, corrected. In ROS the summary starts on the line after the quotes:
 #
 # ```python
 # def limit(value: float) -> float:
@@ -776,7 +776,7 @@ def bare(value):
 check("Q2")
 
 # %% [markdown]
-# Q2 looks at the whole package; from now on each new file has to keep it.
+# Q2 looks at the whole package, so each new file must follow it.
 #
 # <details><summary>Hint 1: where to look</summary>
 #
@@ -846,7 +846,7 @@ check("Q2")
 # Not necessarily: its ROS setting leaves out the rules about missing docstrings.
 # </details>
 #
-# **Next:** [04 Seeing](04_seeing.ipynb). The robot gets eyes: 360 numbers ten times a second, some of which are lies.
+# **Next:** [04 Seeing](04_seeing.ipynb). The robot gets eyes: 360 numbers ten times a second, and some of them are wrong.
 
 # %%
 from grader.notebook import progress

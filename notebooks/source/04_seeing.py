@@ -17,7 +17,7 @@
 #
 # Your robot gets eyes: a lidar that sends 360 distances, ten times a second.
 # Some of them are not distances at all.
-# Today you write a node that listens to lidar, inertial sensor and battery, and says, twenty times a second, how near the nearest thing is and how the robot is doing.
+# Today you write a node that listens to lidar, inertial sensor and battery. Twenty times a second it reports how near the nearest thing is, and the state of the robot.
 #
 # **You will be able to**
 #
@@ -146,7 +146,7 @@ for axes in (line, plan):
 # !ros2 interface show sensor_msgs/msg/LaserScan | tail -5
 
 # %% [markdown]
-# "Should be discarded": that is your job.
+# "Should be discarded" means that your node must do it.
 # These values occur in simulation and on real robots, and none of them is a distance:
 #
 # | reading | what it means |
@@ -173,10 +173,10 @@ print(min([0.4, 0.0, 3.0]))
 
 # %% [markdown]
 # The last line is a false alarm: a wall at 0 m.
-# The second is dangerous: `0.4 < nan` is False, so the first one stays, and whether the wall is seen depends on *where* in the list the NaN is.
+# The second is dangerous: a comparison with NaN is False, so `min` keeps the first value. Whether it sees the wall depends on *where* in the list the NaN is.
 # With NumPy's `min` a single NaN anywhere hides every wall.
 #
-# Now a robot with Python's `min` drives towards a wall and is to stop below 0.5 m; beam 0, which looks straight *back*, is broken.
+# Now a robot with Python's `min` drives towards a wall, and should stop below 0.5 m. Its beam 0, which looks straight *back*, is broken.
 #
 # **Predict:** what happens?
 
@@ -195,13 +195,13 @@ def careless(broken_beam):
 run_view(drive(Simulator(load_world("wall_ahead")), careless(broken_beam=0), 8.0))
 
 # %% [markdown]
-# It hits the wall at full speed, although its sensor saw the wall all the time: at the lower right the closest reading falls below the threshold and nothing happens, because `nan < 0.5` is False.
+# It hits the wall at full speed, although its sensor saw the wall all the time. At the lower right the closest reading falls below the threshold, but `nan < 0.5` is False, so it does not stop.
 #
 # **Change one thing:** `broken_beam=1`. Why does it stop now?
 #
 # ### Part 1's file
 #
-# Write the cure once, for both nodes: today's needs the closest reading, the one of notebook 05 also what is *ahead* and *behind*.
+# Write the solution once, for both nodes: today's needs the closest reading, and the one of notebook 05 also what is *ahead* and *behind*.
 # Here is a skeleton with three functions, which you fill one by one.
 #
 # `Proximity` is a **dataclass**: from its fields Python writes `__init__`, what `print` shows, and `==`.
@@ -375,8 +375,8 @@ print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]
 #
 # `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead (0), within the same angle of straight back (π), and anywhere.
 #
-# One trap: drivers that start at angle 0 call the right-hand side 270°, not -90°.
-# `normalize_angle`, from notebook 03, folds that.
+# One trap: for drivers that start at angle 0, the right-hand side is 270°, not -90°.
+# `normalize_angle`, from notebook 03, corrects that.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/scans.py
@@ -439,7 +439,7 @@ print(measure_proximity(scan))
 # ### An empty scan ends a node
 #
 # What does an exception in a callback do?
-# Of two nodes here one publishes like a lidar, the other listens and uses a plain `min`.
+# Here one node publishes like a lidar, and another listens and uses a plain `min`.
 
 # %%
 import os
@@ -494,7 +494,7 @@ listener.destroy_subscription(ears)
 print("heard:", heard)
 
 # %% [markdown]
-# `spin` lets the exception through, and that ends your program: the fourth scan, a wall 0.3 m ahead, reaches no one.
+# `spin` does not catch the exception, so your program ends. It never receives the fourth scan, with a wall 0.3 m ahead.
 #
 # **This is the end of part 1**, and a good place for a break.
 # F6 is a requirement for nodes, so `check("F6")` comes in part 2, and again in notebook 05 for the node that drives.
@@ -511,7 +511,7 @@ print("heard:", heard)
 # | as an offer | "I send again what got lost" | "I send once" |
 # | as a request | "I need every message" | "I take what comes" |
 #
-# Many sensor drivers send best effort: a scan that got lost is out of date before it could be sent again.
+# Many sensor drivers send best effort, because a lost scan would be out of date before it could be sent again.
 # In rclpy the number in `create_subscription(..., 10)` means: keep the last 10, and *reliable*.
 #
 # The lidar from above sends 30 scans, best effort, to two subscribers, one with each setting.
@@ -553,7 +553,7 @@ print(count)
 # !ros2 topic info -v --spin-time 4 /scan | grep -E "Node name|Endpoint type|Reliability"
 
 # %% [markdown]
-# What is requested must not be more than what is offered.
+# A subscriber must not request more than the publisher offers.
 #
 # | publisher offers | subscriber requests | |
 # |---|---|---|
@@ -562,7 +562,7 @@ print(count)
 # | best effort | best effort | messages arrive |
 # | best effort | reliable | **nothing**, and no error |
 #
-# So a node that should work on every robot asks for little and offers much:
+# So a node that should work on every robot requests little and offers much:
 # it subscribes to sensors with `qos_profile_sensor_data` (best effort, the last 5), and publishes its results reliably, with `10`.
 # **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
 # Today you check this for one node, in notebook 07 for both.
@@ -576,7 +576,7 @@ print(count)
 # In rclpy: `QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)`.
 # </details>
 #
-# And the **names**: the contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can change it, with `--ros-args -r raw_scan:=scan` or a namespace.
+# The **names** matter, too. The contract's `raw_scan` is relative, without a slash in front. So you can change it when you start the node, with `--ros-args -r raw_scan:=scan` or a namespace.
 # `/raw_scan` would fix the name for everyone.
 
 # %%
@@ -587,7 +587,7 @@ for node in (lidar, listener, picky, modest):
 # %% [markdown]
 # ## Fuse scan, battery and motion
 #
-# Three sensors, three rates: when their messages arrive in the first second and, in the last row, when your node should publish.
+# The three sensors have three rates. The picture shows when their messages arrive in the first second and, in the last row, when your node should publish.
 
 # %%
 from sim.sensors import BatteryReading, ImuReading, ScanReading
@@ -605,17 +605,17 @@ axes.invert_yaxis()
 # %% [markdown]
 # When would you publish?
 #
-# - In the callback of the scan: then your node falls silent when the lidar stops.
+# - In the callback of the scan: then your node sends nothing when the lidar stops.
 # - In every callback: 111 messages a second, most of them with nothing new.
 # - On a **timer**: each callback only *remembers* the latest message of its kind; the timer publishes what is remembered.
 #
 # The third way is the usual one: you choose the rate.
-# Its price is age: what you publish about the scan is up to 0.1 s old, 5 cm for a wall that comes nearer at 0.5 m/s.
+# Its disadvantage: the scan is up to 0.1 s old when you publish it, which is 5 cm for a wall that comes nearer at 0.5 m/s.
 #
 # ### Part 2's files
 #
-# First a file that you are given: it declares a node's parameters.
-# In notebook 08 you replace it with one that refuses nonsense.
+# The first file is given: it declares a node's parameters.
+# In notebook 08 you replace it with one that refuses values that make no sense.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/utils/settings.py
@@ -667,11 +667,11 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 # %% [markdown]
 # And here is the skeleton of the node, which JupyterLab shows folded: run it, and open it with a click on the three dots.
 # Read the imports, the parameters with their defaults, and the docstring of the class.
-# The two functions that decide something stand outside the class, so that you can try them without a robot; the methods only move data in and out.
+# The two functions that decide something are outside the class, so you can try them without a robot. The methods only move data in and out.
 #
 # Two methods are finished.
 # `_period` is the *inverse* of the parameter: 20 Hz is a period of 1/20 s.
-# A timer keeps the period it was made with, so `_on_parameters_changed`, which rclpy calls after a parameter was set, makes a new timer.
+# A timer keeps the period with which it was made. So `_on_parameters_changed` makes a new timer; rclpy calls it after a parameter is set.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/sensor_processor.py
@@ -764,14 +764,14 @@ def main(args: Optional[list[str]] = None) -> int:
 # !ros2 interface show sensor_msgs/msg/BatteryState | grep percentage
 
 # %% [markdown]
-# A "percentage" from 0 to 1, and the thresholds are 20 and 10. **What does a node say that compares the two directly**, if the battery is full? And if the charge is unknown?
+# This "percentage" goes from 0 to 1, but the thresholds are 20 and 10. **What does a node report if it compares the two directly**, for a full battery and for an unknown charge?
 
 # %%
 for percentage in (1.0, 0.5, nan):
     print(f"percentage {percentage}: below the threshold of 20? {percentage < 20}")
 
 # %% [markdown]
-# An alarm from the first message to the last with a full battery, and none at all with an unknown charge.
+# For a full battery it reports an alarm all the time, and for an unknown charge it reports none.
 #
 # Write `battery_percent`: multiply by 100, keep the result within 0 and 100, and for NaN return what was known before.
 
@@ -887,7 +887,7 @@ imu = to_message(Simulator(load_world("office"), noise=False).imu())
 print(imu.linear_acceleration)
 
 # %% [markdown]
-# 9.81 m/s² upwards: it feels the floor pushing ([REP 145](https://www.ros.org/reps/rep-0145.html)).
+# It says 9.81 m/s² upwards, because the floor pushes it ([REP 145](https://www.ros.org/reps/rep-0145.html)).
 # Do not "correct" it.
 
 # %% tags=["piece"]
@@ -986,7 +986,7 @@ tries(
 )
 
 # %% [markdown]
-# Find the log lines near the table. Once it works: three warnings at 12 %, and a warning and an error at 6 %.
+# Find the log lines near the table. When your function works, there are three warnings at 12 %, and a warning and an error at 6 %.
 #
 # <details><summary>Hint 1: what you need</summary>
 #
@@ -1010,8 +1010,8 @@ tries(
 # ```
 # </details>
 #
-# Closest reading, battery in percent, motion, and two alarms: that is requirement **F12**.
-# What is missing is to publish them.
+# Requirement **F12** asks for the closest reading, the battery in percent, the motion, and two alarms.
+# Now you only have to publish them.
 
 # %% [markdown]
 # ## Publish at a rate
@@ -1205,7 +1205,7 @@ for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
 # %% [markdown]
-# Your points come in pairs, because a scan comes ten times a second; and they lie a little below the line: each reading varies by half a percent, and the *smallest* of many noisy numbers is too low.
+# Your points come in pairs, because a scan comes ten times a second. They lie a little below the line: each reading varies by half a percent, and the *smallest* of many noisy numbers is too low.
 #
 # What did the node say, and how often?
 
@@ -1217,7 +1217,7 @@ print(run.output or "nothing")
 # One warning and one error, although several messages of the battery have come since.
 #
 # The node is still running, but its time stands still, because `/clock` does.
-# So you can look at it from outside, as on a robot.
+# So you can examine it from outside, as on a robot.
 
 # %% tags=["nbval-ignore-output"]
 # What is listed depends on how far your node is.
@@ -1310,6 +1310,31 @@ rclpy.try_shutdown()
 
 # %% [markdown]
 # > **On a real TurtleBot 4:** topics have other names, and the lidar is turned by 90°; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
+
+# %% [markdown] tags=["whole"]
+# ## Beyond your robot: another lidar
+#
+# An optional task without points, hints or a table of cases: only the check judges it.
+#
+# Your robot gets another lidar.
+# It has 240 beams, one degree apart, so it does not look all around; its limits differ, too.
+# It is bolted on turned to the left by `mounted` radians: that is where its x axis points on the robot.
+# Some of these lidars count their beams clockwise.
+#
+# Write `around`: it returns the `Proximity` of the *robot*, as `measure_proximity` does for the contract's lidar.
+# `ahead` and `behind` are `0.0` if no beam looks into that sector at all: what the lidar cannot see is not free.
+# Leave the scan as it is; use what is in your `scans.py`.
+
+# %% tags=["function", "unseen", "whole"]
+from grader.notebook.unseen import check
+
+
+def around(scan, mounted):
+    """Return the Proximity of a robot whose lidar is turned to the left by `mounted` (rad)."""
+    return measure_proximity(scan)  # TODO
+
+# %% tags=["check", "whole"]
+check("U1", around)
 
 # %% [markdown]
 # ## Go further

@@ -16,14 +16,14 @@
 #
 # ![The robot drives at a wall, slows down and stops; the time line shows how far it rolled on](pictures/05.png)
 #
-# A robot that drives must stop in time, also when its program ends.
+# A robot must stop in time, also when its program ends.
 #
 # You will be able to
 #
 # - work out how far a robot rolls after it has seen something, and find the speed that is too fast;
 # - decide what is safe in plain functions that are tested without a robot;
 # - publish at a fixed rate with a timer, and say why a robot needs a stream of commands;
-# - say what a slow callback does to the others, and end a node so that its robot stands still.
+# - say how a slow callback affects the others, and end a node so that its robot stands still.
 #
 # **Time:** part 1, what is safe: 45 to 85 minutes;
 # part 2, the node that drives: 40 to 70 minutes;
@@ -140,7 +140,7 @@ for start in STARTS:
     print(f"from x = {start:.2f} m: {clearance_left(0.5, start):.3f} m left")
 
 # %% [markdown]
-# Each time less is left: the lidar looks ten times a second, and after a scan that read 0.501 m the robot drives on for 0.1 s.
+# Less is left each time: the lidar measures ten times a second, and after a scan of 0.501 m the robot drives on for another 0.1 s.
 # So the true delay lies between 0.3 s and **0.4 s**, by chance.
 #
 # **Predict:** at which speed does it touch the wall?
@@ -303,7 +303,7 @@ axes.legend(loc="lower right");
 # The closest reading of all is 0.45 m, but within 60 degrees to each side of the direction of travel it is 0.52 m: nothing is in the way.
 # (Anything the hull would hit outside the sector is nearer than 0.197 m, and there the emergency stop acts.)
 #
-# A robot that drives backwards has to look backwards.
+# A robot that drives backwards must look backwards.
 # Your `scans.py` gives the three numbers that matter, in metres: `near.ahead`, `near.behind` and `near.anywhere`.
 #
 # **Exercise.** Two functions:
@@ -359,7 +359,7 @@ tries({
 # %% [markdown]
 # ### Step 2: the nearer, the slower
 #
-# A robot that stops from full speed jerks, so it slows down beforehand: within `safety_margin`, 0.3 m, above the threshold the highest speed falls in a straight line.
+# A robot that stops from full speed jerks, so it slows down before that. Within the `safety_margin` of 0.3 m above the threshold, the highest speed falls in a straight line.
 # By hand, at 0.65 m: 0.65 − 0.5 = 0.15 m is half of the margin, so half of 0.5 m/s: **0.25 m/s**.
 #
 # The line must not fall to zero, or the robot would creep for minutes.
@@ -1122,7 +1122,7 @@ check("F4", "F6")
 # ## Drive on when the way is free
 #
 # A box stands in the way for six seconds, then it is gone.
-# A node that remembers the obstacle in a flag, or sets `self._speed = 0.0` to stop, never drives on: that is a **latch**, which goes in and never comes out.
+# A node that stores the obstacle in a flag, or sets `self._speed = 0.0` to stop, never drives on. That is called a **latch**: it closes and never opens again.
 #
 # Keep apart what is *wanted* and what is *safe now*.
 # The obstacle changes what you publish, never what was asked for.
@@ -1138,7 +1138,7 @@ with run_node(world=room, parameters={"speed": 0.4}) as run:
 Film(recording)
 
 # %% [markdown]
-# F5 puts an obstacle in front of your robot and takes it away again, and one *behind* it, which should not matter.
+# F5 puts an obstacle in front of your robot and removes it, and puts one *behind* it, which should not matter.
 
 # %% tags=["check"]
 check("F5")
@@ -1192,23 +1192,23 @@ except (NameError, AttributeError):
     print("not yet: the picture needs your driver.py")
 
 # %% [markdown]
-# Up to half a second, and the loop runs three times a second: while one callback works, all others wait.
-# The queue holds five scans; after that the oldest falls out, without an error.
+# A scan waits up to half a second, and the loop runs only three times a second: while one callback works, all others wait.
+# The queue holds five scans; after that ROS drops the oldest, without an error.
 # Half a second at 0.5 m/s is 0.25 m.
 # (A `MultiThreadedExecutor` would run two callbacks at once, and then you need locks; notebook 06 has a table.)
 #
-# So in a callback there is no `time.sleep`, no waiting for an answer, no loop "until it is there".
-# Remember what you need in `self`, return, and let the timer ask again.
+# So never use `time.sleep` in a callback, wait for an answer, or loop "until it is there".
+# Store what you need in `self`, return, and let the timer ask again.
 #
 # Requirement Q4 reads your code for this and five more habits:
 #
 # | habit | what it costs |
 # |---|---|
-# | `except:` without a type | it swallows Ctrl-C and your own typing errors |
+# | `except:` without a type | it hides Ctrl-C and your own typing errors |
 # | `print` | no time, no level, no node name, not in `/rosout`: use `self.get_logger()` |
 # | `def f(scans=[])` | one list for all calls, it remembers |
 # | `if distance < 0.5` | the contract calls that number a parameter; read it from there |
-# | no type annotations on public functions | a reader has to guess: `def ramp(previous: float, wanted: float, ...) -> float` |
+# | no type annotations on public functions | a reader must guess: `def ramp(previous: float, wanted: float, ...) -> float` |
 #
 # Annotations let a tool such as `mypy` (not part of the kit) find a wrong call before any robot moves.
 
@@ -1223,9 +1223,9 @@ check("Q4")
 # %% [markdown]
 # ## The last zero
 #
-# You press Ctrl-C, and the robot should stand still.
-# The textbook says: publish a zero in `finally`.
-# Here is such a node; it lies beside your package in the workspace.
+# When you press Ctrl-C, the robot should stand still.
+# Textbooks often publish a zero in `finally`.
+# Here is such a node, in a file beside your package in the workspace.
 
 # %%
 # %%writefile ../../textbook.py
@@ -1254,9 +1254,9 @@ for attempt in range(3):
     print(speed, complaint.split(", at")[0])
 
 # %% [markdown]
-# The last command is 0.3 m/s, and there is a traceback on top.
+# The last command is 0.3 m/s, and there is also a traceback.
 # rclpy's own signal handler **shuts the context down** at once, and only then does your `finally` run: its publisher is no longer valid.
-# It is a race that the zero wins now and then: on your desk, not in the corridor.
+# It is a race, which the zero wins only sometimes.
 #
 # ### The life of an executor
 #
@@ -1273,7 +1273,7 @@ for attempt in range(3):
 #     while rclpy.ok():
 #         executor.spin_once()     # wait for one callback that is due, and call it
 #
-# If you write that loop yourself, *you* decide when it ends, and what comes after it.
+# If you write that loop yourself, *you* decide when it ends and what happens after it.
 #
 # ### Exercise: the last word
 #
@@ -1466,6 +1466,34 @@ check("I8")
 # %% [markdown]
 # > **On a real TurtleBot 4:** `cmd_vel` is a `TwistStamped`, and the base stops by itself; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
+# %% [markdown] tags=["whole"]
+# ## Beyond your robot: another base
+#
+# An optional task without points, hints or a table of cases: only the check judges it.
+#
+# Four bases are to drive with your code. A `base` has
+#
+# - `base.radius`: the radius of its hull, in m;
+# - `base.brake`: how fast its wheels brake, in m/s²;
+# - `base.delay`: the longest time from a measurement until it brakes, in s;
+# - `base.max_speed`: in m/s.
+#
+# Write `safe_speed`: the highest speed at which a base may drive when the closest reading ahead is `distance`, in m from its centre.
+# The base must stand before its hull touches, even if it gets no other reading.
+# A speed more than 2 % below the highest safe one is too slow.
+# `inf` is a free way; for NaN the base stands.
+
+# %% tags=["function", "unseen", "whole"]
+from grader.notebook.unseen import check
+
+
+def safe_speed(distance, base):
+    """Return the highest speed (m/s) from which the base stops before its hull touches."""
+    return 0.5  # TODO
+
+# %% tags=["check", "whole"]
+check("U2", safe_speed)
+
 # %% [markdown]
 # ## Go further
 #
@@ -1477,7 +1505,7 @@ check("I8")
 #
 # <details><summary>Why does a controller publish zeros when it has nothing to do?</summary>
 #
-# A robot keeps the last command, or stops after a time-out of its own. Only a stream says what is wanted now.
+# A robot keeps the last command, or stops after its own time-out. Only a stream says what is wanted now.
 # </details>
 # <details><summary>The delay doubles. The speed doubles. Which is worse for the stop distance?</summary>
 #
@@ -1494,7 +1522,7 @@ check("I8")
 
 # %% [markdown]
 # **Next:** [06 Services](06_services.ipynb). So far your node accepts any speed, even NaN.
-# Time for one that answers, and can say no.
+# Next you write one that answers, and can refuse.
 
 # %%
 from grader.notebook import progress

@@ -16,21 +16,21 @@
 #
 # ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
 #
-# A robot that accepts every number is dangerous, and one that says only "error" does not help.
-# Today yours answers, and can say no.
+# A robot that accepts every number is dangerous, and a robot that only says "error" is no help.
+# Today your robot learns to answer, and to say no.
 #
 # You will be able to
 #
 # - say when a topic fits and when a service does;
 # - write a service, and call it from Python and from the command line;
-# - refuse a request so that the caller knows why, and what would be taken;
-# - see a deadlock coming: a callback that waits for another one.
+# - refuse a request so that the caller knows why, and what you would accept;
+# - avoid a deadlock, in which one callback waits for another.
 #
 # **Time:** 50 to 95 minutes. A good place for a break is before "Ask for the status".
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # Your robot drives and stops.
-# How fast is up to a temporary service, which accepts any number.
+# A temporary service sets its speed, and accepts any number.
 # Today you replace it:
 #
 #     ros2_robot_controller/
@@ -45,7 +45,7 @@ from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("06")
 
 # %% [markdown]
-# If the lines above say that files are missing, and you would rather start here than go back, run `start_at("06")` in a cell of its own.
+# If files are missing and you would rather start here, run `start_at("06")` in a cell of its own.
 
 # %% [markdown]
 # ## Three questions first
@@ -54,7 +54,7 @@ begin("06")
 #
 # <details><summary>Notebook 05: the obstacle has stopped the robot. What is in <code>self._speed</code> now?</summary>
 #
-# The same as before: the speed in force. The obstacle changes what is published, never what was asked for.
+# The same as before, the speed in force. The obstacle changes what is published, never what was asked for.
 # </details>
 # <details><summary>Notebook 05: what happens to the scans while a callback sleeps for 0.3 s?</summary>
 #
@@ -68,19 +68,19 @@ begin("06")
 # %% [markdown]
 # ## Ask, and get an answer
 #
-# A topic is a radio: one side talks, any number listen, and there is no answer.
-# Good for a scan, ten times a second; if one is lost, the next one comes.
+# A topic is like a radio: one side talks, any number can listen, and there is no answer.
+# That is good for scans: if one is lost, the next comes 0.1 s later.
 #
-# "Drive at 0.3 m/s" is something else.
-# It is said once, and the one who says it wants to know: did you hear me, and will you do it?
+# "Drive at 0.3 m/s" is different.
+# The client says it once, and wants to know whether the robot has heard it and will do it.
 # That is a **service**: one request, one response.
 #
 # | | topic | service |
 # |---|---|---|
 # | who | any number of publishers and subscribers | one server, any number of clients |
 # | answer | none | one per request |
-# | good for | what flows: scans, speeds | what is asked: set, get, switch on |
-# | how long | - | at once; what takes a while is an action (notebook 07) |
+# | good for | streams: scans, speeds | single requests: set, get, switch on |
+# | how long | - | at once; use an action for what takes a while (notebook 07) |
 #
 # Here is a lamp with a switch.
 # The service's type, `SetBool`, has `bool data` in the request, and `bool success` and `string message` in the response.
@@ -114,7 +114,7 @@ client = person.create_client(SetBool, "switch_lamp")
 print("found it:", client.wait_for_service(timeout_sec=5.0))
 
 # %% [markdown]
-# **Predict:** what does the first `print` say, what the second?
+# **Predict:** what does the first `print` say, and what does the second say?
 
 # %%
 future = client.call_async(SetBool.Request(data=True))
@@ -125,8 +125,8 @@ print("answered:", future.done(), "-", future.result().message)
 
 # %% [markdown]
 # `call_async` sends the request and returns at once.
-# What it returns is a **future**: a place where the answer will be.
-# The answer comes while an executor spins, just as with timers.
+# It returns a **future**, an object that will hold the answer.
+# The answer comes while an executor spins, as with timers.
 # Here one executor serves both nodes; usually they are two processes.
 #
 # **Break it.** A server that forgets `return response`:
@@ -146,15 +146,15 @@ except TypeError:
     print("the server's spin ended with a TypeError; answered:", future.done())
 
 # %% [markdown]
-# The server is dead, the client waits.
+# The server has ended, and the client still waits.
 # An exception in *any* callback ends `spin`, and with it the whole node.
 # So a service must have an answer for everything that a client can send.
 
 # %% [markdown]
 # ## Set the speed
 #
-# The contract's service is `set_speed`: `float32 speed` in, `bool success` and `string message` out.
-# F2: if abs(speed) is at most `max_linear_speed`, it succeeds and the robot drives at that speed, backwards for a negative one.
+# The contract's service is `set_speed`. The request has `float32 speed`; the response has `bool success` and `string message`.
+# F2: if abs(speed) is at most `max_linear_speed`, it succeeds and the robot drives at that speed, backwards if it is negative.
 #
 # **Predict:** the limit is 0.3, and a client asks for 0.3. Is that above the limit?
 
@@ -165,33 +165,33 @@ arrives = float(np.float32(0.3))  # what a float32 field makes of it
 print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 
 # %% [markdown]
-# A float32 has 32 bits, 24 of them for the digits, and no number of bits holds 0.3 exactly.
-# The nearest float32 is a little above, the nearest float64 a little below.
-# Anyone asking for exactly the limit would be refused.
-# So allow a tiny tolerance: one millionth of the limit.
-# Then `clamp` what you keep, so that no command is ever above it.
+# A float32 has 24 binary digits, and no number of binary digits holds 0.3 exactly.
+# The nearest float32 is a little above 0.3, the nearest float64 a little below.
+# So a client that asks for exactly the limit would be refused.
+# Allow a tiny tolerance: one millionth of the limit.
+# Then `clamp` the speed that you store, so that no command is ever above the limit.
 #
 # **What does success mean?**
 # The request was *accepted*.
-# At 1 m/s² it takes 0.3 s until the robot is that fast, and a wall may keep it from ever being so.
-# A callback that waited for it would keep the scans waiting too.
+# At 1 m/s² the robot needs 0.3 s to reach that speed, and if there is a wall it may never reach it.
+# If the callback waited for that, the scans would have to wait too.
 # So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
 #
 # ### A node that takes orders, of your own design
 #
 # From here on there is no skeleton.
-# You know the file's name, and what must hold:
+# Only the file's name and these rules are fixed:
 #
-# - `ros2_robot_controller/speed_server.py` has a class `SpeedServer(Driver)`: it does whatever the driver does, and only adds. Its `__init__` hands `**node_options` on, as the driver's does;
-# - it offers `set_speed` (`SetSpeed`) and `get_status` (`GetRobotStatus`), of `ros2_robot_controller.srv`. rosidl has made them of your files in notebook 02; each has a `Request` and a `Response`;
+# - `ros2_robot_controller/speed_server.py` has a class `SpeedServer(Driver)`. It does everything that the driver does, and adds to it. Its `__init__` passes `**node_options` on, as the driver's does;
+# - it offers `set_speed` (`SetSpeed`) and `get_status` (`GetRobotStatus`), of `ros2_robot_controller.srv`. rosidl generated these classes from your files of notebook 02; each has a `Request` and a `Response`;
 # - F2, in this section: an accepted speed goes into `self._speed`, clamped to the limit. The limit is a parameter, read at each request: `self._value('max_linear_speed')`;
-# - F3, in the next section: what is refused changes nothing, and the message says why;
+# - F3, in the next section: a refused request changes nothing, and the message says why;
 # - F7, in the section after it: the status;
 # - notebook 07 builds on two methods without arguments: `_direction()`, whose sign is the direction of travel (0 looks forward), and `_obstacle_in_way()`.
 #
-# Which functions you make of it is yours to decide. Some 50 lines will do.
-# Begin with the services and F2, and come back to this cell, or open the file in the editor, after each of the next two sections.
-# There is no third hint. The tables and the checks accept any design; two to compare come after them.
+# You decide which functions you write. About 50 lines are enough.
+# Begin with the services and F2. After each of the next two sections, come back to this cell or open the file in the editor.
+# There is no third hint. The tables and the checks accept any design; after them come two designs to compare.
 
 # %% tags=["exercise", "design"]
 # %%writefile ros2_robot_controller/speed_server.py
@@ -202,14 +202,14 @@ print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `Lamp`, at the top, has a service, and notebook 05's temporary one set a speed. `driver.py` has the parameters, what it remembers of the last scan and the last odometry, and `motion.obstacle_in_way`.
-# What may be refused is best a plain function: it returns the reason, and an empty text, which counts as false, if there is none.
+# `Lamp`, at the top, has a service, and the temporary service of notebook 05 set a speed. `driver.py` has the parameters, the last scan and odometry, and `motion.obstacle_in_way`.
+# A plain function is best for the refusals: it returns the reason, or an empty text (which counts as false) if there is none.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
 # `self.create_service(Type, 'name', callback)` after `super().__init__(**node_options)`; a callback gets the request and the response, and returns the response.
 # `math.isfinite(speed)`, `abs(speed) > limit * (1.0 + 1e-6)`, `clamp(request.speed, -limit, limit)`.
-# In a message, `f'{speed:.3g} m/s'` makes 0.3 of 0.30000001192092896.
+# In a message, `f'{speed:.3g} m/s'` shortens 0.30000001192092896 to 0.3.
 # </details>
 #
 # `ask` calls a service of the node on the bench, as a client would.
@@ -226,10 +226,10 @@ tries({
 # %% [markdown]
 # ## Refuse a speed
 #
-# F3: above the limit, or not a number, `success` is false, the message states the limit, and the speed in force stays as it was.
+# F3: if the speed is above the limit or not a number, `success` is false, the message states the limit, and the speed in force stays as it was.
 #
-# Four ways to ask.
-# **Predict** which of them lets something through that it should not.
+# Here are four ways to test a speed.
+# **Predict** which of them accept a speed that they should not.
 
 # %%
 import math
@@ -249,11 +249,11 @@ for words, accepts in ways.items():
     print(f"{words:26}" + "".join(f"{'yes' if accepts(value) else '-':>7}" for value in values))
 
 # %% [markdown]
-# The first and the second are the same for every number, and differ for NaN.
-# The third and the fourth forget that a robot drives backwards, too.
-# Only the first line is right.
+# The first and the second give the same answer for every number, but not for NaN.
+# The third and the fourth forget that a robot can also drive backwards.
+# Only the first one is right.
 #
-# And then? NaN is neither below nor above a limit, so `clamp` returns it unchanged.
+# What happens after the second? NaN is neither below nor above a limit, so `clamp` returns it unchanged.
 
 # %%
 from sim import Simulator, load_world
@@ -271,21 +271,21 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # %% [markdown]
 # The robot drives on at its last speed: the motors refuse the NaN, and no zero comes.
 # (Your `make_safe` would still stop it at a wall. On a free way nothing does.)
-# What comes in from outside is checked where it comes in.
+# So check every value from outside where it comes in.
 #
 # **Say no in a helpful way.** Three messages:
 #
 # | message | what the caller knows |
 # |---|---|
 # | `error` | nothing |
-# | `speed too high` | try less, but how much less? |
-# | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what was heard, what happened, what would be taken |
+# | `speed too high` | it should be lower, but not how much |
+# | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what the node received, what happened, what it would accept |
 #
-# **Back to your file:** two reasons to refuse, the speed is not a finite number, or its size is above the limit (with the tiny tolerance).
-# Both state the limit, and both leave the speed as it was.
-# Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter, `self._value('robot_name')`: two robots may share a log.
+# **Back to your file:** refuse a speed that is not a finite number, and one whose size is above the limit (with the tiny tolerance).
+# In both cases the message states the limit, and the speed stays as it was.
+# Log each answer with `self.get_logger().info(...)`, and add the robot's name, `self._value('robot_name')`, because two robots may share a log.
 #
-# **Predict** the first row: −0.5 is in force, 0.8 is refused. At which speed does the robot drive on?
+# **Predict** the first row: −0.5 is in force, and 0.8 is refused. At which speed does the robot go on?
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -311,21 +311,21 @@ tries({
 # %% [markdown]
 # ## Ask for the status
 #
-# `get_status` asks nothing and answers four things (F7).
+# The request of `get_status` is empty; its answer has four fields (F7).
 #
-# **Predict:** the robot was told 0.3 m/s and stands before a wall. Which speed does it report?
+# **Predict:** the robot's speed was set to 0.3 m/s, and it stands in front of a wall. Which speed does it report?
 #
-# The contract says: the speed **in force**, the one that was set.
-# So 0.3. That it stands, and why, is in the other fields:
+# The contract says: the speed **in force**, which is the one that was set.
+# So it reports 0.3. The other fields say that it stands, and why:
 #
 # | field | |
 # |---|---|
 # | `speed` | what was set and accepted, 0.3 |
-# | `obstacle_detected` | true while something keeps it from driving that way |
-# | `pose` | from `odom`, as it came |
-# | `status` | `ACTIVE`, or `OBSTACLE_DETECTED` while there is one |
+# | `obstacle_detected` | true while an obstacle keeps it from driving that way |
+# | `pose` | unchanged from `odom` |
+# | `status` | `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle |
 #
-# **Back to your file** once more: the answer, and `_obstacle_in_way` for notebook 07.
+# **Back to your file** once more: write the answer, and `_obstacle_in_way` for notebook 07.
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -366,7 +366,7 @@ tries({
 # %% [markdown]
 # ### Start it
 #
-# This file is given; the temporary service is gone.
+# This file is given. It no longer has the temporary service.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -383,8 +383,8 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(SpeedServer, args)
 
 # %% [markdown]
-# Talk to it.
-# The first time this builds the package, which takes a moment.
+# Talk to your node.
+# The first time, this cell builds the package.
 
 # %%
 from sim import Box, World
@@ -395,9 +395,9 @@ for speed in (0.3, 0.8, math.nan):
     print(f"{speed}: success={answer.success}, {answer.message}")
 
 # %% [markdown]
-# The same from outside, as a colleague would do it at a terminal.
-# `ros2 service call` wants the name, the type, and the request in YAML.
-# It reads the types from what *you* have built, so this builds where that has not been done in notebook 02.
+# Now do the same as in a terminal.
+# `ros2 service call` needs the name, the type, and the request in YAML.
+# It reads the types from what *you* have built, so the cell builds the package if necessary.
 
 # %% tags=["nbval-ignore-output"]
 # How long colcon takes differs from run to run.
@@ -426,10 +426,10 @@ print(f"speed {answer.speed:.2f}, obstacle {answer.obstacle_detected}, {answer.s
 run.close()
 
 # %% [markdown]
-# The node's own pose is that of odometry; it need not be the true one.
+# The node's pose comes from odometry, so it may differ a little from the true one.
 #
-# Now the checks.
-# F2 is the set speed, F3 the refusals, F7 the status:
+# Now run the checks.
+# F2 is the set speed, F3 the refusals, and F7 the status:
 
 # %% tags=["check"]
 check("F2", "F3", "F7")
@@ -437,7 +437,7 @@ check("F2", "F3", "F7")
 # %% [markdown]
 # <details><summary>Two designs for the status, once yours passes</summary>
 #
-# **Ask when asked.** Nothing new is remembered; the answer is worked out from what the driver knows at that moment.
+# **Compute on request.** The node stores nothing new. It computes the answer from what the driver knows at that moment.
 #
 # ```python
 # def _on_get_status(self, _, response):
@@ -451,7 +451,7 @@ check("F2", "F3", "F7")
 #     return motion.obstacle_in_way(self._near, self._direction(), self._limits())
 # ```
 #
-# **Keep the answer ready.** Each scan works out a flag, and the service reads it.
+# **Keep the answer ready.** The node computes a flag with each scan, and the service reads it.
 #
 # ```python
 # def _on_scan(self, scan):
@@ -462,12 +462,12 @@ check("F2", "F3", "F7")
 #     return self._blocked
 # ```
 #
-# The second one answers faster, and pays for it: the flag is wrong from a change of the speed's sign, or of a parameter, until the next scan, and it needs a value before the first scan.
-# What can be worked out in a microsecond is not worth remembering, so the course's package has the first one.
+# The second one answers faster, but its flag can be wrong: after the sign of the speed or a parameter changes, until the next scan comes. It also needs a value before the first scan.
+# A value that takes a microsecond to compute need not be stored, so the course's package has the first design.
 # </details>
 #
-# And by hand: in Jupyter the next cell is a live view of your node.
-# Drag the box in front of it, then run the cell after it, again and again.
+# You can also try it by hand: in Jupyter the next cell is a live view of your node.
+# Drag the box in front of the robot, and run the cell after the view several times.
 
 # %%
 run = run_node(world=World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),)))
@@ -483,10 +483,10 @@ run.close()
 # %% [markdown]
 # ## A service that asks a service
 #
-# A last trap, and the reason why some nodes stand still for ever without a word.
-# A service's callback asks another service, and waits for the answer.
+# The last trap makes some nodes stop for ever without a message.
+# The callback of a service calls another service and waits for the answer.
 #
-# **Predict:** who answers, while the one thread waits?
+# **Predict:** who can answer while the only thread waits?
 
 # %%
 from std_srvs.srv import Trigger
@@ -507,8 +507,8 @@ class Office(Node):
 
 # %% [markdown]
 # The desk has two ways to ask the archive.
-# The first one has a limit of one second, for the sake of this notebook.
-# Without it you would wait until you restart the kernel.
+# The first one has a time limit of one second.
+# Without the limit you would have to restart the kernel.
 
 # %%
 def on_desk_waits(self, request, response):
@@ -544,22 +544,22 @@ def ask(service, group=None):
 print(ask("desk_waits"))
 
 # %% [markdown]
-# The archive is in the same node, served by the same thread, and the thread sits at the desk.
-# Even if the archive were another node it would hang: the *answer* has to be taken in by that same thread.
+# The archive is in the same node and needs the same thread, which waits in the desk's callback.
+# The desk would hang even if the archive were another node, because the same thread would have to receive the *answer*.
 # This is a **deadlock**.
 #
-# The usual cure is `await`: the callback steps aside until the answer is there.
+# The usual cure is `await`: it frees the thread until the answer is there.
 
 # %%
 print(ask("desk_awaits"))
 
 # %% [markdown]
-# `None`: three seconds, and no answer either.
-# The thread is free now, but there is a second lock.
-# All callbacks of a node belong to one **callback group**, unless you say otherwise, and that group lets in one at a time.
+# `None` means that there was no answer after three seconds either.
+# Now the thread is free, but something else is blocked.
+# By default, all callbacks of a node belong to one **callback group**, which lets only one of them run at a time.
 # The desk has not finished, so the archive may not begin.
 #
-# Give the desk a group of its own:
+# Give the desk its own group:
 
 # %%
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -567,45 +567,45 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 
 # %% [markdown]
-# One thread, `await`, and a group of its own: that works.
+# It works with one thread, `await`, and a separate group.
 #
-# The names of the other possibilities, for when you meet them in other people's code:
+# In other people's code you will also meet these:
 #
 # | | callbacks in one `MutuallyExclusiveCallbackGroup` (the default: one for the node) | in one `ReentrantCallbackGroup`, or in two groups |
 # |---|---|---|
 # | `SingleThreadedExecutor`, what `rclpy.spin` uses | one after the other; while one awaits, the group stays closed | one after the other; while one awaits, the others run |
 # | `MultiThreadedExecutor(num_threads=4)` | one after the other | at the same time, each in a thread |
 #
-# So a second thread alone changes nothing as long as all callbacks are in one group.
-# With two threads *and* two groups even `desk_waits` gets its answer, and from then on two callbacks may change `self` at once.
+# So a second thread alone changes nothing while all callbacks are in one group.
+# With two threads *and* two groups even `desk_waits` gets its answer, but then two callbacks may change `self` at the same time.
 #
 # <details><summary>Which of the four fields of the table needs locks?</summary>
 #
 # Only the last one.
 # </details>
 #
-# In the contract's package no service needs another one, and the simplest cure is the best: *do not ask inside a callback; remember what you know*.
-# `_on_get_status` asks no other node. It reads what the last scan and the last odometry left in `self`.
+# In your package no service needs another one, so the simplest cure is the best: *do not call a service inside a callback; store what you know*.
+# `_on_get_status` asks no other node. It reads what the last scan and the last odometry stored in `self`.
 #
-# > **On a real TurtleBot 4:** the base cuts 0.5 m/s to 0.306 m/s without a word, so set `max_linear_speed` to what it can do; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
+# > **On a real TurtleBot 4:** the base reduces 0.5 m/s to 0.306 m/s without a message, so set `max_linear_speed` to what it can do; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown]
 # ## Go further
 #
-# - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` answer what you need before a call.
-# - Who may set the speed? Anybody on the network. Look up *Security* in the ROS 2 documentation.
-# - *Using callback groups* among the how-to guides of the ROS 2 documentation tells the whole story of the desk.
+# - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` tell you what you need for a call.
+# - Who may set the speed? Everyone on the network. Look up *Security* in the ROS 2 documentation.
+# - *Using callback groups*, a how-to guide of the ROS 2 documentation, explains the deadlock of the desk in full.
 
 # %% [markdown]
 # ## Recall
 #
 # <details><summary>A map of 5 MB is wanted once, by one node. Topic or service?</summary>
 #
-# A service: it is asked once, by one, and an answer is wanted. (Many robots do publish maps, once, on a topic that keeps the last message for latecomers.)
+# A service: one node asks once, and needs an answer. (Many robots do publish maps, once, on a topic that keeps the last message for nodes that start later.)
 # </details>
 # <details><summary>The answer says success. How fast does the robot drive?</summary>
 #
-# That is not known. The speed was accepted. It takes time to get there, and an obstacle may forbid it.
+# You do not know. The speed was accepted, but the robot needs time to reach it, and an obstacle may prevent that.
 # </details>
 # <details><summary>Why is <code>if abs(v) > limit: refuse</code> wrong?</summary>
 #
@@ -613,14 +613,14 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # </details>
 # <details><summary>What happens to a client when the server's callback raises?</summary>
 #
-# It gets no answer, ever. And the server's node is gone.
+# It never gets an answer, and the server's node has ended.
 # </details>
 # <details><summary>A service callback awaits an answer in the same node and hangs. Which two things must be free?</summary>
 #
 # The thread, which `await` frees, and the callback group: the one that waits needs another group than the ones that answer.
 # </details>
 #
-# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. A service is too little for that.
+# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and can be cancelled. A service is not enough for that.
 
 # %%
 from grader.notebook import progress

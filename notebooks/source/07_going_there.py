@@ -16,14 +16,14 @@
 #
 # ![The robot visits three goals; the distance that it reports falls to zero three times](pictures/07.png)
 #
-# "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind.
-# Today your robot drives to a place, and can be called back on the way.
+# "Drive to the kitchen" takes a minute, can fail on the way, and you may want to cancel it.
+# Today your robot learns to drive to a place, and to stop on the way if you cancel.
 #
 # You will be able to
 #
 # - steer a robot to a place, and say why it turns first and slows down at the end;
 # - work out how strongly it may steer before it oscillates;
-# - offer an action: goal, feedback, result, cancel;
+# - offer an action, with a goal, feedback, a result and a cancel;
 # - write a callback that waits without blocking the others;
 # - send goals from Python, from the command line, and by a click on the map.
 #
@@ -32,7 +32,7 @@
 # part 2, the action: 45 to 85 minutes;
 # part 3, feedback, cancel and a blocked way: 25 to 45 minutes.
 #
-# So far, your robot drives at the speed that it is given, answers questions, and stops before walls.
+# So far, your robot drives at a given speed, answers requests, and stops before walls.
 # Two files are new:
 #
 #     ros2_robot_controller/
@@ -51,7 +51,7 @@ from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("07")
 
 # %% [markdown]
-# If the lines above say that files are missing, and you would rather start here than go back, run `start_at("07")` in a cell of its own.
+# If files are missing and you would rather start here, run `start_at("07")` in a cell of its own.
 
 # %% [markdown]
 # ## Three questions first
@@ -68,7 +68,7 @@ begin("07")
 # </details>
 # <details><summary>Notebook 06: a service's callback waits for an answer from the same node. Why does it wait for ever?</summary>
 #
-# The one thread is busy in the callback, so the answer cannot be taken in. `await` frees the thread; a second callback group lets the answer in.
+# The callback keeps the only thread busy, so no other callback can receive the answer. `await` frees the thread; a second callback group lets the answer in.
 # </details>
 
 # %% [markdown]
@@ -89,7 +89,7 @@ begin("07")
 # - the direction: atan2(1, 2) = 26.6°
 # - seen from the robot: 26.6° − 90° = **−63.4°**. Negative is clockwise: to the right.
 #
-# Draw it on a scrap of paper, then let a function do it:
+# Draw it on paper, and then let a function compute it:
 
 # %%
 import math
@@ -107,14 +107,14 @@ error, distance = error_and_distance(1.0, 1.0, math.radians(90), 3.0, 2.0)
 print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 
 # %% [markdown]
-# `normalize_angle` does what your function of notebook 03 does; this one is the simulator's.
+# This `normalize_angle` is the simulator's, and does the same as yours of notebook 03.
 # Without it, a robot that faces 179 degrees and should face −179 would turn by 358 degrees, not by 2.
 #
 # ### How strongly to steer
 #
-# The nearer the target is to straight ahead, the less there is to turn.
-# So let the turning speed be a number times the error, $\omega = k \cdot \mathrm{error}$; $k$ is called the **gain**.
-# Which gain?
+# The nearer the target is to straight ahead, the less the robot has to turn.
+# So the turning speed is a number times the error, $\omega = k \cdot \mathrm{error}$; $k$ is called the **gain**.
+# Which gain is right?
 #
 # By hand: the control loop runs every 0.1 s.
 # In one step the robot turns by $k \cdot 0.1$ of the error.
@@ -157,10 +157,10 @@ axes.grid(alpha=0.3)
 axes.legend();
 
 # %% [markdown]
-# With 10 the robot oscillates; with 5 it overshoots; with 1.5 it is a little slow, and calm.
+# With 10 the robot oscillates, with 5 it overshoots, and with 1.5 it is calm but a little slow.
 #
-# **Why?** Call the loop's period $T$; here it is 0.1 s.
-# If what is measured is one step old, each step changes the error by the one before:
+# **Why?** Let $T$ be the loop's period, here 0.1 s.
+# If the measurement is one step old, each step changes the error by $k\,T$ times the error before it:
 #
 # $$ e_{i+1} = e_i - k\,T\,e_{i-1} $$
 #
@@ -179,7 +179,7 @@ axes.legend();
 # A rule of thumb for all of them: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
 # `TURN_GAIN` is 1.5 rad/s per rad.
 #
-# **Move the sliders.** With a delay of 0.4 s, as over a bad radio link: up to which gain does the robot stay calm?
+# **Move the sliders.** Up to which gain does the robot stay calm with a delay of 0.4 s, as over a bad radio link?
 
 # %% tags=["nbval-ignore-output"]
 # A slider has another name in each run, so the output is not compared.
@@ -208,7 +208,7 @@ slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
 #
 # ### Turn first
 #
-# Why not drive and turn at the same time?
+# Could the robot drive and turn at the same time?
 #
 # **Predict:** the target lies half a metre to the left. The robot drives at 0.5 m/s and turns at up to 1 rad/s towards it. What does its path look like?
 
@@ -253,7 +253,7 @@ compare_view(orbit, straight, ("turn while driving", "turn, then drive"))
 #
 # `min(0.5, distance)` made the second robot slower near the target.
 #
-# **Predict:** what happens at a constant 0.5 m/s, if the robot is to stop within 2 cm of the target?
+# **Predict:** what happens at a constant 0.5 m/s, if the robot should stop within 2 cm of the target?
 
 # %%
 TARGET = (1.5, 0.0)
@@ -282,12 +282,12 @@ axes.legend();
 
 # %% [markdown]
 # At 0.5 m/s it moves 5 cm from one step of the control loop to the next.
-# The zone is 4 cm wide, so the robot jumped over it, had to turn right round, and came back.
+# The zone is 4 cm wide, so the robot drove past it, turned round, and came back.
 # If the speed falls with the distance, that never happens.
 #
 # ### A file of your own design
 #
-# Write plain functions again, in `utils/steering.py`: no node, no topic, and this time no skeleton.
+# Write plain functions again, in `utils/steering.py`, without a node or a topic, and this time without a skeleton.
 # Only the file's name and what its functions return are fixed, because `navigator.py` calls them in part 2:
 #
 # | call | gives |
@@ -296,15 +296,15 @@ axes.legend();
 # | `distance_to(place, x, y)` | the straight distance to (x, y), in metres |
 # | `steer(place, x, y, limits)` | a `Command` (of `utils/motion.py`) on the way to (x, y). While that place is far from straight ahead: turn in place, the shorter way round. Otherwise: drive, at `limits.max_linear_speed` at most and slower at the end, and keep correcting |
 # | `has_arrived(distance, tolerance, blocked)` | whether this distance is near enough |
-# | `goal_refusal(x, y, tolerance)` | why such a goal is impossible, in words; an empty text if it is worth trying |
+# | `goal_refusal(x, y, tolerance)` | why such a goal is impossible, in words; an empty text if it is possible |
 #
-# Three decisions need a thought before you type.
+# Make three decisions before you type.
 #
 # - *Your gains.* 1.5 rad/s per rad does not overshoot with this robot's delay, as you have seen. `make_safe` keeps omega within its limit later; limit v yourself.
 # - *When has it arrived?* Do not stop as soon as the distance is within the tolerance: odometry is a little wrong, and what counts is where the robot really *is*. Drive on until it is well within the tolerance. Only if an obstacle is in the way (`blocked`) is it enough to be within the tolerance at all.
-# - *What cannot be reached?* NaN and infinity are not places, and a tolerance cannot be met if it is not above zero or not finite.
+# - *What cannot be reached?* NaN and infinity are not places, and a tolerance must be finite and above zero.
 #
-# There is no third hint. The table accepts any design, and so does `check("F8")` in part 2; two designs come at the end of this part.
+# There is no third hint. The table and `check("F8")` in part 2 accept any design; at the end of this part come two to compare.
 
 # %% tags=["exercise", "design"]
 # %%writefile ros2_robot_controller/utils/steering.py
@@ -316,7 +316,7 @@ axes.legend();
 # <details><summary>Hint 1: where to look</summary>
 #
 # `error_and_distance` and `turn_then_drive` above do the same; here, give the numbers names.
-# What you import is in your own `utils/conversions.py` and `utils/motion.py`. In notebook 06, the refusal of a speed shows how to ask for what is good and negate it.
+# Import from your own `utils/conversions.py` and `utils/motion.py`. The refusal of a speed in notebook 06 asks whether the value is good, and negates that.
 # </details>
 # <details><summary>Hint 2: the formulas</summary>
 #
@@ -379,7 +379,7 @@ tries({
 })
 
 # %% [markdown]
-# **Look at it.** The robot stands in the middle and looks to the right. For which targets around it does it only turn, and for which does it drive?
+# **Look at it.** The robot stands in the middle and faces to the right. For which targets does it only turn, and for which does it drive?
 
 # %%
 def show_steering():
@@ -455,7 +455,7 @@ except AttributeError as missing:
 # return Command(v=facing * speed, omega=TURN_GAIN * error)
 # ```
 #
-# The second one is quicker and looks better. It also drives arcs, through places where nobody has sent it: beside a wall the first one is easier to predict.
+# The second one is faster and smoother. But it drives in arcs, through places to which you have not sent it; beside a wall the first one is easier to predict.
 # </details>
 #
 # If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
@@ -464,7 +464,7 @@ except AttributeError as missing:
 # ## Part 2: the action
 #
 # 45 to 85 minutes.
-# If you begin here, this cell is the first to run; it needs nothing from part 1 but your file.
+# If you begin here, this cell is the first to run; from part 1 it needs only your file.
 # After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
 
 # %%
@@ -484,7 +484,7 @@ begin("07")
 #
 # "Drive to (3, 2)" takes ten seconds.
 # A service answers once, at the end.
-# Until then its caller knows nothing, and cannot change its mind.
+# Until then its client knows nothing, and cannot cancel.
 # That is why there are **actions**:
 #
 # | part | who sends it | here |
@@ -499,8 +499,8 @@ begin("07")
 #
 # ### A client and its two futures
 #
-# First comes the client's side, with a server that does nothing but talk.
-# The server is given a callback, `execute`, which runs from the goal's acceptance to its result.
+# We begin with the client, and a server that only talks.
+# Its callback `execute` runs from the goal's acceptance to its result.
 
 # %%
 import rclpy
@@ -528,7 +528,7 @@ for node in (talker, person):
 print("found it:", client.wait_for_server(timeout_sec=5.0))
 
 # %% [markdown]
-# A service's client has one future (notebook 06), an action's client has **two**: was the goal accepted, and what came of it?
+# A service's client has one future (notebook 06). An action's client has **two**: was the goal accepted, and what was the result?
 #
 # **Predict:** in which order are the lines printed?
 
@@ -551,14 +551,14 @@ for node in (talker, person):
     node.destroy_node()
 
 # %% [markdown]
-# The goal is accepted before `execute` begins, but you may see the first feedback before you see the acceptance: feedback is a topic, the acceptance comes from a service, and nothing keeps the two in order.
+# The goal is accepted before `execute` begins, but you may see the first feedback before the acceptance. Feedback comes on a topic and the acceptance from a service, and ROS does not keep the two in order.
 #
-# `run.go_to(x, y)`, further down, is such a client; and in notebook 09 you write one for a test.
+# `run.go_to(x, y)`, further down, is such a client, and in notebook 09 you write one for a test.
 #
 # ### Wait without blocking
 #
-# Driving takes time, so `execute` must last as long as the drive.
-# The textbook's `execute` is a loop with a sleep in it:
+# `execute` must last as long as the drive.
+# In textbooks it is often a loop that sleeps:
 
 # %%
 import time
@@ -581,7 +581,7 @@ def end(goal):
 # `send_and_cancel` serves an action with such a function, in a node that also counts the odometry messages that arrive.
 # It sends a goal, 20 messages of odometry within a second, and then a cancel.
 #
-# **Predict:** how many of the 20 messages arrive while the loop sleeps? And what becomes of the cancel?
+# **Predict:** how many of the 20 messages arrive while the loop sleeps? What happens to the cancel?
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
@@ -595,14 +595,14 @@ def accept(goal):
 print(send_and_cancel(sleeping, cancel_callback=accept))
 
 # %% [markdown]
-# The node was deaf.
-# No odometry, so it does not know where it is; no scan, so it would drive into the wall; no timer, so nothing is commanded.
-# The cancel lay in the queue until the goal was over.
+# The node heard nothing.
+# Without odometry it does not know where it is, without scans it would drive into the wall, and without its timer it commands nothing.
+# The cancel waited in the queue until the goal was over.
 # The loop asked `goal.is_cancel_requested` twenty times, but it could not become true: the callback that sets it needs the same thread.
 #
 # A second thread is the textbook's cure.
 # But then two callbacks can change `self` at the same time, and you need locks.
-# The better cure is to say what you are waiting for, and to step aside instead of waiting.
+# A better cure is to say what you wait for, and to free the thread meanwhile.
 # `server.over` is a future; ten times a second a timer of that node checks whether the goal is over, and if so completes the future:
 
 # %% tags=["nbval-ignore-output"]
@@ -616,15 +616,15 @@ async def awaiting(server, goal):
 print(send_and_cancel(awaiting, cancel_callback=accept))
 
 # %% [markdown]
-# `await` gives the thread back.
+# `await` frees the thread.
 # **Who resumes the callback?** The executor.
 # It runs an `async def` callback as a *task*.
-# At `await`, the task leaves a note with the executor ("call me when this future is done") and steps aside.
-# When some other callback calls `set_result`, the task is due, and the executor continues it after the `await`.
-# Meanwhile sensors, timers and cancels are served, and the timer that steers can also complete the future when the goal is over.
-# One thread, no locks.
+# At `await`, the task asks the executor to call it when the future is done, and pauses.
+# When another callback calls `set_result`, the executor continues the task after the `await`.
+# Meanwhile it serves sensors, timers and cancels, and the timer that steers can also complete the future when the goal is over.
+# You need only one thread and no locks.
 #
-# **Predict:** the same again, without the `cancel_callback`.
+# **Predict:** what happens without the `cancel_callback`?
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
@@ -632,8 +632,8 @@ print(send_and_cancel(awaiting))
 
 # %% [markdown]
 # rclpy refuses a cancel unless you accept it.
-# Nothing warns you.
-# Accepting takes one line, and you would not want to stand beside a robot that cannot be called back.
+# There is no warning.
+# You need only one line to accept it, and a robot that you cannot stop is dangerous.
 #
 # ### The navigator, in six steps
 #
@@ -645,7 +645,7 @@ print(send_and_cancel(awaiting))
 #     each step      ->  _control: is it over?  ->  _wanted: steer()   ->  (Driver) make_safe, gently, publish
 #     it is over     ->  complete `ending`  ->  _navigate wakes up, says succeed, canceled or abort, returns the result
 #
-# Four decisions to keep:
+# Follow these four decisions:
 #
 # - A **new goal replaces** the running one, which is aborted. (The contract leaves that to you: its trials send one goal after another.)
 # - Without fresh odometry the robot does not know where it is: then `STOP` is wanted.
@@ -794,7 +794,7 @@ tries({
 })
 
 # %% [markdown]
-# **Step 2: take it or leave it.**
+# **Step 2: accept or reject.**
 # `_on_goal` answers `GoalResponse.REJECT`, with a warning in the log, if `steering.goal_refusal` gives a reason; otherwise `GoalResponse.ACCEPT`.
 # `_on_cancel` accepts every cancel.
 
@@ -902,8 +902,8 @@ tries({
 # `_navigate` is the `execute` callback, and works like `awaiting` above:
 #
 # 1. end the running goal, if there is one: `Ending.REPLACED`;
-# 2. make a `Goal` of the handle's request, and keep it in `self._goal`;
-# 3. `await goal.ending`: here the method steps aside until the goal is ended;
+# 2. make a `Goal` from the handle's request, and keep it in `self._goal`;
+# 3. `await goal.ending`: here the method pauses until the goal ends;
 # 4. tell the client how it ended: the dictionary in the cell picks the handle's method, and the last pair of brackets calls it;
 # 5. return a `NavigateToPosition.Result` with `success` and `final_pose`.
 
@@ -1115,7 +1115,7 @@ tries({
 # %% [markdown]
 # ### Start it
 #
-# Given, as before:
+# This file is given, as before:
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -1132,7 +1132,7 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(Navigator, args)
 
 # %% [markdown]
-# Send it somewhere.
+# Send the robot to a place.
 # `go_to` is an action client: it sends the goal, lets simulated time pass, and collects the feedback.
 #
 # **Predict:** the target is at (−1, 1), behind the robot and to its left. Which way does it turn, and how long does it take?
@@ -1145,7 +1145,7 @@ run_view(run.recording)
 
 # %% [markdown]
 # It turns left, the shorter way (135°, not 225°), and arrives after about 7 s.
-# Feedback comes in part 3. Without it the simulator cannot tell whether your node follows `/clock`; hence the warning in the picture that the drive is perhaps not repeatable.
+# You write the feedback in part 3. Without it the simulator cannot tell whether your node follows `/clock`, so the picture warns that the drive is perhaps not repeatable.
 #
 # F8 sends the robot to targets ahead, beside and behind.
 # By ground truth it must end up within the tolerance, its `final_pose` must agree with odometry, and it must stand still afterwards.
@@ -1201,8 +1201,8 @@ def odometry(x, y):
 # F9: feedback at 2 Hz or faster, accurate to 0.15 m.
 # The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
-# **Your own design.** When is there something to tell, and when would a number be a lie?
-# There is no third hint. `check("F9")` accepts any design that is right; the rows below expect feedback with each call of the timer. Two designs come after the check.
+# **Your own design.** When does the node know the distance, and when would a number be wrong?
+# There is no third hint. `check("F9")` accepts any design that is right; the rows below expect feedback with each call of the timer. After the check come two designs to compare.
 
 # %% tags=["piece", "design"]
 # %%into ros2_robot_controller/navigator.py
@@ -1251,7 +1251,7 @@ axes.grid(alpha=0.3)
 axes.legend();
 
 # %% [markdown]
-# Flat while it turns, then a slope of −0.5 m/s, then ever flatter: the slow-down.
+# The line is flat while the robot turns, then it falls by 0.5 m/s, and at the end it becomes flatter as the robot slows down.
 # Feedback says how far it still is, not how long that will take.
 #
 # Feedback is a topic: a client that does not listen misses it, and the server does not wait.
@@ -1314,9 +1314,9 @@ run.close()
 #
 # F10: a cancelled goal ends as *canceled*, with `success` false, and the robot stands still within 1 s.
 #
-# Two things happen, and they are easily mistaken for one.
+# A cancel has two steps, which are easy to confuse.
 # `cancel_callback` says whether the request is *accepted*.
-# Then your own code has to end the goal and say `handle.canceled()`.
+# Then your own code must end the goal and call `handle.canceled()`.
 #
 # **Predict:** what would the status be if `_navigate` called `handle.succeed()` after a cancel?
 
@@ -1335,14 +1335,14 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 # %% [markdown]
 # ## When the way is blocked
 #
-# A box drops into the way, and goes away again after a while.
+# A box appears in the way, and disappears after a while.
 #
-# **Predict:** what should the robot do meanwhile? Give up? Wait? Drive around the box?
+# **Predict:** what should the robot do meanwhile: give up, wait, or drive around the box?
 #
-# The contract (F11) asks for two things: no collision, ever, and a goal that is completed once the way is free.
+# The contract (F11) asks for two things: the robot never collides, and it completes the goal once the way is free.
 # So it waits.
-# And you need not write a line for it: `_wanted` steers on, `make_safe` below says no, and when the box is gone it says yes.
-# Driving around the box needs a map and a planner; that would be a different robot, with Nav2.
+# You do not need to write code for that: `_wanted` steers on, but `make_safe` below stops the robot until the box is gone.
+# To drive around the box, it would need a map and a planner, such as Nav2.
 
 # %%
 box = Box((1.2, 0.0), (0.2, 0.6), name="box", appears=1.0, vanishes=6.0)
@@ -1353,7 +1353,7 @@ print(went, "- contacts:", len(recording.contacts))
 run_view(recording)
 
 # %% [markdown]
-# The same as a film; watch the box.
+# Here is the same drive as a film. Watch the box.
 
 # %%
 from sim.film import Film
@@ -1361,22 +1361,22 @@ from sim.film import Film
 Film(recording)
 
 # %% [markdown]
-# Did it twitch forward while it stood before the box?
+# Did the robot move forward a little while it stood before the box?
 # If so, the lidar's noise made one scan read 0.501 m, and the next scan stopped the robot again.
 #
 # Turning in place is still allowed before an obstacle, unless something is nearer than the emergency distance.
 # Without that, a robot in front of a wall could never turn away from it.
 #
-# F11 also requires that the limits are kept throughout: neither speed may exceed its maximum, nor rise faster than its acceleration allows.
-# `make_safe` and `speed_up_gently` do that, for whatever a layer above wants: you wrote them in notebook 05, the accelerations in its step 4.
+# F11 also requires that the robot always keeps its limits: neither speed may exceed its maximum, or rise faster than its acceleration allows.
+# `make_safe` and `speed_up_gently` of notebook 05 do that, whatever a layer above wants; the accelerations are in its step 4.
 # If F11 complains about a speed that rises too fast, look there.
 
 # %% tags=["check"]
 check("F10", "F11")
 
 # %% [markdown]
-# Now that all services and the action are there, three more requirements can be checked:
-# I3, that the nodes use the four interfaces; I4, that the graph shows what the contract says; Q4, the habits of notebook 05.
+# Your node now has all services and the action, so you can check three more requirements.
+# I3: the nodes use the four interfaces. I4: the graph shows what the contract says. Q4: the habits of notebook 05.
 
 # %% tags=["check"]
 check("I3", "I4", "Q4")
@@ -1384,11 +1384,38 @@ check("I3", "I4", "Q4")
 # %% [markdown]
 # > **On a real TurtleBot 4:** the base has an action `navigate_to_position` of another type, so your node needs a namespace; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
+# %% [markdown] tags=["whole"]
+# ## Beyond your robot: another contract
+#
+# An optional task without points, hints or a table of cases: only the check judges it.
+#
+# Another team's remote control knows one service: `pause`, of the type `std_srvs/srv/SetBool`.
+#
+# - After `data: true` the robot stands still.
+# - After `data: false` it does what was asked of it: it drives at the speed in force, or goes on to its goal. A speed that is set during the pause counts afterwards.
+# - `success` says whether the request has changed anything: a second pause has not. `message` is never empty.
+#
+# `pausable` gets your class `Navigator`.
+# Write a class that builds on it inside the function, as `Navigator` builds on `SpeedServer`, and return that class.
+# No file of your package changes.
+
+# %% tags=["function", "unseen", "whole"]
+from grader.notebook.unseen import check
+from std_srvs.srv import SetBool
+
+
+def pausable(Navigator):
+    """Return a class that is a Navigator and offers the service `pause` as well."""
+    return Navigator  # TODO
+
+# %% tags=["check", "whole"]
+check("U3", pausable)
+
 # %% [markdown]
 # ## Go further
 #
-# - **Progress.** A goal that is blocked for ever waits for ever. Add a watchdog that aborts when `distance_remaining` has not fallen for 30 s. What should `success` be?
-# - **One at a time, or a queue?** Yours replaces. The ROS 2 examples `server_single_goal.py` and `server_queue_goals.py` show two policies.
+# - **Progress.** If the way is blocked for ever, your robot waits for ever. Add a watchdog that aborts when `distance_remaining` has not fallen for 30 s. What should `success` be?
+# - **One at a time, or a queue?** Your new goal replaces the old one. The ROS 2 examples `server_single_goal.py` and `server_queue_goals.py` show two other ways.
 # - **Two locks.** In notebook 06 an awaiting *service* needed a callback group of its own. An action's `execute` does not: the executor runs it as a task outside the groups, as the 20 of 20 messages show.
 # - In the ROS 2 documentation: *Actions* under *Concepts*, and *Writing an action server and client (Python)*. Compare its `execute_callback` with yours.
 
@@ -1405,18 +1432,18 @@ check("I3", "I4", "Q4")
 # </details>
 # <details><summary>An execute callback loops with <code>time.sleep(0.1)</code>. What is <code>goal.is_cancel_requested</code> in that loop, if the node has one thread?</summary>
 #
-# False, to the end: the callback that takes the cancel cannot run meanwhile.
+# It stays False, because the callback that receives the cancel cannot run meanwhile.
 # </details>
 # <details><summary>You await a future. Who may complete it?</summary>
 #
-# Any other callback of the node: here the control timer, which notices the arrival or the cancel.
+# Any other callback of the node. Here it is the control timer, which notices the arrival or the cancel.
 # </details>
 # <details><summary>Your action server takes no cancels, and there is no error anywhere. What is missing?</summary>
 #
 # `cancel_callback`. Without one rclpy refuses.
 # </details>
 #
-# **Next:** [08 Settings and launch](08_settings_and_launch.ipynb). All these numbers are parameters already. Now they come from a file, may change while the node runs, and one command starts everything.
+# **Next:** [08 Settings and launch](08_settings_and_launch.ipynb). All these numbers are already parameters. Next you set them in a file, change them while the node runs, and start everything with one command.
 
 # %%
 from grader.notebook import progress

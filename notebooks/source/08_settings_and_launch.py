@@ -15,19 +15,19 @@
 #
 # ![One launch file starts four nodes in two namespaces; two robots with different settings drive through the slalom](pictures/08.png)
 #
-# Your robot drives, sees, answers and arrives.
-# Three things still annoy the people who use it.
-# Its numbers are in your code.
-# It takes two terminals to start.
-# And when a second robot comes into the room, both listen to the same `cmd_vel`.
-# Today all three go away.
+# Your robot drives, sees, answers and reaches its goals.
+# Three things still make it hard to use.
+# Its settings are in your code.
+# You need two terminals to start it.
+# And if there is a second robot, both listen to the same `cmd_vel`.
+# Today you solve all three problems.
 #
 # **You will be able to**
 #
 # - read and change a running node's parameters from outside, and say where a value came from;
-# - write a parameter file that reaches its node, and notice one that does not;
+# - write a parameter file that its node reads, and notice one that no node reads;
 # - refuse values that make no sense, at the start and later;
-# - make a changed value take effect, also where something was made from the old one;
+# - make a changed value take effect, also in objects that were made from the old one;
 # - start both nodes with one command, and two robots with another.
 #
 # **Time:** 60 to 95 minutes for parameters (part 1), and 45 to 95 for launch files (part 2).
@@ -59,8 +59,8 @@ begin("08")
 # !mkdir -p config launch ros2_robot_controller/utils
 
 # %% [markdown]
-# The last line makes the folders for today; those that are there stay as they are.
-# If the lines above say that files are missing, and you would rather start here than go back, run `start_at("08")` in a cell of its own.
+# The last line makes the folders for today; existing ones stay as they are.
+# If files are missing and you would rather start here, run `start_at("08")` in a cell of its own.
 
 # %% [markdown]
 # ## Three questions first
@@ -83,9 +83,8 @@ begin("08")
 # %% [markdown]
 # ## Ask a running node
 #
-# For a first look at parameters, take a node that is easy to understand.
-# Here is one: a cart that does nothing but say how fast it would like to go.
-# Its file lies in the workspace, beside `src/`; it is not part of your package.
+# We begin with a cart that only publishes how fast it would like to go.
+# Its file is in the workspace, beside `src/`; it is not part of your package.
 
 # %%
 # %%writefile ../../cart.py
@@ -103,7 +102,7 @@ class Cart(Node):
         self.timer = self.create_timer(1.0 / self.get_parameter('rate').value, self.go)
 
 # %% [markdown]
-# `-a` appends to the file: what the timer does, and the lines that make it a program.
+# `-a` appends to the file. This part says what the timer does, and makes the file a program.
 
 # %%
 # %%writefile -a ../../cart.py
@@ -122,7 +121,7 @@ if __name__ == '__main__':
 
 # %% [markdown]
 # `declare_parameter` gives a parameter its name, its default and, through the default, its type.
-# Start the cart as a process of its own, as a second terminal would, and ask what can be set.
+# Start the cart as a separate process, as in a second terminal, and ask for its parameters.
 #
 # **Predict:** what will it list? The code declares two.
 
@@ -135,7 +134,7 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 # %% [markdown]
 # Four: every node has `use_sim_time`, which you know from notebook 04, and `start_type_description_service`, which you can ignore.
 #
-# Now change the speed while it runs, and look at what it publishes.
+# Change the speed while the cart runs, and look at what it publishes.
 
 # %%
 # !ros2 param set /cart max_linear_speed 0.25
@@ -143,11 +142,11 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 # !ros2 param dump /cart
 
 # %% [markdown]
-# You changed no code, and restarted nothing.
-# `dump` prints the settings as a YAML file that a node can be started with; you will write two of these.
+# You did not change the code or restart anything.
+# `dump` prints the settings as a YAML file, with which you can start a node. You will write two of these.
 #
 # **Predict:** what happens with a speed of -1.0?
-# And with `1`, a whole number?
+# What happens with `1`, a whole number?
 
 # %%
 # !ros2 param set /cart max_linear_speed -1.0
@@ -156,17 +155,17 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 cart.terminate()
 
 # %% [markdown]
-# The whole number is refused: a parameter keeps its type, and `1` is an integer.
-# The *senseless* one is accepted.
-# ROS knows types, and only you know what makes sense.
+# The node refuses the whole number: a parameter keeps its type, and `1` is an integer.
+# It accepts the *negative* speed.
+# ROS knows only the types; you know which values make sense.
 #
 # ## Four places a value comes from
 #
-# A parameter can get its value in four places.
+# A parameter can get its value from four places.
 # You have seen the first and the last: the default in the code, and `ros2 param set`.
-# In between are the parameter file and the command line, both read when the node starts.
+# The other two are the parameter file and the command line, which the node reads when it starts.
 #
-# Starting a process for each try is slow, so we make carts right here in the notebook; `cli_args` are the words of the command line.
+# A new process for each try is slow, so we make the carts here in the notebook; `cli_args` are the words of the command line.
 
 # %%
 import rclpy
@@ -204,8 +203,8 @@ print("file, then -p  ", speed_of_cart(*file, *word))
 print("-p, then file  ", speed_of_cart(*word, *file))
 
 # %% [markdown]
-# Neither in itself: **the last one wins**.
-# A launch file uses this: first the file with all settings, then the one thing that is different today.
+# That depends on the order: **the last one wins**.
+# Launch files use this: first comes the file with all settings, and then the one that is different today.
 #
 # ## A file that nobody reads
 #
@@ -225,14 +224,14 @@ write_settings("kart")
 print(speed_of_cart(*file))
 
 # %% [markdown]
-# Nothing at all, and 0.5 is the default.
+# It says nothing at all, and uses the default, 0.5.
 # One file may hold the settings of many nodes, so a key that matches no node is not an error.
 # This is the most common reason for "my parameter does not work".
 #
-# There is more to get wrong.
-# Robots come in namespaces: `/left/cart` is the cart of the robot called `left`.
+# There is another trap.
+# Several robots have namespaces: `/left/cart` is the cart of the robot called `left`.
 # **Predict:** which of these keys reach which of the three carts?
-# Fill in the table by hand before you run the cell.
+# Write down your table before you run the cell.
 
 # %%
 spaces = ("", "/left", "/left/front")
@@ -243,11 +242,11 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
     print(f"{key:12}", *(("yes" if hit else "no").rjust(16) for hit in reached))
 
 # %% [markdown]
-# The plain name reaches the node only if it is in no namespace.
-# `**` means any number of namespaces, also none, so `/**/cart` means "a cart, wherever it is", and `/**` every node.
-# In a package write the first of the two: its users choose the namespace, and you cannot know which.
+# The plain name reaches the node only if it has no namespace.
+# `**` stands for any number of namespaces, also none. So `/**/cart` means "a cart in any namespace", and `/**` means every node.
+# In a package write `/**/cart`, because its users choose the namespace, and you cannot know it.
 #
-# Two more mistakes, one of which is loud.
+# Here are two more mistakes. One of them stops the node.
 # **Which one?**
 
 # %%
@@ -259,17 +258,17 @@ for line in ("max_linear_sped: 0.3", "max_linear_speed: 1"):
         print(f"{line:22} ->  {type(error).__name__}: {error}")
 
 # %% [markdown]
-# A misspelt name is silent too: parameters that no node declares are ignored.
+# A misspelt name causes no message: ROS ignores parameters that no node declares.
 # A whole number for a float ends the node.
-# Write `1.0`, and after every change ask the running node: `ros2 param get`, or `dump`.
+# Write `1.0`, and after every change ask the running node, with `ros2 param get` or `dump`.
 #
-# **Change one thing:** give the table above a key of your own, such as `/*/cart`, and run it again.
+# **Change one thing:** add a key of your own to the table above, such as `/*/cart`, and run it again.
 #
 # ## Parameters that take effect
 #
-# What is a setting worth?
-# Below a robot drives at a wall with one number changed, the distance at which it stops.
-# No ROS here, just a driver with a parameter.
+# How much can one setting change?
+# Below, three robots drive at a wall. They differ in one number, the distance at which they stop.
+# This cell does not use ROS, only a driver with a parameter.
 
 # %%
 import matplotlib.pyplot as plt
@@ -296,9 +295,9 @@ axes.grid(alpha=0.3)
 axes.legend();
 
 # %% [markdown]
-# One number, three robots.
-# So it *will* be changed, and that has to work at any time.
-# There are two ways to get that wrong.
+# One number makes three different robots.
+# So people *will* change it, and that has to work at any time.
+# There are two common mistakes.
 #
 # ### Made once, kept for ever
 #
@@ -315,17 +314,17 @@ print("timer every ", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
 # %% [markdown]
-# The parameter says 50, the timer does 10, and `ros2 param get` answers 50.
-# A timer keeps the period it was made with.
+# The timer still runs at 10 Hz, but the parameter and `ros2 param get` say 50.
+# A timer keeps the period with which it was made.
 # The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor never follows a change.
 #
-# Two cures:
+# There are two cures:
 #
 # - **Read it where you use it.** It costs a few microseconds. Your `driver.py` does so with `_limits()`.
-# - **Be called.** After `add_post_set_parameters_callback(f)`, every accepted change is followed by a call of `f(parameters)`, with the list of what has changed. There you make a new timer.
+# - **Ask to be called.** After `add_post_set_parameters_callback(f)`, ROS calls `f(parameters)` after every accepted change, with the list of changed parameters. There you make a new timer.
 #
 # Here is a cart with such a callback.
-# `destroy_timer` ends the old timer; without it, both would tick.
+# `destroy_timer` ends the old timer; without it, both timers would fire.
 
 # %%
 class ToldCart(Cart):
@@ -345,13 +344,13 @@ print("timer every", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
 # %% [markdown]
-# The `if` matters: a new timer begins a new period, so if every change made one, a node whose speed limit is changed twenty times a second would never tick at all.
+# The `if` matters, because a new timer begins a new period. Without the `if`, a node whose speed limit changes twenty times a second would never publish.
 #
 # ### Refused too late
 #
-# `add_on_set_parameters_callback` asks *before* a change, and its answer decides.
+# ROS calls the function that you give to `add_on_set_parameters_callback` *before* a change, and its answer decides.
 # Here are two carts with the same callback.
-# Only the place of one line differs.
+# They differ only in the place of one line.
 
 # %%
 from rcl_interfaces.msg import SetParametersResult
@@ -384,9 +383,9 @@ print("set while it runs:", answer.successful, "-", answer.reason)
 late.destroy_node()
 
 # %% [markdown]
-# At run time the callback does its work.
+# At run time both callbacks refuse.
 # Now give -1.0 *at the start*, as a parameter file would.
-# **Predict:** what will each of the two do?
+# **Predict:** what will each cart do?
 
 # %%
 senseless = ["--ros-args", "-p", "max_linear_speed:=-1.0"]
@@ -399,29 +398,29 @@ for kind in (LateCart, EarlyCart):
         print(f"{kind.__name__:10} {type(error).__name__}: {error}")
 
 # %% [markdown]
-# The late one lets it through.
+# The late one accepts it.
 # Values from files and from the command line are set *while* a parameter is declared, so a callback that is registered afterwards never sees them.
-# Register first, then declare.
+# So register the callback first, and then declare the parameters.
 #
-# And there is a hole in `refuse_negative` that you know from notebook 03.
+# `refuse_negative` also has a mistake that you know from notebook 03.
 # **Predict:** what does it say to NaN?
 
 # %%
 print(refuse_negative([Parameter("max_linear_speed", value=float("nan"))]).successful)
 
 # %% [markdown]
-# `nan < 0.0` is False, so it is "not bad", and accepted.
+# `nan < 0.0` is False, so the callback accepts NaN.
 # Ask "is it good?", never "is it bad?".
 #
 # ### Your settings
 #
-# In notebook 04 you were given `utils/settings.py`: it declares, and refuses nothing.
+# The file `utils/settings.py`, given in notebook 04, declares parameters but refuses nothing.
 # Now it learns to refuse, in three pieces.
-# What the rest of your package uses keeps its names.
+# The names that the rest of your package uses stay the same.
 #
 # A `Setting` holds a default, a test that is True for sensible values, and the rule in words.
-# `at_least_zero` is done: it asks "is it good?".
-# The other four accept anything, `first_refusal` finds nothing, and `declare` makes both mistakes of the section above.
+# `at_least_zero` is finished: it asks "is it good?".
+# The other four accept any value, `first_refusal` finds nothing, and `declare` registers, too late, a callback that accepts everything.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/settings.py
@@ -492,7 +491,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 # | `above_zero` | finite, above 0 | with an acceleration of 0 the robot would never start |
 # | `rate` | above 0, at most `MAX_RATE_HZ` | one divided by it is a period |
 # | `percentage` | 0 to 100, both included | |
-# | `name` | a text that is not empty | blanks alone do not count |
+# | `name` | a text that is not empty | a text of blanks counts as empty |
 #
 # Each takes one line, as `at_least_zero` does.
 
@@ -520,7 +519,7 @@ def name(default: str) -> Setting:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# At `at_least_zero`, and at each end of each range: does the end belong to it?
+# Look at `at_least_zero`. Then ask for each end of each range: does it belong to the range?
 # </details>
 #
 # <details><summary>Hint 2: the form</summary>
@@ -570,11 +569,11 @@ tries({
 # %% [markdown]
 # #### Piece 2: the first that makes no sense
 #
-# ROS hands over a list of parameters, and wants a reason in words if one of them is refused.
+# ROS passes you a list of parameters, and needs a reason in words if you refuse one of them.
 # Go through the list; look each one up in `settings` by its `.name`; return a sentence for the first whose `.value` is not sensible, such as `'pace must be above 0 and at most 1000 Hz, not -2.0'`.
 # An empty text means that all are accepted.
 #
-# `use_sim_time` is checked here, too, and is not in `settings`: accept what you do not know.
+# `use_sim_time` also comes here, and is not in `settings`: accept parameters that you do not know.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/settings.py
@@ -619,12 +618,12 @@ tries({
 })
 
 # %% [markdown]
-# (The middle of the sentence is yours; if you chose other words in piece 1, only they may differ.)
+# (The words in the middle of the sentence are yours, so they may differ from the table's.)
 #
 # #### Piece 3: refuse, at the start and later
 #
 # `declare` needs a callback that asks `first_refusal` and turns its answer into a `SetParametersResult`.
-# And the callback must be there in time.
+# Register the callback early enough.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/settings.py
@@ -640,7 +639,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `refuse_negative` for the callback, `EarlyCart` for its place.
+# `refuse_negative` shows the callback, `EarlyCart` its place.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
@@ -661,7 +660,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 # ```
 # </details>
 #
-# Try it on a node with your two settings: a sensible start, a senseless one, and both at run time.
+# Try it on a node with two settings: a start with sensible values, one without, and both at run time.
 
 # %%
 # %run ros2_robot_controller/utils/settings.py
@@ -688,10 +687,10 @@ tries({
 # %% [markdown]
 # ### The last layer
 #
-# So far `robot_controller.py` has been a few lines, a `main` for the newest layer.
+# So far `robot_controller.py` has only had a `main`, which starts the newest layer.
 # Now it becomes the last layer itself, with a callback for changed parameters.
 #
-# Three things in your node were made from a parameter, or checked against one, only *once*:
+# Your node made three things from a parameter, or checked them against one, only *once*:
 #
 # | what | from | after a change |
 # |---|---|---|
@@ -740,10 +739,10 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(RobotController, args)
 
 # %% [markdown]
-# **Your own design.** The table says what must be true after a change; how you get there is yours to decide.
+# **Your own design.** The table says what must be true after a change; you decide how to do it.
 # What does the first try do to a robot that drives *backwards*, at -0.4 m/s?
 # And what must not happen to the timer whose rate has *not* changed?
-# There is no third hint. The two drives below and `check("I6")` accept any design; two designs come after the drives.
+# There is no third hint. The two drives below and `check("I6")` accept any design. After the drives come two designs to compare.
 
 # %% tags=["piece", "design"]
 # %%into ros2_robot_controller/robot_controller.py
@@ -765,8 +764,8 @@ class RobotController:
 # `self.destroy_timer(timer)`, then `self.create_timer(self._period('laser_processing_rate'), self._control)`.
 # </details>
 #
-# Watch your own robot obey.
-# It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then a limit of -1 is asked for.
+# Now watch your own robot.
+# It drives at 0.4 m/s. After two seconds the limit falls to 0.2 m/s, and then a client asks for a limit of -1.
 
 # %%
 with run_node(world="open_field") as run:
@@ -787,7 +786,7 @@ axes.set(xlabel="simulated time (s)", ylabel="v (m/s)", ylim=(-0.05, 0.5))
 axes.grid(alpha=0.3)
 
 # %% [markdown]
-# Look for a step down at the dotted line, and for two answers: `(True, '')`, and `(False, ...)` with your sentence.
+# You should see a step down at the dotted line, and two answers: `(True, '')`, and `(False, ...)` with your sentence.
 
 # %%
 with run_node(world="open_field") as run:
@@ -817,7 +816,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 # ...  # the same for 'fusion_rate'
 # ```
 #
-# **Never keep what may change.** The timers are asked to follow, and the limit is applied where the speed is used.
+# **Never store what may change.** The timers get the new period, and the limit is applied where the speed is used.
 #
 # ```python
 # for rate, timer in (('laser_processing_rate', self._control_timer), ('fusion_rate', self._feedback_timer)):
@@ -826,14 +825,14 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 #         timer.timer_period_ns = period
 # ```
 #
-# The second one needs no list of what has changed: it compares each period with what it should be, which also puts right what another callback has forgotten.
-# But a period that is set in place counts from the last call, so try what happens when it gets shorter; and `get_status` would report a speed above the limit.
+# The second one needs no list of what has changed: it compares each period with the right one, and so also corrects what another callback has forgotten.
+# But the new period counts from the last call, so try what happens when it gets shorter. And `get_status` would report a speed above the limit.
 # </details>
 #
 # ### A second look at the other node
 #
-# `sensor_processor` has a timer too, made from `fusion_frequency` in notebook 04; look into the file for a method `_on_parameters_changed`, which you can now read.
-# **Predict:** does yours follow a change? The parameter goes from 20 to 5 Hz; count the messages of one second.
+# `sensor_processor` also has a timer, made from `fusion_frequency` in notebook 04. Is there a method `_on_parameters_changed` in that file? Now you can understand it.
+# **Predict:** does your timer follow a change? The parameter goes from 20 to 5 Hz; the cell counts the messages of one second.
 
 # %%
 with run_node("sensor_processor", world="open_field") as run:
@@ -844,8 +843,8 @@ with run_node("sensor_processor", world="open_field") as run:
     print(len(run.messages("obstacle_distance")) - before, "messages in a second, wanted 5 (or 4, or 6)")
 
 # %% [markdown]
-# Five? Then go on.
-# If it says about 20, the parameter says 5 and the node does 20: the silent mistake from above.
+# If it prints five, go on.
+# If it prints about 20, your node has the mistake from above: the parameter says 5, but the timer still runs at 20 Hz.
 # Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and correct it as you have corrected the controller, then run the cell again:
 #
 # - at the end of `__init__`: `self.add_post_set_parameters_callback(self._on_parameters_changed)`;
@@ -866,11 +865,11 @@ with run_node("sensor_processor", world="open_field") as run:
 #
 # ### The parameter files
 #
-# Last, two files, each with every parameter of its node, and its unit in a comment.
-# They hold the defaults.
-# That looks useless, but this is the page on which people look for what can be set.
+# The last two files of this part have every parameter of a node, with its unit in a comment.
+# They contain the defaults.
+# That looks useless, but people look here to find out what they can set.
 #
-# Begin with the small one.
+# Begin with the smaller file.
 
 # %% tags=["exercise"]
 # %%writefile config/sensor_params.yaml
@@ -882,7 +881,7 @@ sensors:
     fusion_frequency: 20.0
 
 # %% [markdown]
-# And now the ten of the other node.
+# Now write the file with the ten parameters of the other node.
 
 # %% tags=["exercise"]
 # %%writefile config/robot_params.yaml
@@ -916,8 +915,8 @@ robot:
 # ```
 # </details>
 #
-# Which nodes do they reach, and with how many values?
-# A node that declares whatever it is given will show it.
+# Which nodes do the files reach, and with how many values?
+# A node that declares every parameter that it is given will show it.
 
 # %%
 def reached(file, name, namespace=""):
@@ -946,7 +945,7 @@ check("I6")
 # The check also changes `fusion_frequency` on your running node.
 # If such a change is accepted and has no effect, the answer says so. No points are lost: the contract covers start-up values only.
 #
-# That is the end of part 1, and a good place for a break.
+# This is the end of part 1, and a good place for a break.
 #
 # ## Start it all with one command
 #
@@ -969,7 +968,7 @@ def generate_launch_description():
 # Ctrl-C there sends every process SIGINT, the same signal that Ctrl-C sends to a single node.
 # A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which no process can ignore; then there is no last zero.
 #
-# Here it has to run in the background while you look at the graph, so `launched` starts it, and presses Ctrl-C when you are done.
+# Here it has to run in the background while you look at the graph. So `launched` starts it, and presses Ctrl-C at the end.
 #
 # (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; [docs/launch.md](../docs/launch.md) lists the differences.)
 
@@ -996,22 +995,22 @@ with launched("cart_launch.py"):
     # !ros2 topic echo --once --field linear.x /cmd_vel
 
 # %% [markdown]
-# The cart runs with its default, as if you had started it yourself.
+# The cart runs with its default speed, as if you had started it yourself.
 #
 # ### Two of them
 #
-# Two robots, called `left` and `right`, need two carts that do not get in each other's way.
-# Three more arguments of `Node` say under which names it runs, and with which settings:
+# Two robots, called `left` and `right`, need two carts that do not share their topics.
+# Three more arguments of `Node` set its names and its parameters:
 #
 # | argument | what it does |
 # |---|---|
-# | `namespace='left'` | goes before every relative name of the node |
+# | `namespace='left'` | puts this before every relative name of the node |
 # | `parameters=['cart.yaml']` | reads this file when the node starts, as `--params-file` does |
 # | `remappings=[('cmd_vel', 'wheels/cmd_vel')]` | gives one topic or service another name |
 #
 # (`**cart` passes the items of a dictionary as named arguments: `Node(**cart, namespace='left')` is `Node(executable='python3', ..., namespace='left')`.)
 #
-# **Predict:** what will the two topics with the commands be called?
+# **Predict:** what will the names of the two command topics be?
 
 # %%
 # %%writefile ../../two_carts_launch.py
@@ -1041,17 +1040,17 @@ carts
 # Read the result line by line, and find each line in the picture.
 #
 # - The **file** reached both, because its key is `/**/cart`: 0.3.
-# - The **namespace** was put before every name of a node: `/left/cart`, `/left/cmd_vel`. Same code, two robots.
+# - The **namespace** came before every name of a node: `/left/cart`, `/left/cmd_vel`. Two robots run the same code.
 # - The **remapping** renamed a single topic: `/right/wheels/cmd_vel`.
 #
 # ### An argument
 #
 # The right cart has to be slower, but only today.
-# Nobody should have to edit a file for that; whoever starts the robot should be able to say so.
-# It takes two parts: `DeclareLaunchArgument` says that `ros2 launch` may be given a `speed`, and `LaunchConfiguration('speed')` is a placeholder for what was given.
+# You should not have to edit a file for that, but say it when you start the robot.
+# This needs two parts. `DeclareLaunchArgument` allows an argument `speed` for `ros2 launch`, and `LaunchConfiguration('speed')` is a placeholder for its value.
 #
-# **Which speed will each have**, when `cart.yaml` says 0.3 and nothing is given?
-# And with `speed:=0.1`?
+# **Which speed will each cart have** if `cart.yaml` says 0.3 and you give no argument?
+# Which speeds will they have with `speed:=0.1`?
 
 # %%
 # %%writefile ../../two_carts_launch.py
@@ -1081,14 +1080,14 @@ with launched("two_carts_launch.py", "speed:=0.1"):
 # The left cart has 0.3 from the file.
 # For the right one the argument came after the file in the list, and the last one wins: 0.1, and 0.2 if nothing is given.
 #
-# A `LaunchConfiguration` is a placeholder because your function runs before anybody knows what was typed.
-# It returns a description, and the values are put in when the node is started.
-# That is why `f'speed is {LaunchConfiguration("speed")}'` does not do what it looks like.
+# A `LaunchConfiguration` is a placeholder because your function runs before the value is known.
+# The function returns a description, and `launch` fills in the values when it starts the node.
+# So `f'speed is {LaunchConfiguration("speed")}'` does not contain the speed.
 #
 # ### Names that cannot be moved
 #
 # All of this works because the cart says `cmd_vel` and not `/cmd_vel`.
-# **What becomes of each of these names** in the namespace `left`?
+# **Predict:** what is each of these names in the namespace `left`?
 
 # %%
 from std_msgs.msg import String
@@ -1099,16 +1098,16 @@ for name in ("cmd_vel", "/cmd_vel", "~/cmd_vel"):
 node.destroy_node()
 
 # %% [markdown]
-# A leading `/` makes a name **absolute**: no namespace moves it.
+# A leading `/` makes a name **absolute**: a namespace does not change it.
 # Two robots with `/cmd_vel` obey the same commands.
-# A leading `~` puts the node's own name before it, for things that belong to that node alone.
-# In a package for others, use relative names: the contract's are, and the grader looks at your nodes in a namespace.
+# A leading `~` stands for the node's own name, for things that belong only to that node.
+# Use relative names in a package for others. The contract does so, and the grader also runs your nodes in a namespace.
 #
 # ### Where is the parameter file?
 #
-# The carts' launch file found `cart.yaml` because you stood in the right folder.
-# An *installed* launch file has to find the *installed* parameter file, wherever that is.
-# Every installed package has a share folder, and ROS knows where: `get_package_share_directory`.
+# The carts' launch file found `cart.yaml` because you were in the right folder.
+# An *installed* launch file has to find the *installed* parameter file in any folder.
+# Every installed package has a share folder, and `get_package_share_directory` returns its path.
 
 # %%
 import os
@@ -1120,18 +1119,18 @@ print(os.path.relpath(share, os.path.dirname(os.path.dirname(share))))
 print(sorted(os.listdir(share))[:3], "...")
 
 # %% [markdown]
-# (In launch files you will also meet `FindPackageShare('...')` and `PathJoinSubstitution([...])`: the same as placeholders, worked out when the node is started.)
+# (Launch files may also use `FindPackageShare('...')` and `PathJoinSubstitution([...])`: they do the same as placeholders, when the node is started.)
 #
 # Your `CMakeLists.txt` installs the folders `launch` and `config` there (its fourth part, from notebook 01), so the file is `os.path.join(share, 'config', 'sensor_params.yaml')`.
 #
 # ### The launch files
 #
-# The contract wants two.
-# `robot_controller_launch.py` starts both nodes, `sensor_processor_launch.py` the second alone.
-# Each declares the argument `use_sim_time` and hands it to its nodes, and each takes the parameters from the installed file.
-# (`use_sim_time` in a dictionary of parameters, like `max_linear_speed` of the right cart.)
+# The contract asks for two launch files.
+# `robot_controller_launch.py` starts both nodes, and `sensor_processor_launch.py` starts only the second.
+# Each declares the argument `use_sim_time` and passes it to its nodes, and each takes the parameters from the installed file.
+# (Put `use_sim_time` into a dictionary of parameters, like `max_linear_speed` of the right cart.)
 #
-# Begin with the single node: three pieces, and you have seen each of them at work.
+# Begin with the single node. You have already seen all parts of its file.
 
 # %% tags=["exercise"]
 # %%writefile launch/sensor_processor_launch.py
@@ -1150,8 +1149,8 @@ def generate_launch_description() -> LaunchDescription:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `two_carts_launch.py` has everything but the place of the parameter file; that is in the cell above.
-# `package=` is the package's name, and `executable=` what you installed into `lib/` in notebook 01.
+# `two_carts_launch.py` has everything except the place of the parameter file, which is in the cell above.
+# `package=` is the package's name, and `executable=` is what you installed into `lib/` in notebook 01.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
@@ -1193,17 +1192,17 @@ with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
     # !ros2 node list --spin-time 5
 
 # %% [markdown]
-# Look for `Double value is: 20.0`, and for one node.
+# You should see `Double value is: 20.0`, and one node.
 #
-# **Your own design**, and without a skeleton: the file that starts the whole robot.
-# This is what must hold:
+# **Your own design.** Write the file that starts the whole robot, without a skeleton.
+# It must follow these rules:
 #
 # - `launch/robot_controller_launch.py` starts `robot_controller` and `sensor_processor`, each under its own name;
 # - each node has the parameters of its own installed file, wherever the package is installed;
-# - there is one argument `use_sim_time`, `'false'` by default, and both nodes get what it is given: two nodes on two clocks would be hard to find;
+# - there is one argument `use_sim_time`, `'false'` by default, and both nodes get its value, because two nodes on two clocks are hard to debug;
 # - the output of both is on the screen.
 #
-# There is no third hint. The cell below and `check("I5")` accept any design, and two to compare come after them.
+# There is no third hint. The cell below and `check("I5")` accept any design; after them come two to compare.
 
 # %% tags=["exercise", "design"]
 # %%writefile launch/robot_controller_launch.py
@@ -1240,8 +1239,8 @@ yours
 # This is your package on the graph: what each of your two nodes publishes and subscribes.
 # Compare it with the contract's table in the [handout](../docs/handout.md); I4 asks for these names and types.
 #
-# New folders have to be installed, too, or they cannot be found after `colcon build`: that is the third point of I1.
-# And `ros2 launch ros2_robot_controller robot_controller_launch.py`, with the package's name, starts the installed file from anywhere.
+# New folders must be installed too, or ROS cannot find them after `colcon build`. That is the third point of I1.
+# Then `ros2 launch ros2_robot_controller robot_controller_launch.py`, with the package's name, works in any folder.
 
 # %% tags=["check"]
 check("I1", "I5")
@@ -1274,17 +1273,17 @@ check("I1", "I5")
 # ])
 # ```
 #
-# The second says everything about `sensor_processor` in one place: a new argument or another file is changed once.
-# The first can be read without opening another file, which counts when something does not start at three in the morning.
-# Robots with twenty nodes are included, part by part.
+# The second has everything about `sensor_processor` in one place, so you add a new argument or file only once.
+# You can read the first without opening another file, which helps when something does not start.
+# Robots with twenty nodes use the second way, part by part.
 # </details>
 #
 # ### See what you have launched
 #
 # With `launch=`, `run_node` starts your *installed* launch file beside a simulated robot: both nodes, each with its parameter file.
 # In Jupyter the next cell is a live view.
-# The robot stands, because nobody has given it a speed yet; a click on the map is a goal, and the box can be dragged.
-# (On a web page it is a picture. The film below shows the drive.)
+# The robot stands, because it has no speed yet. Click on the map to send a goal; you can also drag the box.
+# (On a web page you see only a picture. The film below shows the drive.)
 
 # %%
 from sim import Box, World, room
@@ -1298,7 +1297,7 @@ live = run.live()
 live
 
 # %% [markdown]
-# Now give it a speed, and seven seconds.
+# Now give it a speed, and let it drive for seven seconds.
 #
 # **Predict:** how far from the box will it stop, and which line of which file says so?
 
@@ -1308,23 +1307,23 @@ live.run(7.0)
 # !ros2 param get /robot_controller obstacle_detection_threshold
 
 # %% [markdown]
-# Half a metre, says `config/robot_params.yaml`.
+# It stops at half a metre, as `config/robot_params.yaml` says.
 # (The view's *clearance* counts from the hull, so it shows 0.171 m less.)
 #
-# **What will the robot do** when you change that while it stands there?
+# **Predict:** what will the robot do when you change that value now?
 
 # %%
 # !ros2 param set /robot_controller obstacle_detection_threshold 0.3
 live.run(4.0)
 
 # %% [markdown]
-# At once it drives on, to 0.3 m: your node reads the threshold where it uses it.
+# It drives on at once, to 0.3 m, because your node reads the threshold where it uses it.
 #
-# Press *Run* in the view, and play.
-# Drag the box away and back, set a `max_linear_speed` of 0.1, ask for a threshold of -1.
+# Press *Run* in the view, and try more.
+# Drag the box away and back, set `max_linear_speed` to 0.1, or ask for a threshold of -1.
 # **Change one thing:** write another threshold into `config/robot_params.yaml`, and run the three cells again; `run_node` installs the file before it starts.
 #
-# In the end, the whole drive as a film.
+# Here is the whole drive as a film.
 
 # %%
 recording = run.recording
@@ -1336,7 +1335,7 @@ Film(recording)
 #
 # ### Windows that others use
 #
-# On a desktop with ROS from apt people watch a running robot in graphical tools. This kit has none of them, but something in place of each:
+# On a desktop with ROS from apt, people watch a running robot in graphical tools. This kit does not have them, but it has a replacement for each:
 #
 # | window | what it shows | here |
 # |---|---|---|
@@ -1347,12 +1346,12 @@ Film(recording)
 # | `rqt_console` | the log of all nodes, by level | `ros2 topic echo /rosout` |
 # | `rqt_reconfigure` | sliders for declared ranges | `ros2 param set` |
 #
-# RViz is the first thing that you will open on a real robot.
+# RViz is the first tool that you will open on a real robot.
 # Its [guide](https://docs.ros.org/en/jazzy/Tutorials/Intermediate/RViz/RViz-User-Guide/RViz-User-Guide.html) has pictures of the window: the three-dimensional view in the middle, and to its left a list of displays, one for each topic that is drawn.
 # It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan in a frame that no transform mentions is simply not drawn (notebook 12).
 #
-# Passed?
-# Then try two of *your* robots, each in a namespace: write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
+# If both passed, try two of *your* robots, each in a namespace.
+# Write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
 #
 # > **On a real TurtleBot 4:** with `use_sim_time:=true` no timer ever fires, because there is no `/clock`; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
@@ -1360,8 +1359,8 @@ Film(recording)
 #
 # Not needed for the next notebook.
 #
-# - If your launch files have no argument `raw_scan` yet, give them one, and use it in a remapping of `sensor_processor`. Then a real robot needs `raw_scan:=scan` and nothing else, and `run_node(launch="robot_controller_launch.py raw_scan:=scan")` lets both nodes of the live view see.
-# - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. How does it treat NaN?
+# - If your launch files have no argument `raw_scan` yet, add one, and use it in a remapping of `sensor_processor`. Then a real robot needs only `raw_scan:=scan`, and with `run_node(launch="robot_controller_launch.py raw_scan:=scan")` both nodes get scans.
+# - A parameter can describe itself: pass a `ParameterDescriptor` with a `FloatingPointRange` after the default. `ros2 param describe` shows it, and ROS refuses values outside before it calls your callback. How does it treat NaN?
 # - `ros2 param load /robot_controller file.yaml` sets a whole file at run time. Which of its lines are refused, and are the others set?
 #
 # ## Recall
@@ -1369,7 +1368,7 @@ Film(recording)
 # <details><summary>Your parameter file has no effect, and there is no message. Name two reasons.</summary>
 #
 # Its key matches no node (another name, or a namespace), or a parameter's name is misspelt.
-# A third: it was changed in `src/` and not installed after that, so the launch file reads the old one.
+# A third: you changed it in `src/` but did not install it again, so the launch file reads the old one.
 # </details>
 #
 # <details><summary>Where must the callback that refuses values be registered, and why?</summary>
@@ -1380,7 +1379,7 @@ Film(recording)
 #
 # <details><summary><code>ros2 param get</code> says 5 Hz, <code>ros2 topic hz</code> says 10. What happened?</summary>
 #
-# The timer was made with the old rate, and was not replaced.
+# The node made its timer with the old rate, and did not replace it.
 # </details>
 #
 # <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>
@@ -1389,7 +1388,7 @@ Film(recording)
 # An absolute name stays where it is when the node is put into a namespace, so the second robot would use the first one's lidar.
 # </details>
 #
-# **Next:** [09 Tests that notice](09_tests_that_notice.ipynb). You will change a number back and forth for years. Who tells you when that breaks something?
+# **Next:** [09 Tests that notice](09_tests_that_notice.ipynb). You will often change such numbers. How do you notice when a change breaks something?
 
 # %%
 from grader.notebook import progress

@@ -15,8 +15,8 @@
 #
 # ![Three tables of mutants and tests: the same code, three sets of tests, more and more mutants noticed](pictures/09.png)
 #
-# Next week somebody turns a `<` into a `>` in your package, by accident.
-# A good test suite notices; a bad one says "all passed".
+# Suppose that you type `>` instead of `<` in your package, by accident.
+# Good tests notice it; bad ones say "all passed".
 # Today you put small mistakes into code on purpose, and see which tests notice.
 #
 # **You will be able to**
@@ -80,7 +80,7 @@ begin("09")
 #
 # ### All lines reached, nothing noticed
 #
-# Here is a small piece of robot; it lies in the workspace, not in your package.
+# Here is a small piece of a robot. The file is in the workspace, not in your package.
 
 # %%
 # %%writefile ../../stopping.py
@@ -108,7 +108,7 @@ def test_safe_speed():
         assert safe_speed(0.4, ranges) is not None
 
 # %% [markdown]
-# `coverage` writes down which lines were reached, and of each `if` whether it went both ways.
+# `coverage` records which lines ran, and for each `if` whether both ways were taken.
 #
 # **Predict:** how much of the file will the test reach, in percent?
 
@@ -118,8 +118,8 @@ def test_safe_speed():
 # !cd ../.. && coverage report --show-missing
 
 # %% [markdown]
-# 100 %, and the test has passed.
-# Now break the robot: `sed` turns a `<` into `>=`, so it drives on *because* something is near.
+# It reaches 100 %, and the test has passed.
+# Now break the robot: `sed` changes a `<` to `>=`, so the robot drives on *because* something is near.
 #
 # **Predict:** will the test notice?
 
@@ -129,12 +129,12 @@ def test_safe_speed():
 # !cd ../.. && sed -i 's/>= 0.5/< 0.5/' stopping.py
 
 # %% [markdown]
-# It passes all the same, and this robot drives into every wall.
-# Coverage says what was *reached*, not whether anybody *looked*: `is not None` is true of every number.
+# It still passes, although this robot drives into every wall.
+# Coverage says what *ran*, not whether a test *checked* it: `is not None` is true for every number.
 #
 # ### A test that asks itself
 #
-# A mock stands in for something that is awkward in a test, and answers what you tell it.
+# A mock replaces something that is hard to use in a test, and gives the answers that you choose.
 
 # %%
 from unittest.mock import Mock
@@ -147,7 +147,7 @@ robot.safe_speed.assert_called_once_with(0.4, [0.3])
 print("passed")
 
 # %% [markdown]
-# Passed, and no line of `stopping.py` was run: the first assert compares a number with itself.
+# The test passes, but no line of `stopping.py` ran: the first assert compares a number with itself.
 # Ask of each assert: *which line of my code could make this fail?*
 #
 # ### A test that waits
@@ -212,10 +212,10 @@ for _ in range(3):
 print("busy machine: ", eight_times(wait, sim_time=False))
 
 # %% [markdown]
-# The same test passes or fails with the weather: it is **flaky**.
-# After the fifth false alarm people stop looking.
+# The same test passes or fails by chance: it is **flaky**.
+# After a few false alarms people ignore it.
 #
-# Better: give the node simulated time, and set its clock by hand. The machine is still as busy.
+# It is better to give the node simulated time, and to set its clock by hand.
 
 # %%
 from rclpy.time import Time
@@ -239,13 +239,13 @@ busy = False
 # ## Mutants and the tests that notice them
 #
 # How good is a set of tests?
-# Put a small mistake in, a comparison turned round or a number doubled, and see whether a test fails.
+# Make a small mistake, such as a reversed comparison or a doubled number, and see whether a test fails.
 # A copy of the code with one such mistake is called a **mutant**.
 # Requirement T3 makes mutants of your package and counts how many your tests notice.
 #
-# `mutant_matrix` does it on the spot, for a file of plain functions and the file of its tests.
+# `mutant_matrix` does the same here, for a file of plain functions and the file of its tests.
 # (Tools for any Python project are `mutmut` and `cosmic-ray`.)
-# Each row is a mutant, with the line and the mistake; each column is a test; green means that the test fails on the mutant, so it *notices*.
+# Each row is a mutant, with the line and the mistake, and each column is a test. Green means that the test fails on the mutant, so it *notices* it.
 #
 # Here is the test that reached every line.
 # **Predict:** how many of the mutants will it notice?
@@ -254,9 +254,9 @@ busy = False
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# No green at all: 100 % coverage, and not one mutant noticed.
+# Nothing is green: with 100 % coverage the test notices no mutant.
 #
-# Now one test that asks the obvious. (`-a` adds to the file.)
+# Now add one test that checks a number. (`-a` adds to the file.)
 # **Predict** again.
 
 # %%
@@ -273,8 +273,8 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # One assert with a number in it notices several mutants.
 #
 # Each row without green is a question: *in which situation would that mistake hurt?*
-# "0.5 became 1.0" shows at 0.6 m, where the robot should still drive, slowly.
-# That situation is the next test.
+# "0.5 became 1.0" matters at 0.6 m, where the robot should still drive, slowly.
+# The next test checks that situation.
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -293,7 +293,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
 # The rows that are still grey are about edges: is 0.5 m near or not?
-# And the nearest of several readings?
+# Which of several readings is the nearest?
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -338,7 +338,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #
 # ### A table for your own functions
 #
-# Now your package, first its plain functions.
+# Now test your package, beginning with its plain functions.
 # `@pytest.mark.parametrize` makes one test of many situations; each line of the table counts as a test and fails by itself:
 #
 # ```python
@@ -351,7 +351,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #
 # Write the expected numbers by hand; a formula would share the code's mistakes.
 #
-# Here is a file with four tests for `utils/motion.py`; the last is done, the other three are tables that you fill.
+# Here is a file with four tests for `utils/motion.py`. The last one is finished; the other three are tables that you fill.
 # `pytest.approx` allows a small difference, which floats need: `0.1 + 0.2 == 0.3` is False.
 
 # %% tags=["skeleton"]
@@ -476,19 +476,19 @@ def test_the_speed_falls_within_the_margin_but_never_to_nothing(distance, expect
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "speed_cap")
 
 # %% [markdown]
-# One row stays grey: "room > 0.0 became always true".
+# One row stays grey, "room > 0.0 became always true".
 # With margin 0 this mutant divides by zero at 0.4 m. `LIMITS` has 0.3, so no row shows it.
 #
 # #### What a grey row does to a robot
 #
 # `clearance` decides which way the robot looks while it drives.
-# What do your tests notice so far?
+# Which of its mutants do your tests notice so far?
 
 # %%
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
 
 # %% [markdown]
-# A grey row is a robot that passes all your tests so far.
+# Each grey row is a wrong robot that passes all your tests.
 # `Shuttle` drives back and forth between two boxes, backwards first: until `make_safe` stops it, then the other way.
 # This is your own file, without a mistake.
 
@@ -526,7 +526,7 @@ def watch(motion):
 watch(mine("utils.motion"))
 
 # %% [markdown]
-# And now the mutant of the third row. `mutant` returns your file with that one mistake in it.
+# Now drive the mutant of the third row. `mutant` returns your file with that one mistake.
 #
 # **Predict:** where does this robot turn round, behind and in front?
 
@@ -535,8 +535,8 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 
 # %% [markdown]
 # It looks ahead while it drives backwards, so it does not see the box.
-# Nearer than 0.2 m the emergency stop acts, too late and for good.
-# The next table closes the gap.
+# Nearer than 0.2 m the emergency stop acts, but too late, and the robot never drives again.
+# The next table has rows for that.
 #
 # #### Table 3: stop, or stop everything
 #
@@ -557,7 +557,7 @@ def test_an_obstacle_stops_driving_and_a_too_close_one_everything(wanted, near, 
 # %% [markdown]
 # <details><summary>Hint 1: what you need</summary>
 #
-# Turning in place does not travel: a wall at 0.49 m does not stop it. A wall at 0.19 m does, and it stops driving away from it, too.
+# A robot that turns in place does not come nearer, so a wall at 0.49 m does not stop it. A wall at 0.19 m does, and also keeps it from driving away.
 # </details>
 #
 # <details><summary>Hint 2: all but the last line</summary>
@@ -575,7 +575,7 @@ def test_an_obstacle_stops_driving_and_a_too_close_one_everything(wanted, near, 
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "make_safe")
 
 # %% [markdown]
-# And the robot that was blind behind? Its row should be green now.
+# The row of the robot that did not look behind should now be green.
 
 # %%
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
@@ -600,11 +600,11 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 
 # %% [markdown]
 # A node has a clock, a network and callbacks.
-# So for a test it goes on a **bench**, `test/conftest.py`, where you control all three:
+# For a test you put it on a **bench**, `test/conftest.py`, where you control all three:
 #
-# - **Time is set by hand** (`set_clock`, `advance`).
+# - **You set the time by hand** (`set_clock`, `advance`).
 # - **Messages go straight into the callbacks** (`hear`, `ask`), without a network. `hear` finds the callback through the node's real subscription, so a wrong topic name or type fails.
-# - **What comes out is written down** (`published`, `logged`), where it leaves the node.
+# - **The bench records the output** (`published`, `logged`), where it leaves the node.
 #
 # A **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test.
 #
@@ -810,7 +810,7 @@ def interrupt(monkeypatch):
 # ### A robot around it
 #
 # For most requirements the node needs a scan every tick, and odometry that follows its commands.
-# The helper `Robot`, at the head of the next file, does that:
+# The helper `Robot`, at the top of the next file, does that:
 #
 # | of the helper | what it does |
 # |---|---|
@@ -821,7 +821,7 @@ def interrupt(monkeypatch):
 # | `robot.finish(goal)` | drives until the goal is over, ten seconds at most, and half a second on; returns the commands |
 # | `make_robot(max_linear_speed=0.3)` | a robot with other parameters than the defaults |
 #
-# Below it are seven tests that are written already, and eleven whose names, the contract's sentences, say what they will be about.
+# Below it are seven finished tests, and eleven that have only a name, taken from the contract's sentences.
 # The next cell is folded, too. Open it and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
 
 # %% tags=["skeleton"]
@@ -1068,15 +1068,15 @@ def test_another_threshold_is_in_force_at_once(robot):
 
 # %% [markdown]
 # Twenty passed: seven tests, three of which are tables.
-# And eleven failed, "not written yet": your list for today.
+# Eleven failed with "not written yet". They are your list for today.
 #
 # #### F2: drive at the set speed
 #
 # The first test: let 0.2 s pass, set 0.25 m/s, and look at the next half second.
 # With 1 m/s² and ten commands a second the speed goes 0.1, 0.2, 0.25, 0.25, 0.25.
 # Compare the *whole list*: it notices a missing ramp and a wrong rate, too.
-# Check also that the answer says success and names the speed, and that the status reports it.
-# The second: backwards at -0.5, and the command after 0.6 s.
+# Also check that the answer says success and names the speed, and that the status reports it.
+# The second test drives backwards at -0.5 and looks at the command after 0.6 s.
 
 # %% tags=["piece"]
 # %%into test/test_robot_controller.py
@@ -1120,8 +1120,8 @@ def test_it_drives_backwards(robot):
 # %% [markdown]
 # #### F3: refuse, and change nothing
 #
-# One test, four speeds.
-# Set 0.25 first; then ask for the bad speed.
+# This is one test with four speeds.
+# Set 0.25 first, and then ask for the bad speed.
 # Look at the answer (no success, and the limit in its words) and at what must *not* have changed: the speed in the status, and the last command after a second.
 
 # %% tags=["piece"]
@@ -1238,14 +1238,14 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # %% [markdown]
 # #### F9, F10 and I6: four tests of your own design
 #
-# From here on you get only the name.
-# Open the contract's sentence in the [handout](../docs/handout.md), and ask:
+# From here on only the name is given.
+# Read the contract's sentence in the [handout](../docs/handout.md), and ask:
 #
-# - which mistake in *my* code would break this sentence? (A robot that rolls on after a cancel. Feedback that is always the same.)
+# - which mistake in *my* code would break this sentence? (The robot drives on after a cancel, or the feedback is always the same.)
 # - which assert would notice exactly that one?
 #
-# Then make the mistake, see the test fail, and take it out again.
-# Two designs to compare come after the last of the four.
+# Then make the mistake, see the test fail, and remove the mistake.
+# After the last of the four come two designs to compare.
 
 # %% tags=["piece", "design"]
 # %%into test/test_robot_controller.py
@@ -1327,7 +1327,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 #     assert robot.outcome(canceled)[:2] == (GoalStatus.STATUS_CANCELED, False)
 # ```
 #
-# The second names the broken promise in the list of failures; the first is quicker, and stops at the first thing that is wrong.
+# The second names the broken promise in the list of failures. The first is faster, but stops at the first failed assert.
 # </details>
 
 # %% tags=["nbval-ignore-output"]
@@ -1335,12 +1335,12 @@ def test_another_threshold_is_in_force_at_once(robot):
 # !python3 -m pytest -q --tb=short -x test/test_robot_controller.py | cat
 
 # %% [markdown]
-# Nothing failed? Then half of T1 is done. **This is the end of part 2**, and a good place for a break.
+# If no test failed, half of T1 is done. **This is the end of part 2**, and a good place for a break.
 #
 # ### The other node
 #
-# `sensor_processor` has no robot around it, only messages in and out, so a bare bench is enough: the fixture `bench`.
-# Eight tests are written already, five are yours.
+# `sensor_processor` only receives and sends messages, so the fixture `bench` is enough.
+# Eight tests are finished; you write five.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_sensor_processor.py
@@ -1622,13 +1622,13 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # %% [markdown]
 # ### What the tests need
 #
-# A package that tests alone need is named in `package.xml` as `<test_depend>`: it is installed where the tests run, and not on the robot.
+# If only the tests need a package, `package.xml` names it as `<test_depend>`. It is not installed on the robot.
 
 # %%
 # !grep -n "depend>" package.xml
 
 # %% [markdown]
-# Look for two lines with `test_depend`: `python3-pytest`, which runs the tests, and `ament_cmake_pytest`, which lets `colcon test` run them.
+# You should see two lines with `test_depend`: `python3-pytest`, which runs the tests, and `ament_cmake_pytest`, which lets `colcon test` run them.
 # A package that the nodes import must not be only a `test_depend`.
 #
 # ## Which lines were reached
@@ -1642,15 +1642,15 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # !coverage report --data-file=../../.coverage --show-missing
 
 # %% [markdown]
-# Write a test for the situation in which a missing line matters, not for the line.
+# Do not test a missing line, but the situation in which it matters.
 # `102->exit` means: the `if` in line 102 was never false.
 #
-# Nearly all modules are covered, because the nodes use them. Covered, not tested:
-# about a beam at 61 degrees your node tests say nothing, because their scans have four beams.
+# Nearly all modules are covered, because the nodes use them. But they are not all tested:
+# your node tests say nothing about a beam at 61 degrees, because their scans have four beams.
 #
 # ### Where a thing is
 #
-# So the last file of today tests `utils/scans.py` directly, in three tests, the last of which is done.
+# So the last file of today tests `utils/scans.py` directly, with three tests. The last one is finished.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_scans.py
@@ -1767,7 +1767,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 check("T1", "T2", "T3")
 
 # %% [markdown]
-# Is T3 not full? Take the first mutant that survived, and ask what would go wrong on the robot.
+# If T3 is not full, take the first mutant that survived, and ask what would go wrong on the robot.
 
 # %% [markdown]
 # <details><summary>Hint 1: what you need</summary>
@@ -1791,8 +1791,8 @@ check("T1", "T2", "T3")
 # %% [markdown]
 # ## Let a linter read it first
 #
-# A linter reads code without running it: unused names, long lines, brackets out of place.
-# ROS has rules of its own for it, `ament_flake8`: up to 99 characters a line, among others.
+# A linter reads code without running it, and finds unused names, long lines or wrong spaces.
+# ROS has its own rules for it, `ament_flake8`, such as at most 99 characters in a line.
 #
 # **How many findings** will it report for this file?
 
@@ -1818,7 +1818,7 @@ class Careless( object ):
 # A linter knows the language, not the robot.
 
 # %% [markdown]
-# And your own package? Q1 wants no finding.
+# Now run it on your own package. Q1 asks for no finding.
 
 # %% tags=["nbval-ignore-output"]
 # As above: the order of the lines may change.
@@ -1829,7 +1829,7 @@ check("Q1")
 
 # %% [markdown]
 # `F401` is an unused import, `E501` a line that is too long.
-# `# noqa` at the end of a line makes the linter look away; the grader counts as if it were not there.
+# `# noqa` at the end of a line makes the linter ignore it, but the grader does not.
 # T1 does not count tests that only run a linter.
 #
 # `colcon test` runs the tests of all packages that were built.
@@ -1880,7 +1880,7 @@ hunt("F9", of="H3", cases=40)
 #
 # ## Go further
 #
-# - More files, for what is left: `test_conversions.py`, `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py`.
+# - Write the other test files: `test_conversions.py`, `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py`.
 # - A goal whose path is blocked, F11: a wall at 0.4 m for two seconds, then free again.
 # - `hypothesis`, which makes up the situations of a hunt, also looks for numbers that break a rule of one function.
 #
@@ -1888,12 +1888,12 @@ hunt("F9", of="H3", cases=40)
 #
 # <details><summary>What does 100 % coverage tell you?</summary>
 #
-# That every line and branch was reached by some test, not that anything was asserted about it.
+# That some test ran every line and branch, but not that any assert checked them.
 # </details>
 #
 # <details><summary>A test passes on your machine, and one time in ten it fails on the server. What do you look for first?</summary>
 #
-# For wall time: a sleep, a time-out, a count "within a second".
+# Look for wall time: a sleep, a time-out, a count "within a second".
 # Set the clock by hand, or wait for the event itself.
 # </details>
 #
@@ -1902,7 +1902,7 @@ hunt("F9", of="H3", cases=40)
 # So that a wrong topic or type fails: a test should know what the contract promises, and nothing about how it is done.
 # </details>
 #
-# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests support it. Now others have to be able to use it.
+# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests show it. Now other people must be able to use it.
 
 # %%
 from grader.notebook import progress

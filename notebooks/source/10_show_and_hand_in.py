@@ -15,14 +15,14 @@
 #
 # ![A simulated robot's drive through an office to three goals, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
 #
-# Everything works, and the tests support it.
-# What is missing is the other half of every piece of software: *other people* must be able to use it.
-# Think of a person with five minutes, your README and no idea what you meant.
-# Today you write for that person, look at your own work through the eyes of the one who grades it, and hand it in.
+# Everything works, and your tests show it.
+# But *other people* must be able to use your package, too.
+# Think of a person who has five minutes and your README, and does not know the package.
+# Today you write for that person, look at your work as an instructor does, and hand it in.
 #
 # **You will be able to**
 #
-# - write a demonstration that ends by itself, and whose exit status says whether it worked;
+# - write a demonstration that ends by itself, with an exit status that says whether it worked;
 # - write a README whose commands run and whose table agrees with the graph;
 # - find out what works only on your machine, before others do;
 # - read a report as an instructor reads it, and decide what to fix first;
@@ -55,11 +55,11 @@ begin("10")
 #
 # <details><summary>Notebook 09: all lines are covered, and a mutant survives. How can that be?</summary>
 #
-# The line was reached, and no assert looked at what it changed.
+# The tests ran the line, but no assert looked at what it changed.
 # </details>
 # <details><summary>Notebook 08: <code>ros2 launch</code> starts your nodes with the old parameters. Which file does it read?</summary>
 #
-# The installed one, in the share folder. What was changed in `src/` counts after the next build.
+# The installed one, in the share folder. A change in `src/` takes effect after the next build.
 # </details>
 # <details><summary>Notebook 05: what is your node's last message when it is ended by Ctrl-C, and who sees to that?</summary>
 #
@@ -69,10 +69,10 @@ begin("10")
 # %% [markdown]
 # ## What a hundred points are made of
 #
-# `rubric.yaml` is in the kit, for all to see: it is what the grader goes by.
+# The grader follows `rubric.yaml`, which is in the kit for everyone to read.
 # Each point is either *core*, which you get by following the course, or *advanced*.
-# **Predict:** what weighs more, that the robot works, or all the rest together?
-# And how many of the hundred are advanced?
+# **Predict:** which gives more points, a robot that works or everything else?
+# How many of the hundred points are advanced?
 
 # %%
 import matplotlib.pyplot as plt
@@ -96,14 +96,14 @@ axes.set_xlabel("points")
 axes.legend();
 
 # %% [markdown]
-# Forty for what the robot does, sixty for what makes it usable, readable and trustworthy.
+# You get forty for what the robot does, and sixty for a package that is usable, readable and tested.
 # Nine of the hundred are advanced.
 # On real robots, too, most work goes into usability, readability and tests.
 #
 # ## The demonstration
 #
 # A demonstration shows a stranger in half a minute what the package can do; requirement Q6 asks for one.
-# It is a node like any other, a client this time, so it can fail in a way that you know from notebook 06: **by waiting**.
+# It is a node, this time a client, so it can fail in a way that you know from notebook 06: **by waiting**.
 #
 # Here is a client for a service that no node offers.
 # **Predict:** what would `call_async` do now, and how long would you wait for its future?
@@ -123,12 +123,12 @@ print("is there anybody?", client.wait_for_service(timeout_sec=0.5))
 node.destroy_node()
 
 # %% [markdown]
-# Nothing complains.
+# You get no error.
 # The request reached no server, and without the time-out the script would wait for ever.
-# In front of an audience that is a long silence.
-# So give each wait a time-out, and print a sentence that says what to do when the time is over.
+# Your audience would see nothing happen.
+# So give each wait a time-out, and print a sentence that says what to do after it.
 #
-# The second habit: let the **exit status** say how it went.
+# Also let the **exit status** say how it went.
 # 0 means success, and any other number means failure; a shell, a launch file, a CI job and the grader (Q6) all read that number first.
 
 # %%
@@ -142,18 +142,18 @@ for code in ("print('all shown')", "raise SystemExit('No node offers set_speed.'
 # ### A demonstration of your own design
 #
 # There is no skeleton this time.
-# This is what must hold:
+# Your demonstration must follow these rules:
 #
-# - the file is `scripts/demo.py`, and a stranger runs it with `python3 scripts/demo.py` beside the running nodes;
+# - the file is `scripts/demo.py`; a stranger starts it with `python3 scripts/demo.py` while the nodes run;
 # - it sets a speed, asks for one that is refused, sets 0 again, and shows each answer;
-# - it asks for the status, and sends a goal half a metre ahead of where the robot is, whichever way it faces; it prints the feedback;
+# - it asks for the status, and sends a goal half a metre ahead of the robot, in the direction in which it faces; it prints the feedback;
 # - if the goal takes longer than 20 s, it cancels it: the client that sends a goal is responsible for it until it has ended;
 # - if something does not answer, it prints a sentence that says what to do, and ends with the exit status 1; if everything answers, with 0;
 # - it ends by itself, well within a minute.
 #
-# It takes some 80 lines, and you have written all of their parts before: a node in 05, clients in 06, an action's client in 07, a heading in 03.
+# You need about 80 lines, and you have seen all of their parts before: a node in 05, clients in 06, an action's client in 07, a heading in 03.
 # Write it in this order, and run the cells below after each step: a node that only ends with 0; one service; all of them; the goal; the cancel.
-# There is no third hint. The runs below and `check("Q6")` accept any design, and two designs come after them.
+# There is no third hint. The runs below and `check("Q6")` accept any design; after them come two designs to compare.
 
 # %% tags=["exercise", "design"]
 # %%writefile scripts/demo.py
@@ -184,16 +184,16 @@ raise SystemExit('Not written yet.')
 # !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% [markdown]
-# First without any node: it must say so, and end with 1.
+# First run it without any node: it must say so, and end with 1.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: every script has words of its own.
 # !python3 scripts/demo.py; echo "exit status: $?"
 
 # %% [markdown]
-# Now with your node.
-# It drives in the simulator, before your eyes; the script talks to it from a process of its own.
-# Look for three answers about the speed, one about the status, and half a metre of driving.
+# Now run it with your node.
+# You see the robot drive in the simulator; the script runs in a separate process.
+# You should see three answers about the speed, one about the status, and half a metre of driving.
 
 # %%
 import os
@@ -218,8 +218,8 @@ def perform(world):
 perform(sim.World("an empty floor"));
 
 # %% [markdown]
-# A box stands 0.6 m in front of the robot.
-# Your node does the right thing: it stops, and waits until the way is free.
+# Now a box stands 0.6 m in front of the robot.
+# Your node stops, as it should, and waits until the way is free.
 #
 # **Predict:** what does the demonstration do?
 
@@ -228,11 +228,11 @@ perform(sim.World("an empty floor"));
 perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), size=(0.2, 0.6)),)));
 
 # %% [markdown]
-# Look for the cancel and an exit status of 0: everything answered, and the robot has nothing left to do.
+# You should see the cancel and an exit status of 0: everything answered, and the robot has no goal left.
 #
 # <details><summary>Two designs, once yours works</summary>
 #
-# **A node with one function for waiting.** The course's: `wait_for` is the only place that spins, and everything that did not answer raises the same exception.
+# **A node with one function for waiting.** The course's design: only `wait_for` and `finish` spin, and a missing answer always raises the same exception.
 #
 # ```python
 # def wait_for(self, future, what):
@@ -249,7 +249,7 @@ perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), si
 #     return self.wait_for(result, 'The result').status
 # ```
 #
-# **A script that awaits.** The story is one coroutine, an executor runs it, and a timer cancels what takes too long.
+# **A script that awaits.** The whole story is one coroutine, which an executor runs. A timer cancels a goal that takes too long.
 #
 # ```python
 # async def show(node, goals):
@@ -263,15 +263,15 @@ perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), si
 # executor.spin_until_future_complete(task, timeout_sec=WHOLE_S)
 # ```
 #
-# The second one reads like the story that it tells. The price: one time-out covers everything, so it cannot say *what* did not answer, and the timer fires again every `DRIVE_S`.
+# The second one reads like a story. But one time-out covers everything, so it cannot say *what* did not answer, and the timer fires again every `DRIVE_S`.
 # The first one names each step, which helps in a script that people read to learn what happens.
 # </details>
 
 # %% [markdown]
 # ### Test results
 #
-# `test_results.xml` records what your tests said when *you* ran them, in a form that every build server reads.
-# It is not written by hand: a command makes it, and you run that command after your last change.
+# `test_results.xml` records the results of your tests when *you* ran them, in a format that every build server reads.
+# A command writes it; run that command after your last change.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -285,21 +285,21 @@ suite = ET.parse("test_results.xml").getroot()[0]
 print({name: suite.get(name) for name in ("tests", "failures", "errors", "skipped")})
 
 # %% [markdown]
-# A test that is in the package but not in that file was written after the run, or never run at all: the grader compares the two.
+# The grader compares the package's tests with that file. If one is missing there, it was written after the run, or you have never run it.
 # (On the published page this run also has the six files from notebook 09's *Go further*. Without them there are about a hundred tests.)
 #
-# That is the end of part 1, and a good place for a break.
+# This is the end of part 1, and a good place for a break.
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # ## A README that is true
 #
 # A README is the only part of your package that everyone reads.
 # It answers five questions, in this order: what is it, how do I build it, how do I run it, how do I test it, what does it connect to?
-# The answer to the last one is a table of topics, services and actions. No part of the documentation becomes wrong sooner: when a topic is renamed, the table is easily forgotten.
+# The last answer is a table of topics, services and actions. It is the first part of the documentation to become wrong, because people rename a topic and forget the table.
 #
 # So do not write it from memory.
-# The graph knows: `ros2 node info` prints what a running node really has.
-# Here it is for a node that is made on the spot.
+# `ros2 node info` prints what a running node really has.
+# Here is its output for a node that this cell makes.
 # **Predict:** which of the lines are not from this cell?
 
 # %%
@@ -315,10 +315,10 @@ node.destroy_node()
 
 # %% [markdown]
 # Seven services come with every node, six of them for its parameters, and so does the topic `parameter_events`; leave these out of a README.
-# What is left is the table: name, type, direction.
+# The other lines are your table: name, type, direction.
 #
 # So let the graph write it.
-# The next cells start your two nodes, ask the graph for what each has, and print the rows.
+# The next cells start your two nodes, read from the graph what each has, and print the rows.
 
 # %%
 from rclpy.action import get_action_server_names_and_types_by_node as actions_of
@@ -366,12 +366,12 @@ visitor.destroy_node()
 
 # %% [markdown]
 # Q5 reads your table in any reasonable form and compares it with the running nodes.
-# A row for something that is not there counts as wrong, too.
+# A row for something that does not exist also counts as wrong.
 #
 # Now write the README.
-# For the commands in it, imagine the stranger's new terminal: a workspace with your package in `src/`, and ROS sourced.
-# Three things must be in: `colcon build`, then `ros2 launch` with your launch file, then `pytest` or `colcon test`.
-# A line that begins with four spaces is shown as code.
+# Write its commands for a new terminal with ROS sourced, and a workspace with your package in `src/`.
+# It must have three commands: `colcon build`, then `ros2 launch` with your launch file, then `pytest` or `colcon test`.
+# Markdown shows a line that begins with four spaces as code.
 
 # %% tags=["exercise"]
 # %%writefile README.md
@@ -397,9 +397,9 @@ TODO 4 (if you like): what you decided where the contract leaves it open, and wh
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# What it does: the class docstrings of your two nodes, in other words.
-# The commands: you have run all of them, in notebooks 01, 08 and 09.
-# The rows: copy what the cell above has printed, and compare with the contract's table in the handout.
+# For what the package does, see the class docstrings of your two nodes.
+# You have run all the commands before, in notebooks 01, 08 and 09.
+# Copy the rows that the cell above has printed, and compare them with the contract's table in the handout.
 # </details>
 #
 # <details><summary>Hint 2: the form</summary>
@@ -421,10 +421,10 @@ TODO 4 (if you like): what you decided where the contract leaves it open, and wh
 # </details>
 #
 # Try each command in a new terminal, one after the other.
-# In this kit, begin in each new terminal with `source grader/ros2/setup.bash`, typed in the kit's folder: it says where ROS is.
+# In each new terminal of this kit, first type `source grader/ros2/setup.bash` in the kit's folder: it says where ROS is.
 #
-# Your `package.xml` names a licence; the licence's text belongs beside it.
-# The kit has the Apache License 2.0, word for word, and the next cell copies it; open it in the editor if you have never read one.
+# Your `package.xml` names a licence; put the licence's text beside it.
+# The next cell copies the full text of the Apache License 2.0; open it in the editor if you have never read one.
 
 # %%
 import shutil
@@ -436,8 +436,8 @@ shutil.copy(KIT / "LICENSE", "LICENSE");
 # %% [markdown]
 # ## It works on my machine
 #
-# This is the most expensive sentence in software.
-# Here is how it comes about, in two lines: a script that reads its settings.
+# This may be the most expensive sentence in software.
+# Two lines are enough for it: a script that reads its settings.
 
 # %%
 # %%writefile ../../settings_reader.py
@@ -446,7 +446,7 @@ import pathlib
 print(pathlib.Path("limits.yaml").read_text().strip())
 
 # %% [markdown]
-# You try it where you wrote it, and it works.
+# It works in the folder in which you wrote it.
 # **Predict:** what will it do when it is started from another folder?
 
 # %% tags=["nbval-ignore-output"]
@@ -456,8 +456,8 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # !cd ../../src && python3 ../settings_reader.py 2>&1 | tail -n 1
 
 # %% [markdown]
-# The path was meant to say "beside this script", and it says "in the current folder".
-# The fix is to ask for the place instead of assuming it: `Path(__file__).parent` in a script, `get_package_share_directory` for what is installed, `FindPackageShare` in a launch file.
+# The path should mean "beside this script", but it means "in the current folder".
+# Ask for the place instead of assuming it, with `Path(__file__).parent` in a script, `get_package_share_directory` for installed files, and `FindPackageShare` in a launch file.
 #
 # These are the usual ways in which a package works only at home:
 #
@@ -470,19 +470,19 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # | a path begins with your home folder | it is not there | search for it: `grep -rn "/home/" .` |
 # | your computer is fast and quiet | some tests are flaky | control the clock in the test, as in notebook 09 |
 #
-# The grader builds what you hand in, and nothing else, in an empty sandbox: no network, no home folder, no old build.
-# You have been using that sandbox all along: each `check` ran in it.
+# The grader builds only what you hand in, in an empty sandbox without a network, a home folder or an old build.
+# You have used that sandbox before: each `check` ran in it.
 #
 # ### A fresh machine for each push
 #
-# Teams have such a place, too: a **CI job** (continuous integration) builds and tests each commit on a fresh machine.
+# Teams do the same with a **CI job** (continuous integration), which builds and tests each commit on a fresh machine.
 # For that, the package must be in a Git repository. Type once, in `ws/src/ros2_robot_controller`:
 #
 #     git init
 #     printf '%s\n' __pycache__/ '*.pyc' .pytest_cache/ > .gitignore
 #     git add . && git commit -m "The package as handed in"
 #
-# `build/`, `install/` and `log/` lie two folders up and so are not part of it: files that a command can make again are not committed.
+# `build/`, `install/` and `log/` are two folders higher, so they are not part of it. Do not commit files that a command can make again.
 # On GitHub, the job is a file `.github/workflows/test.yaml` (this kit does not run it; other hosts have the same steps under other names):
 #
 # ```yaml
@@ -502,7 +502,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 #
 # **Which line makes the job fail if a test fails, and why do two steps begin by sourcing a `setup.sh`?**
 # The last one: `colcon test` ends with 0 as long as it could run the tests.
-# Each `run` is a new shell, so it knows nothing of what the one before it has sourced.
+# Each `run` is a new shell, without what the one before it has sourced.
 #
 # <details><summary>You import <code>irobot_create_msgs</code> and have forgotten it in <code>package.xml</code>. At home everything works. What fails in this job, and why only here?</summary>
 #
@@ -510,15 +510,15 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # </details>
 # <details><summary>The job fails once in ten pushes, without a change. What do you do, and what do you not do?</summary>
 #
-# One of the tests is flaky (notebook 09): find out what it waits for, and control the clock in the test. Do not just run the job again until it passes: some day the failure will be a real one, and you will run it again.
+# One of the tests is flaky (notebook 09): find out what it waits for, and control the clock in the test. Do not just run the job again until it passes, or you will also do so when the failure is real.
 # </details>
 #
 # ## Read it like an instructor
 #
-# Now look at your package like somebody who has thirty of them to grade.
-# You have had Q3 (everything in its place) since notebook 01, and it is checked once more; Q5 and Q6 are new.
+# Now look at your package like an instructor who has thirty of them to grade.
+# You know Q3 (everything in its place) from notebook 01; it is checked once more. Q5 and Q6 are new.
 #
-# Tools measure two of the things that Q3 asks for.
+# Tools can measure two parts of Q3.
 # The **cyclomatic complexity** of a function is the number of its decisions (`if`, `for`, `while`, `except`, ...) plus one.
 # A function of complexity 4 needs at most four tests to take each of its branches once.
 # `flake8` measures it, with its plug-in mccabe. The contract's limit is 10; which of your functions lie above 3?
@@ -528,7 +528,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # !python3 -m flake8 --isolated --select C901 --max-complexity 3 ros2_robot_controller
 
 # %% [markdown]
-# The other is duplication: no block of six lines may occur twice; indentation and comments do not count.
+# The other part is duplication: no block of six lines may occur twice. Indentation and comments do not count.
 # The check below looks for such blocks; outside this course, `pylint --disable=all --enable=duplicate-code` does.
 #
 # <details><summary>Which of the two improves if you split a long function in two?</summary>
@@ -540,15 +540,15 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 check("Q3", "Q5", "Q6")
 
 # %% [markdown]
-# Wherever points are lost, a report has the same three lines. They answer an instructor's three questions.
+# Where you lose points, a report has three lines. They answer an instructor's three questions.
 #
-# - **seen**: what happened? Never "wrong", always something observed, with a number or a line.
-# - **expected**: by which rule? The words of the contract, so that it is not a matter of taste.
-# - **try**: what would I say if the student were here? A direction, not the solution.
+# - **seen**: what happened? It states an observation, with a number or a line, and never just "wrong".
+# - **expected**: by which rule? It quotes the contract, so the loss is not a matter of taste.
+# - **try**: what would I tell the student? It gives a direction, not the solution.
 #
-# When points are lost in several places, an instructor looks for the *first cause*.
+# If you lose points in several places, look for the *first cause*.
 # "Not reached, because the package does not build" nine times is one fault, not nine.
-# So fix in this order: what keeps it from building (I1), what keeps a node from starting, what the robot does, then the rest by points.
+# So fix the build first (I1), then what keeps a node from starting, then what the robot does, and then the rest by points.
 # In which order would you fix these?
 
 # %%
@@ -561,34 +561,34 @@ for name in lost:
 # I3 first: if the action has a wrong type, no client can send a goal, and F8, F9 and F10 fail only because of that.
 # Twelve points depend on one wrong field in one file.
 #
-# One command makes the full report. Type it in a terminal, in the kit's folder; it takes some minutes:
+# One command makes the full report. Type it in a terminal, in the kit's folder; it takes a few minutes:
 #
 #     source grader/ros2/setup.bash
 #     grader grade ws/src/ros2_robot_controller --out out/mine
 #
 # `out/mine/report.html` is what your instructor will see, with a picture of each trial.
-# Speeds, places and obstacles are drawn from a seed, and your instructor's seed is another one.
-# A package that was tuned to the public trials loses points there; run the command with `--seed 7` to find out whether yours would.
+# A seed decides the speeds, places and obstacles, and your instructor uses another seed.
+# A package that works only in the public trials loses points there; use `--seed 7` to find out whether yours does.
 #
 # ## Hand in
 #
 # `grader submit` packs the package: sources, tests, README, results, without `build/`, caches and hidden files.
 # Then it opens the archive as the grader will, and lists what it finds.
-# Files that `start_at` laid out are marked there as the course's, not yours.
+# It marks files from `start_at` as the course's, not yours.
 #
 # With `--no-check` it does only that.
-# Without it, it also runs all public checks on the archive, which takes some minutes; do that in a terminal.
+# Without it, it also runs all public checks on the archive, which takes a few minutes; do that in a terminal.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: sizes are those of one's own files.
 # !grader submit --no-check
 
 # %% [markdown]
-# Before you hand it in, three last things, each of which has cost people a night:
+# Before you hand it in, do three more things:
 #
 # - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or another person's name?
-# - Follow your own README there, word for word, in a new terminal. Your nodes wait for a robot: the cell with `Bridge` in `docs/ros2-session.md` brings one.
-# - Make `test_results.xml` again if anything has changed since.
+# - Follow your own README there, word for word, in a new terminal. Your nodes need a robot: the cell with `Bridge` in `docs/ros2-session.md` starts one.
+# - Make `test_results.xml` again if you have changed anything since.
 #
 # > **On a real TurtleBot 4:** before the demonstration, check where it points; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
@@ -604,13 +604,13 @@ for name in lost:
 # <details><summary>Why does each wait in a demonstration need a time-out?</summary>
 #
 # A request to a service that no node offers is not an error.
-# The future is simply never done, and the script waits without a word.
+# The future is never done, and the script waits without a message.
 # </details>
 #
 # <details><summary>How does a build server know that your demonstration went well?</summary>
 #
-# By its exit status: 0, or something else.
-# What it printed is for people.
+# By its exit status, which is 0.
+# The printed text is for people.
 # </details>
 #
 # <details><summary>A package builds in your workspace and nowhere else. What do you try first?</summary>
@@ -621,18 +621,18 @@ for name in lost:
 #
 # <details><summary>A report says "not reached" for F8, F9 and F10. How many faults are that?</summary>
 #
-# Probably one: something that all three need.
+# Probably one, in something that all three need.
 # The report says why they were not reached.
 # </details>
 
 # %% [markdown]
 # ## The tour, driven by your node
 #
-# Notebook 00 began with a tour through an office, to three stars, driven by a program of the kit.
+# In notebook 00 a program of the kit drove a robot through an office to three stars.
 # Now your node drives it.
 #
-# Your `navigator.py` drives straight to a goal and has no map, so something else has to find the way around the walls.
-# `plan` is the planner from that tour: it returns the corners of a way that stays 0.4 m away from everything.
+# Your `navigator.py` drives straight to a goal and has no map, so another program has to find the way around the walls.
+# `plan` is the planner of that tour: it returns the corners of a way that stays 0.4 m away from everything.
 
 # %%
 from sim.film import Film
@@ -663,18 +663,18 @@ Film(recording)
 
 # %% [markdown]
 # In the middle of a door, each side is 0.45 m away.
-# "Ahead" is 60 degrees to each side (notebook 05), and 0.45 m / sin 60° = 0.52 m: 2 cm above the contract's threshold.
-# So with 0.5 m, a robot that is 2 cm off the middle stands before an open door for ever, if it gets there at all: the planner keeps only 0.4 m away from the walls.
-# It takes one parameter, and no change of your code: notebook 08 made that possible.
+# "Ahead" is 60 degrees to each side (notebook 05), and 0.45 m / sin 60° = 0.52 m, only 2 cm above the contract's threshold.
+# So with 0.5 m, a robot that is 2 cm off the middle stops for ever at an open door. It may not even get there, because the planner keeps only 0.4 m away from the walls.
+# Thanks to notebook 08, you change one parameter and no code.
 #
-# The planner knows the map but sees no chair; your node sees the chair but knows no map.
+# The planner knows the map but does not see a chair; your node sees the chair but does not know the map.
 # **Change one thing:** leave out `parameters`, or put a box into the first door with `run.simulator.add_obstacle(sim.Box((1.6, 1.5), (0.3, 0.3)))` before the loop. Where does the robot stop, and does it touch anything?
 
 # %% [markdown]
 # ## What you can do now
 #
 # That was the last notebook with points; [11](11_clinic.ipynb) is a clinic of broken packages, [12](12_frames.ipynb) is about frames.
-# Tick off what you could do tomorrow, without looking it up:
+# Tick off what you could do tomorrow without looking it up:
 #
 # - [ ] make a package that builds anywhere, with interfaces of its own (01, 02)
 # - [ ] read a heading, a scan and a stamp, and find what is wrong with each (03, 04)
@@ -684,13 +684,13 @@ Film(recording)
 # - [ ] show that a test would notice a mistake, by making one (09)
 # - [ ] hand over a package that others can use from its README (10)
 #
-# If you hesitate over a box, open that notebook again: each begins and ends with questions.
+# If you are not sure about a box, open that notebook again: each begins and ends with questions.
 #
 # **Five next steps**, from an evening to a term:
 #
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
-# - **Hunt mutants.** Draw the matrix of notebook 09 for every file of your package, until each row that is left is one that no test can notice. Then swap packages with another learner: each puts three small mistakes into the other's code, and sees how many of them the tests find. A day.
-# - **Let it patrol, and dock.** The capstone: the robot goes from place to place round after round, finds another way when a corridor is closed, and stands in its dock before the battery is empty. No skeleton, no hints, and a league; ask your lecturer for it. A week or two.
+# - **Hunt mutants.** Draw the matrix of notebook 09 for every file of your package, until no test could notice the rows that are left. Then swap packages with another learner: each puts three small mistakes into the other's code, and sees how many of them the tests find. A day.
+# - **Let it patrol, and dock.** In the capstone the robot drives from place to place, finds another way when a corridor is closed, and reaches its dock before the battery is empty. It has no skeleton and no hints, but a league; ask your lecturer for it. A week or two.
 # - **Drive a real one.** Start your package on it with the launch file of [docs/turtlebot4.md](../docs/turtlebot4.md), which lists what differs: topic names, a `TwistStamped`, a lidar that is turned by 90 degrees (notebook 12 is about that, and about tf2).
 # - **Let Nav2 drive.** With a map and a planner it does what your `navigator.py` does along a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.
 

@@ -15,13 +15,13 @@
 #
 # ![Ten complaints, each with the tool that shows its cause](pictures/11.png)
 #
-# You have handed in.
-# This notebook gives no points, and nothing in it touches your package.
+# You have handed in your package.
+# This notebook gives no points, and does not change your package.
 #
-# On the job you seldom begin with an empty file.
-# You are called to a robot that other people have programmed, and that does *nearly* what it should.
+# At work you seldom begin with an empty file.
+# More often other people have programmed a robot, and it does *nearly* what it should.
 # Here are ten such packages.
-# Each of them worked once; then one small thing was changed.
+# Each of them worked once, and then one small thing was changed.
 #
 # **You will be able to**
 #
@@ -29,9 +29,9 @@
 # - say which tool answers which question: the graph of nodes and topics, `ros2 topic info -v`, `ros2 param`, `ros2 node list`, the log, a plot, `pdb`;
 # - show that a cure works, and that it breaks nothing else.
 #
-# **Time:** 90 to 240 minutes, some 10 to 25 for each case; take them on different days if you like, in any order.
+# **Time:** 90 to 240 minutes, about 10 to 25 for each case. You can take the cases in any order, and on different days.
 #
-# The patient on the table is a whole package:
+# Each patient is a whole package:
 #
 #     ws/clinic/
 #     ├── src/ros2_robot_controller/       the patient: cells work in this folder
@@ -50,7 +50,7 @@ from grader.notebook.graph_view import graph_view
 begin("11")
 
 # %% [markdown]
-# (If that says that files are missing, never mind: each patient brings its own.)
+# (You can ignore a message about missing files: each patient has its own.)
 #
 # ## Three questions first
 #
@@ -58,7 +58,7 @@ begin("11")
 #
 # <details><summary>Notebook 04: <code>ros2 topic list</code> shows the topic, and a subscriber hears nothing. Name two reasons.</summary>
 #
-# The two ends want different qualities of service. Or the name is another one: a namespace, a remapping, a missing slash.
+# The two ends ask for different qualities of service. Or the names differ: a namespace, a remapping, a missing slash.
 # </details>
 # <details><summary>Notebook 05: while one callback sleeps for 0.3 s, what happens to the others?</summary>
 #
@@ -66,23 +66,23 @@ begin("11")
 # </details>
 # <details><summary>Notebook 08: a parameter file is read without an error and changes nothing. What do you look at?</summary>
 #
-# Its first key: the node's name with its namespace, or `/**`. A key that fits no node is no error.
+# Its first key: the node's name with its namespace, or `/**`. A key that fits no node does not cause an error.
 # </details>
 #
 # ## How a case goes
 #
 # 1. `admit("C1")` brings the patient in. If you have treated it before, it comes back as you left it; `admit("C1", fresh=True)` starts over.
-# 2. You look. In the first four cases the cells are given; in the later ones you write them.
+# 2. You examine it. In the first four cases the cells are given; in the later ones you write them.
 # 3. You write a **diagnosis**: the file and the line of the fault as the patient came in, such as `"driver.py:12"`. A few lines around it may count, too.
 # 4. You **cure** it: in a cell that begins with `%%into FILE` and holds the corrected function, or with the editor (a double click in the file browser, below `ws/clinic/src`).
-# 5. `check("C1", diagnosis)` *runs* the patient and looks at what it does. It does not compare texts: any cure that works counts.
+# 5. `check("C1", diagnosis)` *runs* the patient and looks at what it does. It does not compare texts, so any cure that works counts.
 #
 # The patients' install tree has links to the sources, as after `colcon build --symlink-install`, so a change in a Python file takes effect at the next start.
-# (Case C1 is an exception, and says so.)
+# (Case C1 is an exception.)
 #
-# **Three rules of the trade.**
-# *First see it yourself*: a complaint says what was noticed, not what is wrong.
-# *Ask one question at a time*, one whose answer rules out half of the remaining causes.
+# **Three rules for every case.**
+# *First see it yourself*: a complaint says what people noticed, not what is wrong.
+# *Ask one question at a time*, one whose answer rules out half of the possible causes.
 # *Change one thing*, and look again.
 
 # %% [markdown]
@@ -102,11 +102,11 @@ with run_node() as run:
 # !grep -n "'max_linear_speed'" ros2_robot_controller/driver.py
 
 # %% [markdown]
-# Both are true: the file says 0.5, the node says 0.2.
+# Both are true: the file says 0.5, but the node says 0.2.
 # **What could explain that?** Write down two ideas before you go on.
 #
-# One question rules out half of them: *is this file the one that runs?*
-# Python knows where it has imported a module from.
+# One question rules out half of them: *is this the file that runs?*
+# Python knows from which file it has imported a module.
 
 # %% tags=["nbval-ignore-output"]
 # The path names the version of Python, which differs between machines.
@@ -115,7 +115,7 @@ with run_node() as run:
 
 # %% [markdown]
 # Now compare the two files: `!diff FILE FILE`, or `!grep -n` as above, with the file that was imported.
-# The diagnosis of this case is the line that is *in force*, so its path has `install` and `site-packages` in it.
+# The diagnosis of this case is the line that really *runs*, so its path contains `install` and `site-packages`.
 
 # %%
 # Your own look.
@@ -132,11 +132,11 @@ check("C1", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# The node ran the installed copy, and the copy was older than the change.
+# The node ran the installed copy, which was older than the change.
 #
-# **Faster:** ask for `__file__` first whenever a change seems to do nothing. It takes ten seconds, and answers the question.
+# **Faster:** if a change seems to do nothing, first ask for `__file__`. It takes ten seconds.
 #
-# **The habit:** `colcon build --symlink-install` while you develop; and a line in the log at the start, with the version or the settings in force.
+# **The habit:** use `colcon build --symlink-install` while you develop, and log the version or the settings at the start.
 # </details>
 
 # %% [markdown]
@@ -153,7 +153,7 @@ print(run.set_speed(0.4).message)
 print(f"driven after 3 s: {run.drive(3.0).v[-1]:.1f} m/s")
 
 # %% [markdown]
-# One topic, two nodes: there is a sender, and there should be a receiver.
+# Two nodes share one topic: there is a sender, and there should be a receiver.
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine a node may need longer than the picture waits.
@@ -162,7 +162,7 @@ graph_view(nodes=2)
 # %% [markdown]
 # **Which question separates "nothing is sent" from "nothing arrives"?**
 # The node is still running (time stands until you call `drive`), so you can look at both ends of the topic.
-# And read what is printed above: ROS says more than you might expect, in the log of the *other* side.
+# Also read the output above: the log of the *other* side says something about it.
 
 # %% tags=["nbval-ignore-output"]
 # The ids of the two ends differ in each run.
@@ -182,11 +182,11 @@ check("C2", diagnosis)
 # <details><summary>Afterwards: what happened</summary>
 #
 # `10` as the last argument means the default profile, which is *reliable*. The lidar offers *best effort*, and a reliable subscriber gets nothing from it.
-# `ros2 topic hz` makes a subscriber of its own that asks for best effort, so it sees what the node does not.
+# `ros2 topic hz` has its own subscriber, which asks for best effort, so it receives what the node does not.
 #
-# **Faster:** make `ros2 topic info -v` your first command whenever something is sent and does not arrive. It prints the two profiles one below the other.
+# **Faster:** if messages are sent but do not arrive, first run `ros2 topic info -v`. It prints the two profiles one below the other.
 #
-# **The habit:** `qos_profile_sensor_data` for every sensor, and a warning in the log when a topic that a node needs has been silent for a second.
+# **The habit:** use `qos_profile_sensor_data` for every sensor, and log a warning if a topic that a node needs has been silent for a second.
 # </details>
 
 # %% [markdown]
@@ -222,10 +222,10 @@ check("C3", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# The key matched no node, and that is not an error: one file may hold the settings of many nodes.
-# The node came up with its defaults.
+# The key matched no node, which is not an error, because one file may hold the settings of many nodes.
+# The node started with its defaults.
 #
-# **Faster:** compare the output of `ros2 param dump /robot_controller` with the file. If *every* value is the default, the file was not read; if only one is, that line is wrong.
+# **Faster:** compare the output of `ros2 param dump /robot_controller` with the file. If *every* value is the default, the node did not read the file; if only one is, that line is wrong.
 #
 # **The habit:** after each change of a file, ask the running node. In a test, start the node with the file, and assert one value that is not the default.
 # </details>
@@ -249,7 +249,7 @@ nodes_and_topics
 
 # %% [markdown]
 # The messages have a sender, and its name is in the list.
-# **Which three places can give a node its name?** One of them wins over the others.
+# **In which three places can a node get its name?** One of them overrides the others.
 
 # %% tags=["case"]
 diagnosis = ""  # C4: "FILE:LINE"
@@ -263,12 +263,12 @@ check("C4", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# A block of the launch file was copied, and one line of the copy was not changed. `name=` in a launch file renames a node, whatever its code says.
-# Two nodes of one name are allowed: topics work, and only `ros2 node list` warns. Services, parameters and the log mix the two up, and which of them answers is a matter of chance.
+# The author copied a block of the launch file, and did not change one line of the copy. `name=` in a launch file renames a node, whatever its code says.
+# Two nodes may have the same name: topics work, and only `ros2 node list` warns. But services, parameters and the log confuse the two, and chance decides which of them answers.
 #
-# **Faster:** count. `ros2 node list` shows every name once for each node that has it.
+# **Faster:** count the nodes. `ros2 node list` shows every name once for each node that has it.
 #
-# **The habit:** write `name=` once for each node and look at it again in every copied block, and let a test start the launch file and compare the list of nodes.
+# **The habit:** write `name=` once for each node, and look at it again in every copied block. Let a test start the launch file and compare the list of nodes.
 # </details>
 
 # %% [markdown]
@@ -276,9 +276,9 @@ check("C4", diagnosis)
 #
 # > "With one robot, everything works. With two, in the namespaces `left` and `right`, each shows the other's nearest obstacle from time to time."
 #
-# Now the cells are yours.
+# From here on you write the cells.
 # To look at a node in a namespace, start one: `with launched("run", "ros2_robot_controller", "sensor_processor", "--ros-args", "-r", "__ns:=/left", nodes=1):`.
-# Then ask for what it publishes and subscribes: `ros2 node info /left/sensor_processor`, or `ros2 topic list`.
+# Then ask what it publishes and subscribes, with `ros2 node info /left/sensor_processor` or `ros2 topic list`.
 
 # %%
 admit("C5")
@@ -298,11 +298,11 @@ check("C5", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# One topic has an absolute name, with a `/` before it. No namespace moves it, so both robots publish on the same topic.
+# One topic has an absolute name, with a `/` before it. A namespace does not change it, so both robots publish on the same topic.
 #
-# **Faster:** `ros2 topic list` with one node in a namespace: a name that does not begin with that namespace is either the fault, or meant for all robots.
+# **Faster:** start one node in a namespace and run `ros2 topic list`. A name without that namespace is either the fault, or meant for all robots.
 #
-# **The habit:** relative names in nodes; absolute ones only in launch files, where the whole system is known.
+# **The habit:** use relative names in nodes, and absolute ones only in launch files, where you know the whole system.
 # </details>
 
 # %% [markdown]
@@ -311,7 +311,7 @@ check("C5", diagnosis)
 # > "It drives for half a second, stands for half a second, drives again, like a clock.
 # > The way is free."
 #
-# A picture first; then the question is what happens *twice a second*, and what the node knows at that moment.
+# First look at a picture. Then ask what happens *twice a second*, and what the node knows at that moment.
 
 # %%
 import matplotlib.pyplot as plt
@@ -339,7 +339,7 @@ axes.grid(alpha=0.3)
 # pdb.runcall(node._on_scan, scan)
 # ```
 #
-# At its prompt `n` runs a line, `s` steps into a call, `p NAME` prints a value, and `q` ends.
+# At its prompt, `n` runs a line, `s` steps into a call, `p NAME` prints a value, and `q` quits.
 
 # %%
 # Your own look.
@@ -356,13 +356,13 @@ check("C6", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# A stamp has two fields, `sec` and `nanosec`, and only one of them was read.
+# A stamp has two fields, `sec` and `nanosec`, and the node read only one of them.
 # Every scan seemed to be from the last full second, so in the second half of each second all scans were "too old".
-# Raising `STALE_S` makes the jerks vanish as well, and lets the robot drive blind: that treats the symptom, not the cause. The check notices it.
+# A larger `STALE_S` also ends the jerks, but lets the robot drive blind: it treats the symptom, not the cause. The check notices it.
 #
-# **Faster:** the period of a fault points to its cause. What has a period of exactly one second in this node? Only the seconds of a stamp.
+# **Faster:** the period of a fault points to its cause. Only one thing in this node has a period of exactly one second: the seconds of a stamp.
 #
-# **The habit:** never take a stamp apart; `Time.from_msg(stamp)` keeps both halves. A test with a clock at 10.9 s notices this fault, one at 10.0 s does not.
+# **The habit:** never take a stamp apart; `Time.from_msg(stamp)` uses both fields. A test with a clock at 10.9 s notices this fault, but one at 10.0 s does not.
 # </details>
 
 # %% [markdown]
@@ -381,7 +381,7 @@ print("ahead:", ahead.status, "- behind:", behind.status)
 
 # %% [markdown]
 # It works for small angles, but not for large ones.
-# `tries` and `mine("utils.steering")` let you ask each function on the way from a pose to a command, for every angle: `conversions.quaternion_from_yaw(yaw)` makes the poses.
+# With `tries` and `mine("utils.steering")` you can test each function between a pose and a command, for every angle; `conversions.quaternion_from_yaw(yaw)` makes the poses.
 
 # %%
 # Your own look.
@@ -400,9 +400,9 @@ check("C7", diagnosis)
 #
 # The z of a quaternion is sin(yaw/2), not an angle. Twice that is the yaw to within 1 % up to 28 degrees, and at most 2.0 rad, so a goal at 3 rad is never "ahead".
 #
-# **Faster:** ask at *which* angle it begins to fail. "Right for small, wrong for large" means an approximation, a wrap, or a limit, and a table over all angles shows which.
+# **Faster:** ask at *which* angle it begins to fail. "Right for small values, wrong for large ones" suggests an approximation, a wrap, or a limit; a table over all angles shows which.
 #
-# **The habit:** one function for a conversion, and no line outside it that reads `orientation.z` or `.w`. Test angles at 0, 90, 179 and -179 degrees.
+# **The habit:** write one function for each conversion, and read `orientation.z` or `.w` only there. Test angles at 0, 90, 179 and -179 degrees.
 # </details>
 
 # %% [markdown]
@@ -411,7 +411,7 @@ check("C7", diagnosis)
 # > "`get_status` should always give the newest pose, so a colleague has made it wait for one.
 # > Now ten questions take five seconds, the robot stutters meanwhile, and the pose is no newer."
 #
-# `%%prun -l 8` at the top of a cell shows where the time of that cell goes, and `timeline` of notebook 05 which callback runs when.
+# `%%prun -l 8` at the top of a cell shows which functions take the time, and `timeline` of notebook 05 shows which callback runs when.
 # `bench("robot_controller.RobotController").ask("get_status")` asks once.
 
 # %%
@@ -432,11 +432,11 @@ check("C8", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# The callback waits for a message that only another callback could receive, and there is one thread. So it waits until its time is over, each time, and nothing else runs meanwhile: no scan, no control step.
+# The callback waits for a message that only another callback could receive, but there is only one thread. So it always waits until its time limit, and meanwhile no scan or control step can run.
 #
-# **Faster:** measure one call. If a callback takes more than a few milliseconds, you have found it; why it does is the second question.
+# **Faster:** measure one call. If a callback takes more than a few milliseconds, you have found the place; then ask why.
 #
-# **The habit:** callbacks move data and return. A client that needs a newer value looks at the stamp, and asks again.
+# **The habit:** let callbacks only move data and return. A client that needs a newer value looks at the stamp, and asks again.
 # </details>
 
 # %% [markdown]
@@ -452,9 +452,9 @@ with run_node() as run:
     print("the second goal:", run.go_to(1.0, 0.5, limit=10.0).status)
 
 # %% [markdown]
-# Nothing here depends on luck: the same lines run in the same order each time.
-# It is a **race** all the same: two coroutines change one variable, and each is right as long as it runs alone.
-# Logging is the tool here: `self.get_logger().info(f"... {self._goal}")` at each line that reads or writes `self._goal`, then `print(run.output)`.
+# Nothing here depends on chance: the same lines run in the same order each time.
+# But it is still a **race**: two coroutines change one variable, and each is right as long as it runs alone.
+# Use the log here: write `self.get_logger().info(f"... {self._goal}")` at each line that reads or writes `self._goal`, then `print(run.output)`.
 
 # %%
 # Your own look.
@@ -471,10 +471,10 @@ check("C9", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# The first goal's coroutine goes on after its `await`, and tidies up: `self._goal = None`. Between the end of the goal and that line, the second goal has been stored, and that is the one that is lost.
+# The first goal's coroutine goes on after its `await`, and sets `self._goal = None`. Between the end of the goal and that line, the node has stored the second goal, which is now lost.
 # After an `await`, what you knew before it may no longer be true.
 #
-# **Faster:** list every line that *writes* the variable, then ask of each pair of them: what if these two run in the other order?
+# **Faster:** list every line that *writes* the variable. Then ask for each pair: what if these two run in the other order?
 #
 # **The habit:** change shared state where the decision is made, before other code can run, and not after an `await`. Or check that it is still yours: `if self._goal is goal`.
 # </details>
@@ -503,19 +503,19 @@ check("C10", diagnosis)
 # %% [markdown]
 # <details><summary>Afterwards: what happened</summary>
 #
-# Each change makes a new timer, and the old one goes on ticking: the node holds it, even if the variable no longer does. That is a **leak**: something is made and never given back.
+# Each change makes a new timer, and the old one goes on running, because the node still holds it. That is a **leak**: code makes something and never releases it.
 #
-# **Faster:** "a restart helps" and "worse with time" mean that something grows. Find what can be counted (timers, subscriptions, threads, open files, bytes), and count it before and after one cycle.
+# **Faster:** "a restart helps" and "worse with time" mean that something grows. Count timers, subscriptions, threads, open files or bytes before and after one cycle.
 #
-# **The habit:** when you write `create_…` outside `__init__`, write the `destroy_…` in the same minute.
+# **The habit:** if you write `create_…` outside `__init__`, write the `destroy_…` at the same time.
 # </details>
 
 # %% [markdown]
 # ## Go further
 #
-# - `ros2 topic list` and `ros2 node info` hold the whole graph; `graph_view` draws it (notebook 02, and cases C2 and C4), and on a desktop `rqt_graph` does.
-# - Make a patient of your own package: change one line, give it to a neighbour with a complaint in two sentences, and take theirs.
-# - `git bisect` finds the commit that broke a package, if a test can tell broken from sound. The checks above are such tests, one for each complaint.
+# - `ros2 topic list` and `ros2 node info` describe the whole graph; `graph_view` draws it (notebook 02, and cases C2 and C4), as `rqt_graph` does on a desktop.
+# - Make a patient of your own package: change one line, write a complaint of two sentences, and swap with another learner.
+# - `git bisect` finds the commit that broke a package, if a test shows whether it is broken. The checks above are such tests, one for each complaint.
 
 # %% [markdown]
 # ## Recall
@@ -530,17 +530,17 @@ check("C10", diagnosis)
 # </details>
 # <details><summary>Three faults: one comes and goes with a period of one second, one is gone for an hour after a restart, one appears only with large values. What does each suggest?</summary>
 #
-# In this order: a time that was cut to whole seconds; something that grows; an approximation, a wrap or a limit.
+# In this order: a time that is cut to whole seconds; something that grows; an approximation, a wrap or a limit.
 # </details>
 # <details><summary>When is a cure a cure?</summary>
 #
-# When you have seen the complaint before it and not after it, can say why, and what worked before still does.
+# When you have seen the fault before it and not after it, can say why, and everything else still works.
 # </details>
 #
-# That is the end of the clinic.
-# Notebook 12 is about frames: where something is, seen from where, and when.
+# This is the end of the clinic.
+# Notebook 12 is about frames: where is something, seen from where, and at what time?
 #
-# Most of what you will do with robots is in this notebook: look, ask one question, change one thing, look again.
+# You will use this method with every robot: look, ask one question, change one thing, and look again.
 
 # %%
 from grader.notebook import progress

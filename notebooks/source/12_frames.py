@@ -16,10 +16,10 @@
 # ![A robot in a room with the axes of its four frames, and the tree that they form](pictures/12.png)
 #
 # "There is something at 2.04 m."
-# From where, in which direction, and at what moment?
-# A robot that gets one of the three wrong builds a map in which every wall appears twice.
+# Seen from where, in which direction, and at what time?
+# A robot that gets one of the three wrong makes a map in which every wall appears twice.
 #
-# This notebook earns no points, and nothing in it touches your package.
+# This notebook gives no points, and does not change your package.
 #
 # **You will be able to**
 #
@@ -52,7 +52,7 @@ from grader.notebook.sliders import slide
 begin("12")
 
 # %% [markdown]
-# (If it says above that files are missing, never mind: this notebook needs none of them.)
+# (You can ignore a message about missing files: this notebook needs none of them.)
 #
 # ## Three questions first
 #
@@ -74,7 +74,7 @@ begin("12")
 # ## A place in a frame
 #
 # A **frame** is an origin and two axes.
-# A **transform** says where one frame is in another: here, in the plane, by x, y and the yaw.
+# A **transform** says where one frame is in another, here by x, y and the yaw.
 # ROS sends it as a `TransformStamped`, on the topics `/tf` (what moves) and `/tf_static` (what is bolted on).
 #
 # Here is the transform of a TurtleBot 4's lidar: 4 cm behind the centre, turned by 90° to the left.
@@ -90,8 +90,8 @@ print("x, y, yaw:", place(mounted))
 # `frame_id` is the **parent**, `child_frame_id` the **child**, and the numbers are the child's place in the parent.
 # `transform` and `place` come with the kit; they turn three numbers into the message, and the message into three numbers.
 #
-# Why a whole tree, and not one list of places in the room?
-# Because each program knows only one step: the lidar's mount is in a drawing of the robot, the wheels measure the way since the start, and only the localisation knows the room.
+# Why do we need a tree, and not just one list of places in the room?
+# Each program knows only one step: a drawing of the robot shows where the lidar is, the wheels measure the way since the start, and only the localisation knows the room.
 #
 # **By hand.** The robot is at (2, 1) in `odom` and faces along +y (its yaw is 90°).
 # Where in `odom` is its lidar, and where does the lidar's x axis point?
@@ -101,7 +101,7 @@ print("x, y, yaw:", place(mounted))
 #
 # ## Compose and invert
 #
-# Here is the same as a formula.
+# Now the same with a formula.
 # Let `a` be B's place in A, and `b` be C's place in B.
 # Turn b's shift by a's yaw, add a's shift, add the yaws:
 #
@@ -127,7 +127,7 @@ def inverse(a):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `compose` is the formula above. For `inverse` set x and y of the result to 0 and solve for b; its yaw is the easy part.
+# `compose` is the formula above. For `inverse`, set x and y of the result to 0 and solve for b; begin with its yaw.
 # </details>
 # <details><summary>Hint 2: the formulas</summary>
 #
@@ -160,7 +160,7 @@ check("TF1", compose, inverse)
 # ## Ninety degrees
 #
 # A TurtleBot 4 stands in a room, at (1, 1), and faces along x.
-# Its scan is drawn into the room's plan: each reading is a place in `laser`, `laser` has a place in `base_link`, and so on up to `map`.
+# The cells draw its scan into the room's plan: each reading is a place in `laser`, `laser` has a place in `base_link`, and so on up to `map`.
 
 # %%
 from dataclasses import replace
@@ -217,9 +217,9 @@ slide(first_scan, turned_by=(0.0, 100.0, 0.0))
 # ## A transform has a time
 #
 # The lidar does not move on the robot, but the robot moves in the room.
-# So the question "where is `laser` in `map`?" has an answer only if it names a moment.
+# So the question "where is `laser` in `map`?" has an answer only for a certain time.
 #
-# Let the robot drive round four corners for 100 s, by its odometry alone.
+# Let the robot drive around four corners for 100 s, using only its odometry.
 # (It has the accurate wheels of the course's robot. Worse ones come later.)
 
 # %%
@@ -243,7 +243,7 @@ print("stamps of transforms:", [f"{seconds(message):.3f}" for message in driven[
 print("stamps of scans:     ", [f"{t:.3f}" for t in trip.scan_t[56:59]])
 
 # %% [markdown]
-# None of these scans has the stamp of a transform: the two are measured by two devices, each at its own rate.
+# None of these scans has the stamp of a transform, because two devices measure them, each at its own rate.
 # So the place at a scan's time has to be **interpolated** between the transforms around it.
 #
 # By hand: the robot is at x = 1.000 m at 10.00 s and at x = 1.015 m at 10.05 s. At 10.02 s, two fifths of the way, it is at 1.000 + 0.4 · 0.015 = **1.006 m**.
@@ -268,7 +268,7 @@ def at(messages, time):
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# First the two refusals, then the index in the list, then the arithmetic. `share` is 0 at the message before and 1 at the one after. By how much does the yaw change, the short way round?
+# Write first the two refusals, then the index in the list, and then the arithmetic. `share` is 0 at the message before and 1 at the one after. By how much does the yaw change, the short way round?
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
@@ -314,7 +314,7 @@ check("TF2", at)
 # ## From any frame to any other
 #
 # tf2 keeps the transforms of the last ten seconds in a **buffer**, and never forgets the static ones.
-# Here is a small one that forgets nothing: `parent` holds each frame's parent, and `placed` says where a frame is in its parent.
+# This small one forgets nothing: `parent` holds each frame's parent, and `placed` says where a frame is in its parent.
 
 # %%
 class Buffer:
@@ -345,8 +345,8 @@ print(buffer.parent)
 print("base_link in odom at 20.0 s:", [round(value, 2) for value in buffer.placed("base_link", 20.0)])
 
 # %% [markdown]
-# What is missing is tf2's main function, `lookup_transform(target, source, time)`: where is the frame `source`, seen from `target`?
-# With it, every other question takes one line: `lookup(buffer, "map", "laser", t)` is what a scan needs.
+# It lacks tf2's main function, `lookup_transform(target, source, time)`: where is the frame `source`, seen from `target`?
+# With it, you can answer every question in one line: a scan needs `lookup(buffer, "map", "laser", t)`.
 #
 # **Exercise TF3.** Write `lookup`, for any tree. There is no skeleton: how to find the way is up to you. Your function is accepted if
 #
@@ -406,7 +406,7 @@ check("TF3", lookup)
 #     return compose(inverse(below(down)), below(up))
 # ```
 #
-# *The deeper one climbs.* One step at a time, and the rest is the same question again:
+# *The deeper one climbs.* It goes up one step, and then asks the same question again:
 #
 # ```python
 # if source == target:
@@ -520,14 +520,14 @@ for wait in (0.0, 0.02, 0.05):
     print(f"{wait:.2f} s after the scan: {answered(wait)}")
 
 # %% [markdown]
-# At the moment of the scan there is no transform *after* it yet, and without that one the place could only be guessed.
+# At the time of the scan there is no transform *after* it yet, and without that one tf2 could only guess the place.
 # (About one scan in ten happens to have the same stamp as a transform.)
-# tf2 does not guess. It refuses, with these words:
+# tf2 does not guess, but refuses with these words:
 #
 #     Lookup would require extrapolation into the future.  Requested time 27.312000 but the latest data is at time
 #     27.300000, when looking up transform from frame [laser] to frame [map]
 #
-# The next transform comes 50 ms later at most, and with it each scan has its answer.
+# The next transform comes at most 50 ms later, and then each scan has its answer.
 #
 # | you ask for | tf2 answers | right for |
 # |---|---|---|
@@ -537,13 +537,13 @@ for wait in (0.0, 0.02, 0.05):
 # | the clock's now | nearly always: extrapolation into the future | nothing |
 # | a stamp from a minute ago | extrapolation *into the past*: the buffer has ten seconds | nothing; transform while it is fresh |
 #
-# In Python the timeout sleeps in the callback, and with one thread the transform that it waits for cannot come in (notebook 06: a service that waits for its own node).
+# In Python the timeout sleeps in the callback. With only one thread, the transform that it waits for cannot arrive (as with the service in notebook 06 that waits for its own node).
 # So write `await buffer.lookup_transform_async(...)`, or spin with a `MultiThreadedExecutor`, or keep the scan and ask when the next odometry comes.
 #
 # ## Odometry drifts
 #
-# Odometry counts the turns of the wheels, and nothing else.
-# Let one wheel be larger than the program believes, by a small `share`: in each metre the robot then turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
+# Odometry only counts the turns of the wheels.
+# Suppose that one wheel is a small `share` larger than the program believes. Then in each metre the robot turns by `share` / 0.233 rad without noticing (0.233 m is the distance between the wheels).
 #
 # By hand, for 1 %: 0.01 / 0.233 m = 0.043 rad/m. After 10 m that is 0.43 rad, **25°**.
 #
@@ -576,16 +576,16 @@ slide(drifted, percent=(0.0, 2.0, 0.5))
 
 # %% [markdown]
 # Each step is almost right, but the errors add up, and their sum grows without limit.
-# No filter of the wheels' numbers helps: the odometry sees nothing of the room.
+# No filter for the wheels' numbers can help, because the odometry does not see the room.
 #
 # **Localisation** does see the room: a node compares scans with a map, and finds where `base_link` is in `map`.
 #
-# **Predict:** it could publish a transform from `map` to `base_link`. Why is that impossible in a tree? And which transform does it publish instead, so that the way from `map` to `base_link` gives what it has found?
+# **Predict:** why can it not publish a transform from `map` to `base_link` in a tree? Which transform does it publish instead, so that the way from `map` to `base_link` gives what it has found?
 #
 # <details><summary>Answer</summary>
 #
 # A frame has one parent, and `base_link` has one already: `odom`.
-# So it publishes `map` to `odom`, a correction that makes the composition come out right:
+# So it publishes `map` to `odom`, a correction that makes the composition right:
 # found = compose(correction, odometry), and therefore correction = compose(found, inverse(odometry)).
 # This transform does not say where the robot is, but *how wrong the odometry is by now*.
 # </details>
@@ -603,9 +603,9 @@ for number, (x, y, yaw) in list(enumerate(corrections))[::3]:
     print(f"at {10 * number:2d} s odom is in map at ({x:.2f}, {y:.2f}) m, turned by {turned:.1f}°")
 
 # %% [markdown]
-# The scans of the 100 s are now drawn twice: with the first correction only, and with the latest correction at each moment.
+# The next cell draws the scans of the 100 s twice: with the first correction only, and with the latest correction at each time.
 # **Predict:** in which of the two pictures are the walls double?
-# The figure after that shows the price: the robot's y around the correction at 60 s, in both frames.
+# The figure after that shows the disadvantage: the robot's y around the correction at 60 s, in both frames.
 
 # %%
 figure, plots = plt.subplots(1, 2, figsize=(11, 4), sharey=True, layout="constrained")
@@ -639,7 +639,7 @@ axes.legend();
 # | within a second | right, and without a jump | jumps by a few centimetres when a correction comes |
 # | after an hour | wrong by metres | right |
 # | so use it to | steer, brake, follow a path | remember a place: a goal, a door, a charger |
-# | who says where the frame is | the localisation | nobody: it is the root |
+# | which node says where the frame is | the localisation | none: it is the root |
 #
 # The contract's goals are in `odom` (notebook 07), because the course's robot drives for a minute and has no map.
 # A navigator that drives all day takes its goal in `map`, and in each control step asks tf2 where that is in `odom`.
@@ -653,7 +653,7 @@ axes.legend();
 # You could change your package, but then it would no longer drive the course's robot.
 # An **adapter** is a small node between package and robot, so that neither has to change.
 #
-# Before you write one, you want a recording of the other robot: a **bag**, in ROS.
+# Before you write one, you need a recording of the other robot, which ROS calls a **bag**.
 # No TurtleBot 4 was available for this course, so the bag comes from the simulator with its TurtleBot profile: a lidar that is turned and behind the centre, stamped commands, slower wheels.
 # In an empty room, the robot drives straight ahead and stops before the wall at x = 6.
 
@@ -758,7 +758,7 @@ axes.legend();
 check("TF4", stamped, turned, names)
 
 # %% [markdown]
-# Without the adapter, the package looks at the wall to the robot's left, at y = 4, and sees no reason to stop.
+# Without the adapter, the package looks at the wall to the robot's left, at y = 4, and so does not stop.
 #
 # The rest of the node is two subscriptions and two publishers. The whole node is [docs/turtlebot4/adapter.py](../docs/turtlebot4/adapter.py), and the launch file next to it does the work of `names` with remappings. Compare them with yours.
 #
@@ -788,7 +788,7 @@ check("TF4", stamped, turned, names)
 # </details>
 # <details><summary>tf2 says "extrapolation into the future" by 0.012 s. What do you change?</summary>
 #
-# When you ask, not what you ask for: wait for the next transform (a timeout, or `lookup_transform_async`). Asking for "the latest" instead of the stamp gives an answer that is a little wrong, and no warning.
+# Ask later, but for the same stamp: wait for the next transform (with a timeout, or `lookup_transform_async`). If you ask for "the latest" instead, the answer is a little wrong, and there is no warning.
 # </details>
 # <details><summary>Who publishes <code>odom</code> to <code>base_link</code>, and who <code>map</code> to <code>odom</code>? Which of the two may jump?</summary>
 #

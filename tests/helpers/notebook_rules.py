@@ -22,11 +22,20 @@ LONGEST_CELL, USUAL_CELL = 30, 8
 MOST_BYTES = 1_500_000  # of a notebook with its pictures: code-hosting sites stop showing larger ones
 HINTS = 2  # what is needed, and all but the last line; a design has no hint of the second kind
 RECALL = 3
+UNSEEN_WORDS = 150
 ALL_BUT_ONE = re.compile(r"<summary>Hint[^<]*all but the last line")
 IGNORED = "nbval-ignore-output"
 
 # The tags of cells that write a file of the package, or into one, or a function of the notebook.
 _PIECES = {notebook_source.PIECE, notebook_source.FUNCTION}
+_OTHERS = {
+    notebook_source.CHECK,
+    notebook_source.DESIGN,
+    notebook_source.UNSEEN,
+    notebook_source.CASE,
+    "whole",
+    IGNORED,
+}
 WRITTEN = {notebook_source.EXERCISE, notebook_source.SKELETON, notebook_source.GIVEN, *_PIECES}
 
 # Traces of this machine, this day or this process in an output.
@@ -183,7 +192,7 @@ def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
     """Each piece of a file can be tried on the spot, and has hints of its own."""
     for position, cell in enumerate(page.notebook.cells):
         tags = set(notebook_source.tags(cell))
-        if not _PIECES & tags:
+        if not _PIECES & tags or notebook_source.UNSEEN in tags:
             continue
         after = cells_after(page, position, WRITTEN)
         if not any(other.cell_type == "code" for other in after):
@@ -191,6 +200,17 @@ def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
         hints = sum(len(re.findall(r"<summary>[^<]*hint", o.source, re.IGNORECASE)) for o in after)
         if hints < (expected := HINTS - (notebook_source.DESIGN in tags)):
             yield f"the piece {cell['id']} has {hints} folded hints, expected {expected}"
+
+
+def unseen_tasks_stand_alone(page: Page) -> Iterator[str]:
+    """A section of its own: a short text, one cell to write in, and the check."""
+    for title, cells in sections(page.notebook).items():
+        unseen = [notebook_source.UNSEEN in notebook_source.tags(cell) for cell in cells]
+        if any(unseen):
+            if unseen != [False, True, False] or notebook_source.CHECK not in notebook_source.tags(cells[2]):
+                yield f"{title}: an unseen task is its text, one cell to write in and its check"
+            if (words := len(cells[0].source.split())) > UNSEEN_WORDS or "<details" in cells[0].source:
+                yield f"{title}: {words} words, or a hint; at most {UNSEEN_WORDS} words, and no hint"
 
 
 def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
@@ -219,7 +239,7 @@ def steps_count_up(page: Page) -> Iterator[str]:
 def tags_fit_the_cells(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         tags = set(notebook_source.tags(cell))
-        if unknown := tags - WRITTEN - {notebook_source.CHECK, notebook_source.DESIGN, notebook_source.CASE, IGNORED}:
+        if unknown := tags - WRITTEN - _OTHERS:
             yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
         if WRITTEN & tags - _PIECES and notebook_source.written_file(cell) is None:
             yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"
@@ -391,6 +411,7 @@ OF_SOURCES: tuple[Rule, ...] = (
     exercises_are_checked_and_hinted,
     designs_are_left_to_the_learner,
     pieces_are_tried_and_hinted,
+    unseen_tasks_stand_alone,
     pieces_follow_their_skeleton,
     steps_count_up,
     tags_fit_the_cells,

@@ -74,6 +74,7 @@ VIOLATIONS = [
     ("pieces_are_tried_and_hinted", "# %%\n# The piece, tried", "# %% [markdown]\n# The piece, tried"),
     ("designs_are_left_to_the_learner", '# %% tags=["piece"]', '# %% tags=["piece", "design"]'),
     ("pieces_are_tried_and_hinted", "<summary>Hint 2: the piece", "<summary>More: the piece"),
+    ("unseen_tasks_stand_alone", '["piece"]\n# %%into tail.py\n', '["function", "unseen"]\n'),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into other.py\ndef first"),
     ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into tail.py\ndef second"),
     ("steps_count_up", "# ## Recall", "# ### Step 2: more\n# ## Recall"),
