@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,10 @@ def add(verbs: Any) -> None:
     parser.add_argument(
         "--seeds", type=int, default=1, metavar="N",
         help="grade the solution and each edit with N seeds, and name those with which an edit passes",
+    )  # fmt: skip
+    parser.add_argument(
+        "--hunt", action="store_true",
+        help="make up the seeds, 20 unless --seeds says how many, so that each run tries other worlds",
     )  # fmt: skip
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     parser.set_defaults(run=_check_course, interrupted="the course was not tried to the end.", for_authors=True)
@@ -73,7 +78,10 @@ def _check_course(options: argparse.Namespace) -> int:
         from grader.authoring import course_trials
 
         progress = Progress()
-        tried = course_trials.run(find(folder), options.cache or building.cache_folder(), progress.say, options.seeds)
+        seeds: Sequence[int] = range(1, options.seeds)
+        if options.hunt:
+            seeds = course_trials.made_up(len(seeds) or course_trials.HUNTED)
+        tried = course_trials.run(find(folder), options.cache or building.cache_folder(), progress.say, seeds)
         progress.done()
         found, notes = list(tried.problems), tried.notes
     elif not options.static:

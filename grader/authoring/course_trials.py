@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+import random
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,8 +16,8 @@ from grader.host import tempdir
 from grader.scoring.scorecard import CheckResult, Outcome, Scorecard
 from grader.settings import Reuse, Settings
 
-SEEDS = 2
-"""With how many seeds the solution is graded at least."""
+HUNTED = 20
+"""How many seeds a hunt makes up."""
 _TESTS_OF_ITS_OWN = ("student tests", "mutation")
 _BY_SEED = ("trials", "functions")
 
@@ -29,10 +30,15 @@ class Tried:
     notes: tuple[str, ...] = ()
 
 
-def run(course: Course, cache: Path, progress: Callable[[str], None], seeds: int = 1) -> Tried:
-    """Grade the solution by two seeds and each known-bad edit, and return what was not as it should be.
+def made_up(count: int) -> tuple[int, ...]:
+    """Return seeds that no earlier run is likely to have had: each turns and fills the trials' worlds anew."""
+    return tuple(random.SystemRandom().sample(range(1, 10**6), count))
 
-    With more `seeds` both are tried with seed 0 and those after it, in what trials and functions serve.
+
+def run(course: Course, cache: Path, progress: Callable[[str], None], seeds: Sequence[int] = ()) -> Tried:
+    """Grade the solution by two seeds and each known-bad edit by one, and return what was not as it should be.
+
+    With `seeds` both are tried with these after seed 0, in what trials and functions serve.
     An edit is graded on all requirements but those of the package's own tests, which are there to notice it.
     """
     settings = Settings(check_course.read_rubric(course), cache, course, reuse=Reuse.KEPT)
@@ -57,7 +63,7 @@ class _Trying:
     `notes` say what was not tried.
     """
 
-    def __init__(self, settings: Settings, progress: Callable[[str], None], seeds: int) -> None:
+    def __init__(self, settings: Settings, progress: Callable[[str], None], seeds: Sequence[int]) -> None:
         self.settings, self.progress, self.seeds = settings, progress, seeds
         self.failed: set[str] = set()
         self.lost: set[str] = set()
@@ -79,7 +85,7 @@ class _Trying:
             if result.outcome is not Outcome.PASSED:
                 yield f"the solution loses points: {name}: {_words(result)}"
         others: dict[str, dict[int, CheckResult]] = {}
-        for seed in range(1, max(self.seeds, SEEDS)) if self._by_seed else ():
+        for seed in self.seeds or (1,) if self._by_seed else ():
             again = self._graded(f"the solution, seed {seed}", solution, seed, self._by_seed)
             for name, result in _results(again).items():
                 if result.outcome is not before[name].outcome:
@@ -106,7 +112,7 @@ class _Trying:
                 yield from self._compared(edit, card, judged)
                 passed: dict[str, list[int]] = {}
                 wanted = {name for name, points in edit.loses.items() if points} & self._by_seed & judged
-                for seed in range(1, self.seeds) if wanted else ():
+                for seed in self.seeds if wanted else ():
                     again = self._graded(f"{edit.path.name}, seed {seed}", package, seed, wanted)
                     for score in again.requirements:
                         if score.requirement.id in wanted and score.outcome is Outcome.PASSED:
@@ -115,7 +121,7 @@ class _Trying:
                 yield f"{edit.path}: it is refused, which loses everything: {error}"
                 return
         for name, lucky in passed.items():
-            luck = f"with {_seeds(lucky)} of {self.seeds}: a package like this passes by luck"
+            luck = f"with {_seeds(lucky)} of {1 + len(self.seeds)}: a package like this passes by luck"
             yield f"{edit.path}: {name} is not lost {luck}"
 
     def _compared(self, edit: check_course.KnownBad, card: Scorecard, judged: Collection[str]) -> Iterator[str]:

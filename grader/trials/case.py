@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
+from yaml.constructor import SafeConstructor
 
 from grader import yaml_reader
 from grader.course import Course, definition
@@ -92,6 +94,10 @@ class Case:
 
     def text(self) -> str:
         """Return it as YAML, a line for each step."""
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
         text: str = yaml.dump(
             self.plain(), Dumper=_Dumper, default_flow_style=None, sort_keys=False, width=100, allow_unicode=True
         )
@@ -162,7 +168,7 @@ def _remove(stage: Stage, to: object, _so_far: _SoFar) -> None:
 
 
 def _limits(stage: Stage, to: Mapping[str, float], so_far: _SoFar) -> None:
-    so_far.limits = (to["least"], to["most"])
+    so_far.limits = (float(to["least"]), float(to["most"]))
     stage.set_range_limits(*so_far.limits)
 
 
@@ -227,7 +233,7 @@ def read(path: Path, course: Course) -> Case:
         raise GraderError(f"{path} is empty. A case needs node and steps.")
     _Reading(YamlReader(path), course).check(root)
     try:
-        plain = yaml.constructor.SafeConstructor().construct_document(root)
+        plain = SafeConstructor().construct_document(root)
     except yaml.YAMLError as error:
         raise GraderError(f"{path} cannot be read ({error}).") from error
     return Case.of({name: value for name, value in plain.items() if name not in ("breaks", "seen")})
@@ -318,6 +324,6 @@ class _Reading:
     def _number(self, node: yaml.Node, name: str = "", *, whole: bool = False) -> None:
         if node.tag not in ((_INT,) if whole else (_INT, _FLOAT)):
             self._reader.fail(node, f"a {'whole number' if whole else 'number such as 0.5'} is expected here")
-        value = yaml.constructor.SafeConstructor().construct_document(node)
+        value = SafeConstructor().construct_document(node)
         if not math.isfinite(value) or value < _LEAST.get(name, -math.inf) or (name == "battery" and value > 100):
             self._reader.fail(node, f"{value} is out of range here")

@@ -156,7 +156,7 @@ def tried(folder: Path, seeds: int = 1) -> course_trials.Tried:
     for path in (folder / "known_bad").glob("*.yaml"):
         if path.name != "hits_the_wall.yaml":
             path.unlink()
-    return course_trials.run(load(folder), folder, lambda _words: None, seeds)
+    return course_trials.run(load(folder), folder, lambda _words: None, range(1, seeds))
 
 
 WALL, PATROL = "check_wall::test_stops_before_the_wall", "check_patrol::test_drives_on_patrol"
@@ -190,6 +190,21 @@ def test_what_is_not_lost_as_it_should_be_is_named(
     assert tried(folder).problems == problems
     if of_ten_seeds is not None:
         assert tried(folder, seeds=10).problems == of_ten_seeds
+
+
+def test_a_hunt_names_the_made_up_seeds_with_which_an_edit_passes_or_the_solution_fails(
+    folder: Path, graded: dict[str, Fails], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    made = [course_trials.made_up(20), (4711, 31, 815)]
+    assert len({*made[0]} - {0}) == 20
+    monkeypatch.setattr(course_trials, "made_up", lambda count: made[1][:count])
+    graded[WALL] = lambda text, seed: (OURS in text and seed != 815) or seed == 31
+    for path in (folder / "known_bad").glob("[!h]*.yaml"):
+        path.unlink()
+    assert cli.main(["check-course", str(folder), "--hunt", "--seeds", "4", "--cache", str(folder)]) == 1
+    said = capsys.readouterr().out
+    assert f"{WALL}: passed with seed 0, with seed 31 failed: stood still" in said
+    assert "B3 is not lost with seed 815 of 4: a package like this passes by luck" in said
 
 
 def test_that_no_edit_was_tried_is_noted(folder: Path, graded: dict[str, Fails]):

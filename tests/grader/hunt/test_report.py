@@ -36,6 +36,7 @@ FINDING = Finding(
         (("remove", "pole 1"), "pole 1 gone"),
         (("readings", {"kind": "nan"}), "all beams reading nan"),
         (("readings", {"kind": "too far", "every": 7}), "every beam in 7 reading too far"),
+        (("limits", {"least": 0.25, "most": 10.0}), "scans that go from 0.25 to 10 m"),
         (("silence", "scan"), "no more messages of scan"),
         (("hear", "scan"), "messages of scan again"),
         (("set", {"max_linear_speed": 0.25, "fusion_rate": 5.0}), "max_linear_speed = 0.25, fusion_rate = 5.0"),

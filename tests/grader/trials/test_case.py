@@ -205,6 +205,9 @@ def test_readings_are_spoilt_and_true_again():
     assert all(math.isnan(each) for each in do(("readings", {"kind": "nan"})).change(ranges))
     assert do(("readings", {"kind": "none"})).change(ranges).size == 0
     assert do(("readings", {"kind": "nan"}), ("readings", {"kind": "true"})).change is None
+    stage = do(("limits", {"least": 1, "most": 4}), ("readings", {"kind": "least", "every": 2}))
+    assert ("set_range_limits", 1.0, 4.0) in stage.did
+    assert stage.change(ranges).tolist() == [1, 2, 1, 4, 1, 6]
 
 
 def test_the_battery_is_in_percent():

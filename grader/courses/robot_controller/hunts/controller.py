@@ -232,6 +232,8 @@ def stands_in_an_emergency(run: Run) -> Broken | None:
 @promise("F1")
 def stands_without_a_command(run: Run) -> Broken | None:
     """Until it is told to move it commands zero, at the control loop's rate."""
+    if run.case.node != _NODE:
+        return None
     asked = [t for name in ("call", "goal", "set") for t, _ in run.times(name)]
     until = min([*asked, run.end])
     before = run.commands(0.0, until)
@@ -513,7 +515,7 @@ def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
     slow = _DEFAULTS["safety_margin"] + 0.05
     for command in run.trial.commands:
         set_ = _in_force(run, command.t)
-        if set_ is None:
+        if set_ is None or command.t > run.trial.marks.get("interrupt", math.inf):
             return
         acceleration = _value(run, "linear_acceleration", command.t, command.t)
         settled = 0.5 + abs(set_[1]) / acceleration

@@ -145,7 +145,7 @@ def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
 @promise("F13")
 def publishes_in_time(run: Run) -> Broken | None:
     """Nothing is published before the first scan; from then on both topics come at the fusion frequency."""
-    if not run.times("listen") or not run.trial.scans:
+    if _FUSED not in [to for _, to in run.times("listen")] or not run.trial.scans:
         return None
     first = run.trial.scans[0].t
     for topic in (_FUSED, _DISTANCE):
