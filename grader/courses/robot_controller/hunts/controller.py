@@ -515,7 +515,7 @@ def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
     slow = _DEFAULTS["safety_margin"] + 0.05
     for command in run.trial.commands:
         set_ = _in_force(run, command.t)
-        if set_ is None:
+        if set_ is None or command.t > run.trial.marks.get("interrupt", math.inf):
             return
         acceleration = _value(run, "linear_acceleration", command.t, command.t)
         settled = 0.5 + abs(set_[1]) / acceleration
