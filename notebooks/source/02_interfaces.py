@@ -76,7 +76,7 @@ begin("02")
 # %%
 # !ros2 interface show geometry_msgs/msg/Pose
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A line is a type and a name; `#` begins a comment.
 # A type is another interface, or one of these:
 #
@@ -98,23 +98,23 @@ begin("02")
 #
 # **Predict:** a `Vector3` has three `float64` of 8 bytes each. How many bytes travel?
 
-# %%
+# %% tags=["whole"]
 from geometry_msgs.msg import Vector3
 from rclpy.serialization import deserialize_message, serialize_message
 
 raw = serialize_message(Vector3(x=1.0, y=2.0, z=3.0))
 print(len(raw), "bytes:", raw.hex(" ", 4))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # 28: the first four only say how the rest is written (here: the smallest byte of a number first).
 # The rest you can read by hand, with Python's `struct`: skip 4 bytes (`4x`), then three doubles (`3d`).
 
-# %%
+# %% tags=["whole"]
 import struct
 
 struct.unpack("<4x3d", raw)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Look** at what is *not* there: no "x", no "y", no "Vector3".
 # Names do not travel.
 # A program that reads the bytes must know from elsewhere what comes when.
@@ -126,7 +126,7 @@ struct.unpack("<4x3d", raw)
 #
 # **Predict:** 0.3 goes in; what comes out?
 
-# %%
+# %% tags=["whole"]
 from std_msgs.msg import Float32
 
 raw = serialize_message(Float32(data=0.3))
@@ -134,22 +134,22 @@ arrived = deserialize_message(raw, Float32).data
 print(raw.hex(" ", 4), "->", arrived)
 print("at most 0.3?", arrived <= 0.3)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A robot that is allowed 0.3 m/s would refuse to drive at 0.3 m/s.
 #
 # A `float32` keeps 24 binary digits, and 0.3 has no end in binary, just as 1/3 has none in decimal.
 # By hand, with `struct` alone: pack it into four bytes, and unpack it.
 
-# %%
+# %% tags=["whole"]
 for speed in (0.5, 0.3, 0.25, 0.1, 0.75):
     (there,) = struct.unpack("<f", struct.pack("<f", speed))
     print(f"{speed:<5} arrives as {there:<20}", "exactly" if there == speed else f"off by {there - speed:.1e}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Halves, quarters and their sums survive; most others do not.
 # Here is the error for every speed up to 0.5 m/s:
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -159,7 +159,7 @@ plt.plot(speeds, (speeds.astype(np.float32) - speeds) * 1e9, ".", markersize=2)
 plt.xlabel("speed sent (m/s)")
 plt.ylabel("error on arrival (nm/s)");
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # At most 15 nanometres per second, and twice as many whenever the number passes a power of two.
 # No robot cares.
 # But `==` and `<=` do.
@@ -170,16 +170,16 @@ plt.ylabel("error on arrival (nm/s)");
 #
 # **Predict:** the 1 in the next file has no point. What arrives?
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../an_int.py
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Float32
 print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 
-# %%
+# %% tags=["whole"]
 # !python3 ../../an_int.py
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Zero!
 # The number is not converted: its memory is read as if it held a float.
 # That is so in the wheels that this kit uses, which are built without assertions.
@@ -187,13 +187,14 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 #
 # Python can look at every value, if you ask it to before it starts:
 
-# %%
+# %% tags=["whole"]
 # !ROS_PYTHON_CHECK_FIELDS=1 python3 ../../an_int.py 2>&1 | tail -1
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It costs time with every message, so it is off by default; cells of these notebooks have it on, your nodes do not.
 # Write `1.0`, or `float(value)` where a number comes from elsewhere.
-#
+
+# %% [markdown]
 # ## Four files
 #
 # Which way to talk fits which need?
@@ -540,7 +541,7 @@ check("I2")
 # For that, ROS computes a **type hash** of every interface: a fingerprint of all its fields, names and types, in their order.
 # There is no secret in it. It is the SHA-256 of a description in JSON, and for a simple type you can write that by hand:
 
-# %%
+# %% tags=["whole"]
 import hashlib
 import json
 
@@ -560,6 +561,7 @@ type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])
 # ROS installs the hash of each interface beside it:
 
 # %%
+import json
 import sys
 
 
@@ -570,19 +572,20 @@ def installed_hash(prefix, interface):
 
 installed_hash(sys.prefix, "geometry_msgs/msg/Vector3")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The same, to the last digit.
 #
 # **Predict:** which of these changes the hash: another order of the fields, or another comment?
 
-# %%
+# %% tags=["whole"]
 print(type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])[:20])
 print(type_hash("geometry_msgs/msg/Vector3", ["z", "y", "x"])[:20])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The order does.
 # Comments are not part of the description, so write as many as you like.
-#
+
+# %% [markdown]
 # Requirement **I3** says that your four interfaces have the contract's hashes.
 # The contract's begin like this; do yours?
 
@@ -604,7 +607,7 @@ for interface, wanted in contract.items():
 # %% tags=["check"]
 check("I3")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 #
 # ### Same name, other hash: silence
 #
@@ -614,19 +617,19 @@ check("I3")
 #
 # **Predict:** what do you read?
 
-# %%
+# %% tags=["whole"]
 sent = struct.pack("<2f", 80.0, 0.4)  # their order: battery_level, closest_obstacle_distance
 distance, battery = struct.unpack("<2f", sent)  # your order
 print(f"closest obstacle {distance:.1f} m, battery {battery:.1f} %")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Free way for 80 metres, in front of a wall.
 #
 # Do such bytes pass through ROS?
 # Try it: a listener for `Vector3`, and a talker that sends the bytes of a `Vector3` whose fields are in the order z, y, x.
 # (A publisher takes finished bytes, too. They are what a node built from such a file would send.)
 
-# %%
+# %% tags=["whole"]
 import rclpy
 
 if not rclpy.ok():  # so that you can run this cell twice
@@ -637,14 +640,14 @@ node.create_subscription(Vector3, "wind", heard.append, 10)
 talker = node.create_publisher(Vector3, "wind", 10)
 swapped = bytes([0, 1, 0, 0]) + struct.pack("<3d", 0.0, 0.0, 9.0)  # z = 0, y = 0, x = 9
 
-# %%
+# %% tags=["whole"]
 for _ in range(100):
     if not heard:
         talker.publish(swapped)
         rclpy.spin_once(node, timeout_sec=0.1)
 print(*heard[:1])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It arrives, without a warning, and the wind blows upwards.
 #
 # You may object that here both ends have the same hash: only the bytes are swapped.
@@ -670,7 +673,7 @@ print(*heard[:1])
 #
 # (Within one program ROS refuses a second type on a topic, so the sender gets a context of its own, as if it were another program.)
 
-# %%
+# %% tags=["whole"]
 import time
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -686,10 +689,10 @@ deadline = time.monotonic() + 10  # until the two have found each other
 while planner.count_subscribers("cmd_vel") == 0 and time.monotonic() < deadline:
     time.sleep(0.1)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** an error, a warning, or nothing?
 
-# %%
+# %% tags=["whole"]
 for _ in range(20):
     sender.publish(Twist())
     rclpy.spin_once(node, timeout_sec=0.1)
@@ -697,7 +700,7 @@ print("messages heard:", len(obeyed))
 print("subscribers on the topic:", planner.count_subscribers("cmd_vel"))
 print("of them connected to this publisher:", sender.get_subscription_count())
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Nothing, and no message about it.
 # But the two numbers show it: there *is* a subscriber, and it is not connected.
 # When a robot does not move, look at that first: `ros2 topic info -v /cmd_vel`, and compare the types.
@@ -707,29 +710,29 @@ print("of them connected to this publisher:", sender.get_subscription_count())
 # (ROS's own tool for this picture is `rqt_graph`, a window on a desktop.
 # It draws the same links, and paints a topic red whose qualities of service do not fit; more about those in notebook 04.)
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # On a busy machine the two may need longer than the picture waits.
 from grader.notebook.graph_view import graph_view
 
 graph_view(nodes=2)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The dashed links of `/cmd_vel` are what you have just measured.
 # `/wind` has both its ends in one node, so two links go to the same oval.
 
-# %%
+# %% tags=["whole"]
 planner.destroy_node()
 elsewhere.try_shutdown()
 node.destroy_node()
 rclpy.try_shutdown()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Ten seconds of driving
 #
 # Your types are good for something already.
 # This program takes your empty node, as in notebook 01, and gives it a service of *your* type `SetSpeed`: it drives at the speed that it was last asked for.
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../speed_drive.py
 """Drive at the speed of the last request: the empty node of the package, with a service of its own type."""
 import sys
@@ -756,16 +759,16 @@ class SpeedDrive(RobotController):
 
 sys.exit(run(SpeedDrive))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** the answer's text has the speed that *arrived*. What does it say for 0.3?
 
-# %%
+# %% tags=["whole"]
 run = run_node(program="../../speed_drive.py", world="open_field")
 for speed in (0.5, 0.3, -0.25):
     print(f"asked for {speed}:", run.set_speed(speed).message)
     recording = run.drive(3.4)
 
-# %%
+# %% tags=["whole"]
 plt.figure(figsize=(8, 2.6), layout="constrained")
 plt.plot(recording.t, recording.v)
 plt.xlabel("simulated time (s)")
@@ -773,19 +776,21 @@ plt.ylabel("speed (m/s)")
 plt.grid(alpha=0.3)
 run.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It does whatever it is asked, at any speed and into any wall.
 # Notebook 05 makes it stop, notebook 06 makes it refuse.
 #
 # > **On a real TurtleBot 4:** robot and laptop must have built the *same* interface files; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
-#
+
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - Constants: a line `uint8 OK=0` in a `.msg` is a name for a number, in every language. Would `status` be better as one? A default value: `float32 tolerance 0.1`.
 # - Swap two fields for real: make a second workspace with a copy of the package, swap two lines of the `.msg` there, build, and let a node of each talk. `ros2 topic info -v` then shows two hashes on one topic.
 # - Another middleware, `rmw_zenoh`, puts the type hash into the address of a topic. There you would have heard nothing at all from your colleague. Which silence do you prefer?
 # - In the ROS 2 documentation: *About ROS 2 interfaces*, and *Creating custom msg and srv files*.
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>Topic, service or action: "take a photo", "battery voltage", "dock at the charger"?</summary>

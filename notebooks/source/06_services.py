@@ -465,22 +465,23 @@ check("F2", "F3", "F7")
 # The second one answers faster, and pays for it: the flag is wrong from a change of the speed's sign, or of a parameter, until the next scan, and it needs a value before the first scan.
 # What can be worked out in a microsecond is not worth remembering, so the course's package has the first one.
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # And by hand: in Jupyter the next cell is a live view of your node.
 # Drag the box in front of it, then run the cell after it, again and again.
 
-# %%
+# %% tags=["whole"]
 run = run_node(world=World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),)))
 run.set_speed(0.2)
 run.drive(2.0)
 run.live()
 
-# %%
+# %% tags=["whole"]
 answer = run.status()
 print(f"speed {answer.speed:.2f}, {answer.status}")
 run.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## A service that asks a service
 #
 # A last trap, and the reason why some nodes stand still for ever without a word.
@@ -488,7 +489,7 @@ run.close()
 #
 # **Predict:** who answers, while the one thread waits?
 
-# %%
+# %% tags=["whole"]
 from std_srvs.srv import Trigger
 
 
@@ -505,12 +506,12 @@ class Office(Node):
         return response
 
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The desk has two ways to ask the archive.
 # The first one has a limit of one second, for the sake of this notebook.
 # Without it you would wait until you restart the kernel.
 
-# %%
+# %% tags=["whole"]
 def on_desk_waits(self, request, response):
     answer = self.client.call(Trigger.Request(), timeout_sec=1.0)
     response.message = "no answer from the archive" if answer is None else answer.message
@@ -526,7 +527,7 @@ async def on_desk_awaits(self, request, response):
 Office.on_desk_waits, Office.on_desk_awaits = on_desk_waits, on_desk_awaits
 
 
-# %%
+# %% tags=["whole"]
 def ask(service, group=None):
     """Start an office, ask one of its services, and return its answer, or None after 3 s."""
     executor, office, visitor = SingleThreadedExecutor(), Office(group), rclpy.create_node("visitor")
@@ -543,17 +544,17 @@ def ask(service, group=None):
 
 print(ask("desk_waits"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The archive is in the same node, served by the same thread, and the thread sits at the desk.
 # Even if the archive were another node it would hang: the *answer* has to be taken in by that same thread.
 # This is a **deadlock**.
 #
 # The usual cure is `await`: the callback steps aside until the answer is there.
 
-# %%
+# %% tags=["whole"]
 print(ask("desk_awaits"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `None`: three seconds, and no answer either.
 # The thread is free now, but there is a second lock.
 # All callbacks of a node belong to one **callback group**, unless you say otherwise, and that group lets in one at a time.
@@ -561,12 +562,12 @@ print(ask("desk_awaits"))
 #
 # Give the desk a group of its own:
 
-# %%
+# %% tags=["whole"]
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # One thread, `await`, and a group of its own: that works.
 #
 # The names of the other possibilities, for when you meet them in other people's code:
@@ -589,7 +590,7 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 #
 # > **On a real TurtleBot 4:** the base cuts 0.5 m/s to 0.306 m/s without a word, so set `max_linear_speed` to what it can do; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` answer what you need before a call.

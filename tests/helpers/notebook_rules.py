@@ -14,7 +14,7 @@ from statistics import median
 from nbformat import NotebookNode
 
 from grader.authoring import notebook_run, notebook_source
-from grader.notebook import pieces
+from grader.notebook import lanes, pieces
 from grader.scoring.rubric import Rubric
 
 # Lines of code that are not blank; plots need more than the usual. What writes a file may have up to FOLDED_LINES.
@@ -27,6 +27,7 @@ IGNORED = "nbval-ignore-output"
 
 # The tags of cells that write a file of the package, or into one, or a function of the notebook.
 _PIECES = {notebook_source.PIECE, notebook_source.FUNCTION}
+_OTHERS = {notebook_source.CHECK, notebook_source.DESIGN, notebook_source.CASE, lanes.WHOLE, IGNORED}
 WRITTEN = {notebook_source.EXERCISE, notebook_source.SKELETON, notebook_source.GIVEN, *_PIECES}
 
 # Traces of this machine, this day or this process in an output.
@@ -219,7 +220,7 @@ def steps_count_up(page: Page) -> Iterator[str]:
 def tags_fit_the_cells(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         tags = set(notebook_source.tags(cell))
-        if unknown := tags - WRITTEN - {notebook_source.CHECK, notebook_source.DESIGN, notebook_source.CASE, IGNORED}:
+        if unknown := tags - WRITTEN - _OTHERS:
             yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
         if WRITTEN & tags - _PIECES and notebook_source.written_file(cell) is None:
             yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"
