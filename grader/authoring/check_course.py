@@ -314,8 +314,8 @@ class _Reading:
         for _, key, value in reader.mapping(parts["lanes"]) if "lanes" in parts else ():
             with yaml_reader.noted(wrong):
                 lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "gives"))
-                for name in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
-                    reader.require_known(reader.text(name), name, self.worth, "a requirement of the rubric")
+                for asked in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
+                    reader.require_known(reader.text(asked), asked, self.worth, "a requirement of the rubric")
                 for _, _, files in reader.mapping(lane["gives"]) if "gives" in lane else ():
                     for path_, file, _ in reader.mapping(files):
                         self._solved(reader, path_, file)

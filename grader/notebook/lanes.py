@@ -48,7 +48,7 @@ def require(lane: str) -> str:
 
 def minutes(lane: str) -> Mapping[str, tuple[int, int]]:
     """Return how many minutes each notebook ("05") takes in a lane, from and to."""
-    return {notebook: (first, last) for notebook, (first, last) in table()[lane]["minutes"].items()}
+    return {notebook: (first, last) for notebook, (first, last) in table().get(lane, {}).get("minutes", {}).items()}
 
 
 def asked_for(lane: str) -> tuple[str, ...]:
@@ -136,13 +136,14 @@ def lay_out(workspace: Workspace, notebook: str) -> str:
         texts = checkpoints.texts(notebook)
     except GraderError as error:
         return say("lane {lane}: {error}", lane=lane, error=error)
+    wanted = {path: functions for path, functions in wanted.items() if path in texts}  # none of the last notebook's
     for path, functions in wanted.items():
         if functions:
             fill(workspace, notebook, workspace.package / path)
         else:
             _write(workspace, notebook, path, texts[path])
-    names = [" ".join([Path(path).name, *(f"({', '.join(names)})" for names in [each] if each)])
-             for path, each in wanted.items()]  # fmt: skip
+    places = {path: path.removeprefix(f"{course().package}/") for path in wanted}
+    names = [f"{places[path]} ({', '.join(each)})" if each else places[path] for path, each in wanted.items()]
     return say("Lane: {lane}. The course gives in this notebook: {names}.", lane=lane, names="; ".join(names))
 
 
@@ -175,7 +176,7 @@ def fill(workspace: Workspace, notebook: str, target: Path) -> None:
         left, now = pieces.functions(skeleton), pieces.functions(text)
         stubs = {name for name in wanted if name in now and now[name] == left.get(name)}
         filled = pieces.filled(text, solution, stubs) + "\n"
-    except (GraderError, *UNPARSABLE):
+    except (GraderError, KeyError, *UNPARSABLE):  # without the solution, or with a learner's slip in the file
         return
     magic = "writefile" if text == skeleton else pieces.MAGIC
     if filled != text:
@@ -200,7 +201,7 @@ def refusal(workspace: Workspace, notebook: str, magic: str, target: Path | None
             names = [name for name in kept if not functions or name in functions]
         else:
             names = [] if functions or now != solution or cell == now else [target.name]
-    except (GraderError, *UNPARSABLE):
+    except (GraderError, KeyError, *UNPARSABLE):  # without the solution, or with a learner's slip in the file
         return ""
     if not names:
         return ""

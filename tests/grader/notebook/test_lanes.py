@@ -77,7 +77,9 @@ def test_a_kernel_asks_once_and_again_after_a_slip(workspace: Workspace, monkeyp
 
 
 def test_a_lane_can_be_changed_at_any_time(core: Workspace) -> None:
-    assert lanes.lay_out(core, "05").startswith("Lane: core. The course gives in this notebook: motion.py (speed_cap")
+    assert lanes.lay_out(core, "05").startswith(
+        "Lane: core. The course gives in this notebook: utils/motion.py (speed_cap"
+    )
     before = {path: path.read_bytes() for path in core.package.rglob("*") if path.is_file()}
     lanes.choose(core, "05", "whole")
     assert (lanes.of(core), lanes.lay_out(core, "05")) == ("whole", "")
