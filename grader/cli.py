@@ -281,6 +281,12 @@ def _add_release(verbs: Any) -> None:
     parser.add_argument(
         "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
     )
+    parser.add_argument(
+        "--lane",
+        default="whole",
+        help="one of the course's lanes (default: whole): its notebooks, in which the cells that it leaves out are "
+        "folded, and beside the zip a rubric of what it asks for",
+    )
     add_course(parser)
     parser.set_defaults(run=_release, for_authors=True)
 
@@ -426,7 +432,7 @@ def _release(options: argparse.Namespace) -> int:
 
     course = find(options.course)
     os.environ[VARIABLE] = str(course.folder)  # what the notebooks give and ask for goes by it
-    print(release(options.out, course, solutions=not options.without_solutions))
+    print(release(options.out, course, solutions=not options.without_solutions, lane=options.lane))
     print(f"Kit: {options.out}")
     return EXIT_GRADED
 

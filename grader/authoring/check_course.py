@@ -15,6 +15,7 @@ from pathlib import Path
 
 import jinja2
 import nbformat
+import yaml
 
 from grader import yaml_reader
 from grader.authoring import held_back, notebook_source, package_edits
@@ -296,7 +297,7 @@ class _Reading:
         if root is None:
             return
         reader = YamlReader(path)
-        parts = reader.fields(root, root, (), "", ("notebooks", "needs", "later", "stand_ins", "edits"))
+        parts = reader.fields(root, root, (), "", ("notebooks", "needs", "later", "stand_ins", "edits", "lanes"))
         wrong: list[str] = []
         for part in ("needs", "stand_ins"):
             for name, key, _ in reader.mapping(parts[part]) if part in parts and self.worth else ():
@@ -309,9 +310,20 @@ class _Reading:
                 kinds = reader.fields(value, key, (), "", tuple(field.name for field in fields(Checkpoint)))
                 for file in [file for kind in kinds.values() for file in reader.items(kind)]:
                     with yaml_reader.noted(wrong):
-                        if not (self.course.solution / reader.text(file)).is_file():
-                            reader.fail(file, f"the solution has no {reader.text(file)}")
+                        self._solved(reader, reader.text(file), file)
+        for _, key, value in reader.mapping(parts["lanes"]) if "lanes" in parts else ():
+            with yaml_reader.noted(wrong):
+                lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "gives"))
+                for asked in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
+                    reader.require_known(reader.text(asked), asked, self.worth, "a requirement of the rubric")
+                for _, _, files in reader.mapping(lane["gives"]) if "gives" in lane else ():
+                    for path_, file, _ in reader.mapping(files):
+                        self._solved(reader, path_, file)
         yield from wrong
+
+    def _solved(self, reader: YamlReader, name: str, node: yaml.Node) -> None:
+        if not (self.course.solution / name).is_file():
+            reader.fail(node, f"the solution has no {name}")
 
     def _handout(self) -> Iterator[str]:
         if self.whole is None:

@@ -23,7 +23,7 @@ from PIL import Image
 from grader import KIT
 from grader.authoring import checkpoint_texts, notebook_source
 from grader.intake import course_marker
-from grader.notebook import checkpoints, pieces
+from grader.notebook import checkpoints, lanes, pieces
 from grader.notebook.standing import ALONE
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.words import say
@@ -160,6 +160,8 @@ def lay_out(name: str, workspace: Path) -> None:
     """Write the package as a student leaves it who has worked through the notebooks before `name`."""
     opened = Workspace(workspace)
     checkpoints.start_at(opened, name)
+    if lanes.table():
+        lanes.keep(opened, lanes.WHOLE)
     (opened.package / course_marker.MARKER).unlink(missing_ok=True)
 
 

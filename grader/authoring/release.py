@@ -12,6 +12,7 @@ import time
 import tomllib
 from pathlib import Path
 
+import nbformat
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -20,7 +21,7 @@ from grader.authoring import checkpoint_texts, held_back
 from grader.course import Course, handout, packages, reader
 from grader.errors import GraderError
 from grader.host import provenance
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, lanes
 from grader.notebook.packing import Entry, write_zip
 from grader.scoring import rubric
 from grader.words import counted
@@ -45,15 +46,19 @@ _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 
 
-def release(out: Path, course: Course, *, solutions: bool = True) -> str:
+def release(out: Path, course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE) -> str:
     """Write the students' kit to the zip `out`, and return in words what is in it, and whether `start_at` works.
 
+    For a shorter lane, a rubric of what it asks for is written beside it.
+
     Raises:
-        GraderError: this is not a whole checkout, or `out` cannot be written.
+        GraderError: this is not a whole checkout, `out` cannot be written, or the course has no such lane.
     """
+    if lane != lanes.WHOLE and not solutions:
+        raise GraderError(f"The lane {lane} gives solved pieces, so it cannot be released without solutions.")
     if not course.solution.is_dir():
         raise GraderError(f"There is no {course.solution}. Release the students' kit from a whole checkout.")
-    files = contents(course, solutions=solutions)
+    files = contents(course, solutions=solutions, lane=lane)
     entries = {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())}
     # JupyterLab's file browser shows how old a file is.
     write_zip(out, entries, time.gmtime(provenance.commit_time() or time.time())[:6])
@@ -61,11 +66,30 @@ def release(out: Path, course: Course, *, solutions: bool = True) -> str:
     if solutions and (solved := checkpoint_texts.packed()):
         which = " to ".join(dict.fromkeys((solved[0], solved[-1])))
         words = f"with the solved files of {which}, so `start_at` works; --without-solutions leaves them out"
+    if lane != lanes.WHOLE:
+        profile = out.with_suffix(".rubric.yaml")
+        profile.write_text(profile_of(lane, rubric.load(course.rubric)), encoding="utf-8")
+        words += f"; the notebooks are those of the lane {lane}, and {profile.name} is the rubric of what it asks for"
     return f"{counted(len(files), 'file')}, {out.stat().st_size / 1e6:.1f} MB; {words}"
 
 
-def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
-    """Return the files of a course's kit for students by their paths."""
+def profile_of(lane: str, whole: rubric.Rubric) -> str:
+    """Return the text of a rubric that has of the kit's what a lane asks for, for `grader grade --rubric`."""
+    dropped = [r.id for r in whole.requirements if r.id not in lanes.asked_for(lane)]
+    worth = sum(r.points for r in whole.requirements) - sum(whole.requirement(name).points for name in dropped)
+    return (
+        f"# What the lane {lane} asks for, {worth:g} points; the course gives the rest of the package.\n"
+        f'title: {whole.title}, the {lane} lane\nversion: "{whole.version}-{lane}"\nextends: kit\n'
+        f"dropped: [{', '.join(dropped)}]\n"
+    )
+
+
+def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE) -> dict[str, bytes]:
+    """Return the files of a course's kit for students by their paths.
+
+    Raises:
+        GraderError: the course has no such lane.
+    """
     named = (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE", *(f"docs/{page}" for page in _PAGES))
     found = {name: (KIT / name).read_bytes() for name in named} | tree(*_WITHHELD)
     layers = [path for layer in reversed(course.layers) for path in (layer / "student_kit").glob("*")]
@@ -74,7 +98,9 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     own, whole = _of(course), rubric.load(course.rubric)
     for name, path in own.items():
         found[name] = path.read_bytes()
-        if path == course.rubric:
+        if lane != lanes.WHOLE and path.suffix == ".ipynb":
+            found[name] = _in_lane(path, lane)
+        elif path == course.rubric:
             found[name] = held_back.rubric_for_students(rubric.text(path), whole).encode()
         elif course.extends and path.name == reader.COURSE:
             title = f"title: {json.dumps(course.title, ensure_ascii=False)}"
@@ -93,6 +119,19 @@ def contents(course: Course, *, solutions: bool = True) -> dict[str, bytes]:
     names = {*own, _SOLUTIONS, "docs/handout.md"}
     held_back.require_apart(course, {name: content for name, content in found.items() if name in names})
     return found
+
+
+def _in_lane(path: Path, lane: str) -> bytes:
+    """Return a notebook as a lane has it; one that no lane has stays as it is."""
+    try:
+        counted_in = lanes.minutes(lanes.require(lane))
+    except ValueError as error:
+        raise GraderError(str(error)) from error
+    number = path.name[:2]
+    if number not in counted_in:
+        return path.read_bytes()
+    notebook = lanes.fold(nbformat.read(path, as_version=4), number, lane)
+    return (nbformat.writes(notebook, version=4).rstrip("\n") + "\n").encode()
 
 
 def tree(*withheld: str) -> dict[str, bytes]:
@@ -114,6 +153,7 @@ def _of(course: Course) -> dict[str, Path]:
     home, notebooks = course.extends or course, course.notebooks
     top = KIT if home.rubric == rubric.RUBRIC else home.folder.parent
     pages = [*notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
+    pages = [page for page in pages if page.name.count(".") == 1]  # not the folded copies of a lane
     pages += notebooks.glob("pictures/[0-9][0-9]*.png")
     found = {home.notebooks / path.relative_to(notebooks): path for path in pages}
     for layer in reversed(course.layers):

@@ -247,7 +247,7 @@ class Course:
         """Return what notebooks.yaml says: the notebooks with their files, and what checks in them need."""
         path = self.path("notebooks.yaml")
         found = yaml.load(path.read_text(encoding="utf-8"), FAST_LOADER) if path.is_file() else {}
-        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins", "edits")}
+        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins", "edits", "lanes")}
 
     def full_type(self, type_: str) -> str:
         """Return a type with its package: "my_package/srv/SetSpeed"."""

@@ -1,14 +1,19 @@
-"""Recognise the files of a package that the course laid out and that are unchanged. Trusts nothing in the marker.
+"""Recognise files and functions that the course laid out and that are unchanged. Trusts nothing in the marker.
 
-`start_at` in a notebook writes the marker. A student can delete it, so its absence proves nothing.
+`start_at` in a notebook writes it, and `begin` in a lane that gives some. A student can delete it, so its absence
+proves nothing.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
+from typing import Any
 
+from grader import python_ast
 from grader.words import say_count, some
 
 MARKER = ".course.json"
@@ -18,8 +23,22 @@ _MAX_SHOWN = 12
 
 
 def note(package: Path) -> str:
-    """Return a sentence that names the files laid out by the course; "" if there are none, or no marker."""
-    found = unchanged(package)
+    """Return sentences that name the files and functions laid out by the course; "" if there are none, or no marker."""
+    return " ".join(filter(None, (_files(unchanged(package)), _functions(unchanged_functions(package)))))
+
+
+def _functions(found: list[str]) -> str:
+    if not found:
+        return ""
+    return say_count(
+        "{n} function was given by the course (a lane) and not changed since: {names}.",
+        "{n} functions were given by the course (a lane) and not changed since: {names}.",
+        len(found),
+        names=some(found, _MAX_SHOWN),
+    )
+
+
+def _files(found: list[str]) -> str:
     if not found:
         return ""
     return say_count(
@@ -33,24 +52,77 @@ def note(package: Path) -> str:
 
 def unchanged(package: Path) -> list[str]:
     """Return the paths of the files whose content still matches the marker's checksum."""
-    marker = package / MARKER
-    try:
-        if marker.is_symlink() or marker.stat().st_size > MAX_BYTES:
-            return []
-        sums = json.loads(marker.read_text(encoding="utf-8"))["sha256"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return []
+    sums = _read(package).get("sha256")
     if not isinstance(sums, dict) or len(sums) > MAX_FILES:
         return []
     return [name for name, digest in sums.items() if isinstance(digest, str) and _digest(package, name) == digest]
 
 
+def unchanged_functions(package: Path) -> list[str]:
+    """Return the functions ("driver.py Driver.stop") whose code still matches the marker's checksum."""
+    files = _read(package).get("functions")
+    if not isinstance(files, dict) or len(files) > MAX_FILES:
+        return []
+    return [
+        f"{PurePosixPath(path).name} {name}"
+        for path, sums in files.items()
+        if isinstance(sums, dict) and (now := functions(_content(package, path) or b""))
+        for name, digest in sums.items()
+        if now.get(name) == digest
+    ]
+
+
+def add(
+    package: Path,
+    files: Mapping[str, str] | None = None,
+    named: Mapping[str, tuple[str, Iterable[str]]] | None = None,
+) -> None:
+    """Note what the course has written into a package: texts of files, and functions `named` of a module's text."""
+    marker = _read(package)
+    for path, text in (files or {}).items():
+        marker.setdefault("sha256", {})[path] = hashlib.sha256(text.encode()).hexdigest()
+    for path, (text, names) in (named or {}).items():
+        sums = functions(text)
+        marker.setdefault("functions", {}).setdefault(path, {}).update({name: sums[name] for name in sorted(names)})
+    (package / MARKER).write_text(json.dumps(marker, indent=1) + "\n")
+
+
+def functions(text: str | bytes) -> dict[str, str]:
+    """Return the checksum of each function and method of a module by its name, whatever its comments."""
+    found: dict[str, str] = {}
+    try:
+        for owner in (tree := python_ast.tree_of(text), *tree.body):
+            if isinstance(owner, ast.Module | ast.ClassDef):
+                prefix = f"{owner.name}." if isinstance(owner, ast.ClassDef) else ""
+                inside = [node for node in owner.body if isinstance(node, python_ast.Function)]
+                found |= {prefix + n.name: hashlib.sha256(ast.unparse(n).encode()).hexdigest() for n in inside}
+    except python_ast.UNPARSABLE:
+        return {}
+    return found
+
+
+def _read(package: Path) -> dict[str, Any]:
+    marker = package / MARKER
+    try:
+        if marker.is_symlink() or marker.stat().st_size > MAX_BYTES:
+            return {}
+        found = json.loads(marker.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
 def _digest(package: Path, name: str) -> str | None:
+    content = _content(package, name)
+    return None if content is None else hashlib.sha256(content).hexdigest()
+
+
+def _content(package: Path, name: str) -> bytes | None:
     path = PurePosixPath(name)
     if path.is_absolute() or ".." in path.parts:
         return None
     try:
         # A submission that was taken in has only regular files.
-        return hashlib.sha256((package / path).read_bytes()).hexdigest()
+        return (package / path).read_bytes()
     except (OSError, ValueError):
         return None

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from grader.course import passed_over
-from grader.notebook import cell_hooks, checkpoints, feedback, standing
+from grader.notebook import cell_hooks, checkpoints, feedback, lanes, standing
 from grader.notebook.bench import bench, mine
 from grader.notebook.feedback import Checked
 from grader.notebook.matrix import mutant, mutant_matrix
 from grader.notebook.tables import tries
-from grader.notebook.workspace import course, find, open_workspace
+from grader.notebook.workspace import Workspace, course, find, open_workspace
 from grader.words import say
 
 if TYPE_CHECKING:
@@ -28,21 +28,25 @@ __all__ = [
 ]  # fmt: skip
 
 
-def begin(notebook: str) -> None:
+def begin(notebook: str, lane: str = "") -> None:
     """Open the workspace for a notebook ("05") and print what it holds.
+
+    The first time it asks which of the course's lanes to take; `lane` says so, and may be another one at any time. In
+    a shorter lane the course writes the files and functions that its notebooks leave out.
 
     Creates `ws/src/ros2_robot_controller` beside the notebooks if it is missing, changes into it, and sets up the
     environment for `!ros2`, `!colcon build` and `!python3` in cells. From then on, `%%writefile` backs up a file that
     was edited elsewhere before it overwrites it. Can be called again at any time.
 
     Raises:
-        ValueError: the course has no such notebook.
+        ValueError: the course has no such notebook, or no such lane.
     """
     if note := passed_over():
         print(note)
     key = checkpoints.number(notebook)
     workspace = open_workspace(key)
     cell_hooks.install(workspace)
+    _in_lane(workspace, key, lane)
     print(feedback.welcome(key, workspace))
 
 
@@ -120,6 +124,19 @@ def run_node(
     )
 
 
-def start_at(notebook: str) -> None:
-    """Lay out the package as the notebooks before `notebook` ("05") leave it; back up its content first."""
-    print(checkpoints.start_at(find(), notebook))
+def start_at(notebook: str, lane: str = "") -> None:
+    """Lay out the package as the notebooks before `notebook` ("05") leave it; back up its content first.
+
+    Raises:
+        ValueError: the course has no such notebook, or no such lane.
+    """
+    workspace = find()
+    print(checkpoints.start_at(workspace, notebook))
+    _in_lane(workspace, checkpoints.number(notebook), lane)
+
+
+def _in_lane(workspace: Workspace, notebook: str, lane: str) -> None:
+    """Keep the lane, ask for it if need be, and write and say what it gives in this notebook."""
+    for line in (lanes.choose(workspace, notebook, lane), lanes.lay_out(workspace, notebook)):
+        if line:
+            print(line)

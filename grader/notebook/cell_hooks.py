@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import before_begin, checkpoints, interface_types, pieces, standing
+from grader.notebook import before_begin, checkpoints, interface_types, lanes, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -52,7 +52,8 @@ class CellHooks:
 
         def write(line: str, cell: str) -> None:
             path, notebook = target(line), os.environ.get(NOTEBOOK, "")
-            if refusal := self._backups.refusal(name, line, cell, notebook, checkpoints.written_by(notebook)):
+            refusal = self._backups.refusal(name, line, cell, notebook, checkpoints.written_by(notebook))
+            if refusal := refusal or lanes.refusal(self._workspace, notebook, name, path, line, cell):
                 print(refusal)
                 return
             if path:
@@ -62,6 +63,8 @@ class CellHooks:
             magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
             if path:
                 self._backups.note(path, notebook, name)
+                if name != pieces.MAGIC:
+                    lanes.fill(self._workspace, notebook, path)
 
         return write
 

@@ -111,7 +111,7 @@ def files_after(notebook: str) -> dict[str, str]:
         GraderError: this kit holds no solutions.
     """
     last = number(notebook)
-    return {path: text for key in _by_number() if key <= last for path, text in _texts(key).items()}
+    return {path: text for key in _by_number() if key <= last for path, text in texts(key).items()}
 
 
 def start_at(workspace: Workspace, notebook: str) -> str:
@@ -163,7 +163,7 @@ def patient(case: str) -> dict[str, Any]:
     Raises:
         GraderError: this kit holds no solutions, and so no patients.
     """
-    ill = _texts(case)
+    ill = texts(case)
     return ill | {"files": files_after(max(_by_number())) | ill["files"]}
 
 
@@ -176,7 +176,7 @@ def _student_work_before(key: str) -> set[str]:
     return own
 
 
-def _texts(name: str) -> dict[str, Any]:
+def texts(name: str) -> dict[str, Any]:
     """Return the texts of a notebook's ("05") files, or the patient of a case ("C3")."""
     if PACKED.is_file():
         try:

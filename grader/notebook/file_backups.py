@@ -98,6 +98,15 @@ class FileBackups:
         for name, notebook in notebooks.items():
             self.note(self._workspace.package / name, notebook)
 
+    def left(self, path: Path, notebook: str, magic: str) -> str:
+        """Return what cells of a notebook with this magic have left in a file, "" if there are none."""
+        text = _content(self._written / f"{notebook}-{magic}" / self._name(path)) or b""
+        return text.decode(errors="replace")
+
+    def writers(self, path: Path) -> set[str]:
+        """Return the notebooks whose cells have left a file as it is."""
+        return {notebook for notebook, _ in self._writers(path)}
+
     def _writers(self, path: Path) -> set[tuple[str, str]]:
         """Return the notebooks and magics whose cells have left a file as it is."""
         content, name = _content(path), self._name(path)

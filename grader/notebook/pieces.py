@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,12 +76,22 @@ def merged(text: str, piece: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def filled(piece: str, solution: str) -> str:
-    """Return `piece` with each of its functions as `solution` has it."""
-    there = {found.name: solution.splitlines()[found.start : found.end] for found in definitions(solution)}
-    lines = piece.splitlines()
+def functions(text: str) -> dict[str, str]:
+    """Return the text of each function of a module by its name.
+
+    Raises:
+        SyntaxError: it is not valid Python; or another of python_ast.UNPARSABLE.
+    """
+    lines = text.splitlines()
+    return {found.name: "\n".join(lines[found.start : found.end]) for found in definitions(text)}
+
+
+def filled(piece: str, solution: str, names: Container[str] | None = None) -> str:
+    """Return `piece` with each of its functions, or those with these names, as `solution` has it."""
+    there, lines = functions(solution), piece.splitlines()
     for found in reversed(definitions(piece)):
-        lines[found.start : found.end] = there[found.name]
+        if names is None or found.name in names:
+            lines[found.start : found.end] = there[found.name].splitlines()
     return "\n".join(lines)
 
 

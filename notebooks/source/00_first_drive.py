@@ -27,7 +27,16 @@
 # - explain why a program that never spins hears nothing;
 # - say what a requirement of the contract is, and where to read it.
 #
-# **Time:** 45 to 75 minutes.
+# **Time:** 45 to 75 minutes, in the core lane 30 to 45.
+#
+# **Two lanes** lead through notebooks 00 to 10; `begin` asks which one you take, and `begin("00", lane="core")` changes it at any time.
+#
+# | lane | hours | what you do |
+# |---|---|---|
+# | whole | 15 to 27 | everything: you write every file of the package that is not given |
+# | core | 7 to 13 | one exercise of each kind. The course gives the rest of the package: reading a battery's alarms, slowing down and speeding up gently, the last zero, steering, refusing parameter values, most tests, the demonstration. Left out, too, are most experiments and what goes further |
+#
+# Both end with the same package, which is graded by the same rubric.
 #
 # **Your package so far:** nothing.
 # The first cell makes the folder in which it will grow.
@@ -78,19 +87,19 @@ tour.run(12.0)
 # %%
 tour.stop()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # On a web page no Python runs, so the live view stands still.
 # A **film** moves there, too: it shows a finished drive, faster.
 # Here is the whole tour, from the first star to the last.
 # **Watch** the orange points when the robot goes through a door: from then on the lidar sees another part of the office.
 
-# %%
+# %% tags=["whole"]
 from sim.film import Film
 
 simulator = sim.Simulator(sim.load_world("office"))
 Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Two numbers move it
 #
 # A robot on two wheels cannot go sideways.
@@ -110,7 +119,7 @@ Film(sim.drive(simulator, sim.Tourist(simulator), 58.0))
 #
 # **Predict:** the robot starts at (0, 0) and looks along x. Where is the circle's centre?
 
-# %%
+# %% tags=["whole"]
 from sim.views import map_view
 
 
@@ -121,7 +130,7 @@ def in_a_circle(seen):
 empty = sim.Simulator(sim.World("nothing anywhere"))
 map_view(sim.drive(empty, in_a_circle, 15.7))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It is at (0, 0.5), one radius to the robot's left.
 #
 # **Change one thing.** Set `omega` to -0.4, and to 0.
@@ -133,13 +142,13 @@ map_view(sim.drive(empty, in_a_circle, 15.7))
 # This one takes 360 of them, ten times a second.
 # We switch its noise off for a moment, so that the numbers are round.
 
-# %%
+# %% tags=["whole"]
 simulator = sim.Simulator(sim.load_world("office"), noise=False)
 scan = simulator.scan()
 print(len(scan.ranges), "ranges in metres")
 print(f"the first beam looks to {scan.angle_min:.4f} rad, each next one {scan.angle_increment:.4f} rad further left")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Beam number i looks to `angle_min + i * angle_increment`, and 0 rad is straight ahead.
 # So beam 0 looks to -π, straight *back*, and each beam is 1° further left than the one before it.
 #
@@ -147,18 +156,18 @@ print(f"the first beam looks to {scan.angle_min:.4f} rad, each next one {scan.an
 # Read four distances from the map at the top: back, right, ahead and left.
 # Which beam measures which?
 
-# %%
+# %% tags=["whole"]
 for beam in (0, 90, 180, 270):
     angle = scan.angle_min + beam * scan.angle_increment
     print(f"beam {beam:3}: {angle:5.2f} rad, {scan.ranges[beam]:.2f} m")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Back 0.60 m to the outer wall, right 0.70 m, ahead 9.40 m down the corridor, and left 0.75 m: the wall at y = 1.5 is 10 cm thick.
 #
 # A distance and an angle make a point.
 # That is how the orange points are drawn:
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -173,34 +182,35 @@ plt.xlabel("x, ahead of the robot (m)")
 plt.ylabel("y, to its left (m)")
 plt.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now a box 40 cm wide stands in its way, with its front 0.9 m ahead.
 #
 # **Predict:** how many of the 360 beams hit it?
 # By hand: from the robot, half the box covers atan(0.2 / 0.9) = 12.5°.
 
-# %%
+# %% tags=["whole"]
 before = scan.ranges
 simulator.add_obstacle(sim.Box(center=(1.6, 0.7), size=(0.2, 0.4)))
 after = simulator.scan().ranges
 print(f"{(after < before).sum()} beams became shorter; straight ahead it is now {after[180]:.2f} m")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # 12 on each side and one in the middle are 25.
 # A chair's leg, 3 cm thick and 2 m away, covers less than one degree.
 # It can stand *between* two beams.
 #
 # What does a beam read where there is nothing at all?
 
-# %%
+# %% tags=["whole"]
 nowhere = sim.Simulator(sim.load_world("open_field"))
 print(nowhere.scan().ranges[:5])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It reads `inf`: there was no echo within the lidar's 12 m.
 # It is not an error, but a number that is larger than every limit.
 # Remember it: in notebook 04 you meet other special numbers, and one of them makes a wall invisible.
-#
+
+# %% [markdown]
 # ## The robot on a graph
 #
 # So far you have called functions of a simulator.
@@ -445,6 +455,8 @@ listen(1.0)
 robot.pause()
 
 # %%
+import matplotlib.pyplot as plt
+
 t = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in heard]
 v = [message.twist.twist.linear.x for message in heard]
 
@@ -453,7 +465,7 @@ plt.plot(t, v, ".-")
 plt.xlabel("simulated time on /clock (s)")
 plt.ylabel("v by odometry (m/s)");
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You sent commands, the wheels turned, and the odometry reported it, all through messages.
 # Every node that you write in this course does the same: it hears something, decides, and says something.
 #
@@ -463,7 +475,7 @@ plt.ylabel("v by odometry (m/s)");
 # The function `route` returns your way as a list of (v, ω, seconds), one line for each piece. Do not touch the walls.
 # Write all numbers with a point, `2.0` and not `2`: the fields of the message are floats, and ROS does not convert.
 
-# %% tags=["function"]
+# %% tags=["function", "whole"]
 def route():
     """Return the way into the office: (v, omega, seconds) for each piece."""
     return [
@@ -471,7 +483,7 @@ def route():
     ]
 
 
-# %%
+# %% tags=["whole"]
 robot.reset()
 robot.set_rate(4.0)
 for v, omega, seconds in route():
@@ -481,7 +493,7 @@ for v, omega, seconds in route():
 hand.publish(Twist())
 robot.picture()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # On the map at the top: the door's middle is at x = 1.6 m, and the robot starts at x = 0.6 m, y = 0.7 m.
@@ -508,7 +520,7 @@ robot.picture()
 #
 # </details>
 
-# %%
+# %% tags=["whole"]
 here = simulator.pose
 if simulator.contacts:
     print(f"not yet: it touched the {simulator.contacts[0].obstacle}")

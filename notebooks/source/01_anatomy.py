@@ -131,7 +131,7 @@ trial = Path(tempfile.mkdtemp())
 # It overwrites without asking. If you have changed the file in an editor meanwhile, it keeps a copy in `ws/kept` and prints a line about it.
 # The first two are for Python tools, such as an editor or a linter. ROS itself builds with the `CMakeLists.txt` that you write below.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile setup.py
 """Let plain Python tools find the modules. ROS builds the package with CMakeLists.txt."""
 
@@ -143,7 +143,7 @@ setup(
     packages=find_packages(exclude=['test']),
 )
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile setup.cfg
 [tool:pytest]
 testpaths = test
@@ -152,13 +152,13 @@ testpaths = test
 max-line-length = 99
 import-order-style = google
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `setup.cfg` holds the settings of tools: where pytest finds the tests, and how long a line may be (99 columns, as everywhere in ROS).
 #
 # The next files make the inner folder a Python package that can be imported.
 # You need the unusual line in the first file in notebook 02: ROS generates a part of this package elsewhere, and the line lets Python look in both places.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/__init__.py
 """Drive a robot safely with ROS 2."""
 
@@ -166,16 +166,16 @@ import-order-style = google
 # lie elsewhere, so let Python look in every folder of this name on its path.
 __path__ = __import__('pkgutil').extend_path(__path__, __name__)
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/utils/__init__.py
 """The decisions behind the nodes: plain functions that a test can call without a robot."""
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Every node begins and ends in the same way, so you write that code only once.
 # Read it line by line; it is the skeleton of any ROS 2 program in Python:
 # switch ROS on, make the node, *spin* (serve its callbacks, for ever), and switch ROS off again.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/utils/running.py
 """Run a node from its start to Ctrl-C. Knows no particular node."""
 
@@ -198,7 +198,7 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
         rclpy.try_shutdown()
     return 0
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `try_shutdown` and not `shutdown`: after Ctrl-C, rclpy has already shut down, and a second `shutdown` raises an error.
 # Many programs on the web end with that error.
 #
@@ -207,7 +207,7 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
 # `super()` is the class above: `super().__init__(...)` runs what `Node` does to set itself up, and gives it its name.
 # Without that call, the object is not a working node.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/robot_controller.py
 """The node that drives the robot. So far it has a name and does nothing."""
 
@@ -228,7 +228,7 @@ def main(args: Optional[list[str]] = None) -> int:
     """Run the node until Ctrl-C; return the exit code."""
     return run(RobotController, args)
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/sensor_processor.py
 """The node that fuses the sensors. So far it has a name and does nothing."""
 
@@ -249,13 +249,13 @@ def main(args: Optional[list[str]] = None) -> int:
     """Run the node until Ctrl-C; return the exit code."""
     return run(SensorProcessor, args)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `main` is a function because three programs call it: the script that `ros2 run` starts, your tests, and the coverage tool.
 #
 # You do not have to build anything to try this.
 # `__init__` makes the node, and you can look at it from here:
 
-# %%
+# %% tags=["whole"]
 import rclpy
 from ros2_robot_controller.robot_controller import RobotController
 
@@ -266,11 +266,12 @@ print(node.get_name(), "offers", len(node.get_service_names_and_types_by_node(no
 node.destroy_node()
 rclpy.try_shutdown()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A node that does nothing has services already!
 # Six are for its parameters: you can ask every ROS 2 node for its settings (notebook 08).
 # The seventh describes the types that the node uses.
-#
+
+# %% [markdown]
 # ## package.xml, line by line
 #
 # This file is the package's passport, and **I2** checks it.
@@ -290,14 +291,15 @@ rclpy.try_shutdown()
 # | `<export><build_type>` | colcon | how to build: `ament_cmake` or `ament_python` |
 #
 # Missing dependencies are the most common mistake: everything is installed on your machine, so you do not notice them.
-#
+
+# %% [markdown] tags=["whole"]
 # ### A licence tag that one tool takes and another refuses
 #
 # The licence has a short official name, from the [SPDX list](https://spdx.org/licenses/).
 # Two tools read it here. `colcon` uses `catkin_pkg` to read `package.xml`. Python's own tools use `packaging`, which contains the SPDX list, to check a licence.
 # **Predict:** which of these tags does each tool accept?
 
-# %%
+# %% tags=["whole"]
 from catkin_pkg.package import parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
@@ -314,13 +316,14 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
         spdx = "refused"
     print(f"{tag:28} catkin_pkg: {'taken' if catkin_pkg_takes(tag) else 'refused':10} packaging: {spdx}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `catkin_pkg` accepts any text, so the package builds. But a tool that collects the licences of a whole robot does not recognise such a licence.
 # Many `package.xml` files say "Apache License 2.0". That is the licence's full name, but it is not in the list.
 # "BSD" is refused because there are several.
 # `ros2 pkg create` writes the last one if you do not name a licence.
 # I2 goes by the SPDX list.
-#
+
+# %% [markdown]
 # ### Exercise 1: the passport
 #
 # Give the package a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
@@ -609,7 +612,7 @@ check("I1")
 # !timeout --preserve-status -s INT 3 ros2 run ros2_robot_controller robot_controller; echo "exit status $?"
 # What it says depends on whether your package has been built.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A node that does nothing prints nothing, and ends without an error: its exit status is 0.
 #
 # **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`, and build again.
@@ -631,21 +634,21 @@ check("I1")
 #
 # Give it an interface: a service that takes a name and returns a greeting.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 (trial / "src/greeter/srv").mkdir()
 (trial / "src/greeter/srv/Greet.srv").write_text("string name\n---\nstring greeting\n")
 # !cd {trial} && colcon build 2>/dev/null | cat
 # The number of seconds in what colcon prints differs each time.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # One package finished.
 # **Predict:** what does `from greeter.srv import Greet` do, as you would write it in a node?
 
-# %%
+# %% tags=["whole"]
 # !cd {trial} && . install/setup.sh && python3 -c "from greeter.srv import Greet" 2>&1 | tail -1
 # !cd {trial} && echo "files about Greet: $(find install -name '*Greet*' | wc -l)"
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The build generated nothing, and no tool said so.
 # ("1 package had stderr output" is about something else: setuptools warns there about the way `colcon` calls it, with or without a `srv/`.)
 # **rosidl** makes Python (and C and C++) code from an interface, and rosidl is a set of *CMake* commands.
@@ -666,7 +669,7 @@ check("I1")
 # The next program is a file beside your package, and imports it as any program would. It takes *your* node, adds a publisher and a timer, and starts it with *your* `run`.
 # You write such a node yourself from notebook 04 on; for now, read it.
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../first_drive.py
 """Drive in a circle: the empty node of the package, with a publisher and a timer."""
 import sys
@@ -690,11 +693,11 @@ class FirstDrive(RobotController):
 
 sys.exit(run(FirstDrive))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `run_node` builds your package and starts the program beside a simulated robot; `drive` lets ten simulated seconds pass.
 # **Predict:** how large is the circle? (How long does a full turn take at 0.6 rad/s, and how far does the robot drive in that time?)
 
-# %%
+# %% tags=["whole"]
 from sim import World
 from sim.views import map_view
 
@@ -702,15 +705,15 @@ run = run_node(program="../../first_drive.py", world=World("an empty floor"))
 recording = run.drive(10.0)
 map_view(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A full turn takes 2π / 0.6 = 10.5 s. In that time the robot drives 3.1 m, nearly a whole circle with a diameter of 1 m.
 #
 # **Change one thing:** let it drive in a figure of eight, or show it live with `run.live()` in place of the last two lines.
 
-# %%
+# %% tags=["whole"]
 run.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # > **On a real TurtleBot 4:** copy `src` to it, not `install`, because it has another processor; [docs/turtlebot4.md](../docs/turtlebot4.md) has the commands.
 #
 # ## Go further

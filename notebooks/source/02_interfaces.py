@@ -76,7 +76,7 @@ begin("02")
 # %%
 # !ros2 interface show geometry_msgs/msg/Pose
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Each line has a type and a name; `#` begins a comment.
 # A type is another interface or one of these:
 #
@@ -98,23 +98,23 @@ begin("02")
 #
 # **Predict:** a `Vector3` has three `float64` of 8 bytes each. How many bytes travel?
 
-# %%
+# %% tags=["whole"]
 from geometry_msgs.msg import Vector3
 from rclpy.serialization import deserialize_message, serialize_message
 
 raw = serialize_message(Vector3(x=1.0, y=2.0, z=3.0))
 print(len(raw), "bytes:", raw.hex(" ", 4))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # 28: the first four say how the rest is written (here, the lowest byte of each number comes first).
 # You can read the rest with Python's `struct`: skip 4 bytes (`4x`), then read three doubles (`3d`).
 
-# %%
+# %% tags=["whole"]
 import struct
 
 struct.unpack("<4x3d", raw)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Look** at what is *not* there: no "x", no "y", no "Vector3".
 # The names are not sent.
 # A program that reads the bytes must already know in which order the fields come.
@@ -126,7 +126,7 @@ struct.unpack("<4x3d", raw)
 #
 # **Predict:** 0.3 goes in; what comes out?
 
-# %%
+# %% tags=["whole"]
 from std_msgs.msg import Float32
 
 raw = serialize_message(Float32(data=0.3))
@@ -134,22 +134,22 @@ arrived = deserialize_message(raw, Float32).data
 print(raw.hex(" ", 4), "->", arrived)
 print("at most 0.3?", arrived <= 0.3)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A robot that is allowed 0.3 m/s would refuse to drive at 0.3 m/s.
 #
 # A `float32` has 24 binary digits. In binary, 0.3 has infinitely many digits, as 1/3 has in decimal.
 # By hand, with `struct` alone: pack it into four bytes, and unpack it.
 
-# %%
+# %% tags=["whole"]
 for speed in (0.5, 0.3, 0.25, 0.1, 0.75):
     (there,) = struct.unpack("<f", struct.pack("<f", speed))
     print(f"{speed:<5} arrives as {there:<20}", "exactly" if there == speed else f"off by {there - speed:.1e}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Halves, quarters and their sums are stored exactly; most other numbers are not.
 # Here is the error for every speed up to 0.5 m/s:
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -159,7 +159,7 @@ plt.plot(speeds, (speeds.astype(np.float32) - speeds) * 1e9, ".", markersize=2)
 plt.xlabel("speed sent (m/s)")
 plt.ylabel("error on arrival (nm/s)");
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The error is at most 15 nanometres per second, and its limit doubles at each power of two.
 # It does not matter to a robot.
 # It does matter to `==` and `<=`.
@@ -170,16 +170,16 @@ plt.ylabel("error on arrival (nm/s)");
 #
 # **Predict:** the next file has a 1, not 1.0. What arrives?
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../an_int.py
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Float32
 print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 
-# %%
+# %% tags=["whole"]
 # !python3 ../../an_int.py
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Zero!
 # The number is not converted: the program reads its memory as if it held a float.
 # That happens in the packages that this kit uses, which are built without assertions.
@@ -187,13 +187,14 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 #
 # ROS can check every value, if you switch that on before the program starts:
 
-# %%
+# %% tags=["whole"]
 # !ROS_PYTHON_CHECK_FIELDS=1 python3 ../../an_int.py 2>&1 | tail -1
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The check costs time with every message, so it is off by default. It is on in the cells of these notebooks, but not in your nodes.
 # Write `1.0`, or `float(value)` if a number comes from elsewhere.
-#
+
+# %% [markdown]
 # ## Four files
 #
 # Which way to talk fits which need?
@@ -540,7 +541,7 @@ check("I2")
 # ROS can tell by a **type hash**, a fingerprint of the names and types of all fields, in their order.
 # It is the SHA-256 of a description in JSON, which you can write by hand for a simple type:
 
-# %%
+# %% tags=["whole"]
 import hashlib
 import json
 
@@ -560,6 +561,7 @@ type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])
 # ROS installs the hash of each interface beside it:
 
 # %%
+import json
 import sys
 
 
@@ -570,19 +572,20 @@ def installed_hash(prefix, interface):
 
 installed_hash(sys.prefix, "geometry_msgs/msg/Vector3")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # They are the same, to the last digit.
 #
 # **Predict:** which of these changes the hash: another order of the fields, or another comment?
 
-# %%
+# %% tags=["whole"]
 print(type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])[:20])
 print(type_hash("geometry_msgs/msg/Vector3", ["z", "y", "x"])[:20])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The order does.
 # Comments are not part of the description, so you can write as many as you like.
-#
+
+# %% [markdown]
 # Requirement **I3** says that your four interfaces have the contract's hashes.
 # The contract's hashes begin like this. Do yours?
 
@@ -604,7 +607,7 @@ for interface, wanted in contract.items():
 # %% tags=["check"]
 check("I3")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 #
 # ### Same name, other hash: silence
 #
@@ -614,19 +617,19 @@ check("I3")
 #
 # **Predict:** what do you read?
 
-# %%
+# %% tags=["whole"]
 sent = struct.pack("<2f", 80.0, 0.4)  # their order: battery_level, closest_obstacle_distance
 distance, battery = struct.unpack("<2f", sent)  # your order
 print(f"closest obstacle {distance:.1f} m, battery {battery:.1f} %")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The robot is in front of a wall, and you read that the way is free for 80 metres.
 #
 # Does ROS let such bytes through?
 # Try it with a listener for `Vector3`, and a talker that sends the bytes of a `Vector3` whose fields are in the order z, y, x.
 # (A publisher also accepts finished bytes. A node built from such a file would send the same ones.)
 
-# %%
+# %% tags=["whole"]
 import rclpy
 
 if not rclpy.ok():  # so that you can run this cell twice
@@ -637,14 +640,14 @@ node.create_subscription(Vector3, "wind", heard.append, 10)
 talker = node.create_publisher(Vector3, "wind", 10)
 swapped = bytes([0, 1, 0, 0]) + struct.pack("<3d", 0.0, 0.0, 9.0)  # z = 0, y = 0, x = 9
 
-# %%
+# %% tags=["whole"]
 for _ in range(100):
     if not heard:
         talker.publish(swapped)
         rclpy.spin_once(node, timeout_sec=0.1)
 print(*heard[:1])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The message arrives without a warning, and the wind blows upwards.
 #
 # But here both ends have the same hash: only the bytes are swapped.
@@ -670,7 +673,7 @@ print(*heard[:1])
 #
 # (Within one program ROS refuses a second type on a topic. So the sender gets its own context, as if it were another program.)
 
-# %%
+# %% tags=["whole"]
 import time
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -686,10 +689,10 @@ deadline = time.monotonic() + 10  # until the two have found each other
 while planner.count_subscribers("cmd_vel") == 0 and time.monotonic() < deadline:
     time.sleep(0.1)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** do you get an error, a warning, or nothing?
 
-# %%
+# %% tags=["whole"]
 for _ in range(20):
     sender.publish(Twist())
     rclpy.spin_once(node, timeout_sec=0.1)
@@ -697,7 +700,7 @@ print("messages heard:", len(obeyed))
 print("subscribers on the topic:", planner.count_subscribers("cmd_vel"))
 print("of them connected to this publisher:", sender.get_subscription_count())
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You get no message at all.
 # But the two numbers show that there *is* a subscriber, and that it is not connected.
 # If a robot does not move, first run `ros2 topic info -v /cmd_vel` and compare the types.
@@ -707,29 +710,29 @@ print("of them connected to this publisher:", sender.get_subscription_count())
 # (ROS's own tool for this picture is `rqt_graph`, a window on a desktop.
 # It draws the same links. If the qualities of service of a topic do not fit (notebook 04), it is red.)
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # On a busy machine the two may need longer than the picture waits.
 from grader.notebook.graph_view import graph_view
 
 graph_view(nodes=2)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The dashed links of `/cmd_vel` show what you have just measured.
 # One node both sends and hears `/wind`, so two links go to the same oval.
 
-# %%
+# %% tags=["whole"]
 planner.destroy_node()
 elsewhere.try_shutdown()
 node.destroy_node()
 rclpy.try_shutdown()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Ten seconds of driving
 #
 # You can already use your types.
 # This program adds a service of *your* type `SetSpeed` to your empty node, as in notebook 01. The robot drives at the last speed that it was asked for.
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../speed_drive.py
 """Drive at the speed of the last request: the empty node of the package, with a service of its own type."""
 import sys
@@ -756,16 +759,16 @@ class SpeedDrive(RobotController):
 
 sys.exit(run(SpeedDrive))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** the text of the answer contains the speed that *arrived*. What does it say for 0.3?
 
-# %%
+# %% tags=["whole"]
 run = run_node(program="../../speed_drive.py", world="open_field")
 for speed in (0.5, 0.3, -0.25):
     print(f"asked for {speed}:", run.set_speed(speed).message)
     recording = run.drive(3.4)
 
-# %%
+# %% tags=["whole"]
 plt.figure(figsize=(8, 2.6), layout="constrained")
 plt.plot(recording.t, recording.v)
 plt.xlabel("simulated time (s)")
@@ -773,19 +776,21 @@ plt.ylabel("speed (m/s)")
 plt.grid(alpha=0.3)
 run.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The robot drives at any speed that you ask for, even into a wall.
 # In notebook 05 it learns to stop, and in notebook 06 to refuse.
 #
 # > **On a real TurtleBot 4:** robot and laptop must have built the *same* interface files; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
-#
+
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - A line `uint8 OK=0` in a `.msg` is a constant: a name for a number, in every language. Would `status` be better as one? A field can have a default value: `float32 tolerance 0.1`.
 # - Swap two fields for real: make a second workspace with a copy of the package, swap two lines of the `.msg` there, build, and let a node of each talk. `ros2 topic info -v` then shows two hashes on one topic.
 # - Another middleware, `rmw_zenoh`, puts the type hash into the address of a topic. There you would receive nothing at all from your colleague. Which of the two do you prefer?
 # - In the ROS 2 documentation: *About ROS 2 interfaces*, and *Creating custom msg and srv files*.
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>Topic, service or action: "take a photo", "battery voltage", "dock at the charger"?</summary>

@@ -49,9 +49,15 @@
 # Before you run one below **Predict**, say your answer aloud or write it down.
 
 # %%
+import math
+from math import inf, nan, pi
+
+import numpy as np
+
 from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("03")
+CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 
 # %% [markdown]
 # If the lines above say that files are missing, and you would rather start here than go back, run `start_at("03")` in a cell of its own.
@@ -74,17 +80,14 @@ begin("03")
 # A `package.xml` that says what it is and needs, and a build file that installs its parts where ROS looks.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Which way does it face?
 #
 # No nodes yet.
 # This cell runs the simulator for eight seconds, with a driver that comes with it.
 
-# %%
-import math
-
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
-import numpy as np
 
 from sim import Pose, Simulator, Tourist, Twist, World, drive, load_world
 from sim.views import map_view
@@ -93,21 +96,21 @@ simulator = Simulator(load_world("office"))
 recording = drive(simulator, Tourist(simulator), 8.0)
 map_view(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The short line from the centre to the rim is the robot's front.
 # Next you look at what a robot *says* about this moment: its odometry, as the message that is published on the topic `odom`.
 #
 # **Predict:** the robot has turned to its left by about a right angle.
 # How would *you* write that into a message?
 
-# %%
+# %% tags=["whole"]
 from sim.bridge import to_message
 
 odom = to_message(simulator.odometry())
 print("position   ", odom.pose.pose.position)
 print("orientation", odom.pose.pose.orientation)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The position is what you expect: metres, `x` and `y`, and a `z` of 0 for a robot on the floor.
 # The orientation is a **quaternion**: four numbers, none of which is an angle.
 #
@@ -126,7 +129,7 @@ print("orientation", odom.pose.pose.orientation)
 # | z | up |
 # | angles | in **radians**, **counter-clockwise** is positive, 0 is along x |
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Half the angle, in two numbers
 #
 # Turning by yaw about the z axis is this quaternion:
@@ -139,17 +142,17 @@ print("orientation", odom.pose.pose.orientation)
 # **Predict:** what are z and w for straight back, 180°?
 # And for -90° and 270°, which are the same direction?
 
-# %%
+# %% tags=["whole"]
 print("  yaw       z        w")
 for degrees in (0, 90, 180, -90, 270):
     half = math.radians(degrees) / 2
     print(f"{degrees:4d}°   {math.sin(half):6.3f}   {math.cos(half):6.3f}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The last two lines are the surprise: one direction, two quaternions, each the negative of the other.
 # Draw it: at the left the arrow on the map, at the right the point (w, z).
 
-# %%
+# %% tags=["whole"]
 def draw_arrow(axes, degrees, color, length=1.0, nudge=(0.0, 0.0)):
     """Draw a heading as an arrow from the origin; `nudge` moves its label."""
     x, y = length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
@@ -174,12 +177,13 @@ for axes in (arrows, points):
     axes.set(xlim=(-1.45, 1.45), ylim=(-1.45, 1.45), aspect="equal")
     axes.grid(alpha=0.3)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A full turn of the arrow is half a turn of the point.
 # So a point and the one opposite, q and -q, are the *same* arrow: look at -90° and 270°.
 #
 # **Change one thing:** add -45 and 315 to the list of the drawing and run it again.
-#
+
+# %% [markdown]
 # ### Today's file
 #
 # Here is the file that you fill today, `utils/conversions.py`, as a skeleton: everything is there except what the four functions do.
@@ -209,27 +213,25 @@ def normalize_angle(angle: float) -> float:
 def clamp(value: float, low: float, high: float) -> float:
     return value  # exercise 4
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Exercise 1: write a heading
 #
 # `%%into FILE` in the first line of a cell puts the function below it into that file, in place of the one with the same name.
 # Write `quaternion_from_yaw`: the table by hand from above, as code.
 # The fields have names, and take floats, 0.0 and not 0: `Quaternion(x=0.0, y=0.0, z=…, w=…)`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/conversions.py
 def quaternion_from_yaw(yaw: float) -> Quaternion:
     # TODO: half the angle, in two of the four numbers
     return Quaternion()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Try it on the spot.
 # `tries` reads your file, computes each line, and compares the result with the number at the right.
 # After that you can use the file's functions in any cell below, such as `quaternion_from_yaw(1.0)`. (`%%into` alone changes only the file.)
 
-# %%
-pi, nan, inf = math.pi, math.nan, math.inf
-CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
+# %% tags=["whole"]
 tries(
     {
         "quaternion_from_yaw(0.0).w": 1.0,
@@ -241,7 +243,7 @@ tries(
     of=CONVERSIONS,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The formula at the top of this section, and the cell that printed the table below it.
@@ -273,11 +275,11 @@ tries(
 readings = np.array([179.0, -179.0])
 print("mean:", readings.mean(), "°")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It is zero, which is straight ahead.
 # The two arrows are 2° apart, but their "mean" points the other way.
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(5.5, 2.6), layout="constrained")
 draw_arrow(axes, readings.mean(), "C3")
 draw_arrow(axes, 179, "C0", nudge=(0.0, 0.12))
@@ -363,7 +365,7 @@ tries(
 # ```
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Turning the long way round
 #
 # If you do not normalize, the robot wastes time and power.
@@ -375,7 +377,7 @@ tries(
 #
 # **Predict:** which way will it turn, and how far?
 
-# %%
+# %% tags=["whole"]
 def turner(wanted_deg, difference):
     """Return a driver that turns to a heading: the farther off, the faster."""
     wanted = math.radians(wanted_deg)
@@ -400,7 +402,7 @@ def turned(run):
 
 print(f"turned by {turned(turn(-170, 170, minus)):.0f}°")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It turns by 340° to the left instead of 20° to the right.
 # But it does arrive.
 # Now change one thing: the robot starts at 90° and should face 183°.
@@ -408,7 +410,7 @@ print(f"turned by {turned(turn(-170, 170, minus)):.0f}°")
 #
 # **Predict:** what will it do?
 
-# %%
+# %% tags=["whole"]
 def heading_view(runs):
     """Draw the heading over time; `runs` is a list of (label, recording)."""
     figure, axes = plt.subplots(figsize=(8, 3.2), layout="constrained")
@@ -422,25 +424,25 @@ def heading_view(runs):
 first, second = turn(-170, 170, minus), turn(90, 183, minus)
 heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It never arrives.
 # Just before the goal the heading in the message jumps from 180 to -180, and the difference from 3 to 363. So the robot turns for ever.
 # Watch it in a corridor; it starts at 0° this time.
 
-# %%
+# %% tags=["whole"]
 from sim.live import Live
 
 live = Live(Simulator(load_world("corridor")), driver=turner(183, minus))
 live
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # (`live.stop()` ends it; so does the next cell. Where no kernel runs you see a picture.)
 #
 # It works in every test in which the robot does not face backwards, so this bug is very common.
 #
 # Here is the same robot with one change: the difference is normalized, by *your* function.
 
-# %%
+# %% tags=["whole"]
 def shortest(wanted, yaw):
     """Return the turn from yaw to wanted, in rad, positive to the left."""
     return normalize_angle(wanted - yaw)
@@ -452,14 +454,14 @@ print(f"from -170° to 170°: turned by {turned(first):.0f}°")
 print(f"from   90° to 183°: turned by {turned(second):.0f}°")
 heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You should see 20° and 93°. Until your function works, the numbers are those from before.
 # You did *not* have to change the goal, which is still 183°, or the heading, which still jumps at 180°.
 # If you normalize differences, it does not matter where the circle is cut.
 #
 # **Change one thing:** let the robot turn from 0° to 180°, then from 1° to 180° and from -1° to 180°. Which way does it turn, and why is either way right in the first case?
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## From four numbers back to one
 #
 # Now the way back, from a message to a heading.
@@ -467,11 +469,11 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 #
 # **Predict:** what is the result for the two quaternions of "to the right"?
 
-# %%
+# %% tags=["whole"]
 for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
     print(f"z = {z:7.4f}, w = {w:7.4f}: {math.degrees(2 * math.atan2(z, w)):6.1f}°")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # They have the same direction, but you get -90 and 270, which are different for `==`.
 # It is worse on a ramp.
 # There the robot tilts, so x and y of the quaternion are no longer 0, and this formula does not use them.
@@ -494,7 +496,7 @@ for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
 # The third line is sixteen of them, so let Python check it, for a robot on a ramp that tilts forward and to the side.
 # **Predict:** does "twice the angle" agree with the arrow?
 
-# %%
+# %% tags=["whole"]
 def multiply(p, q):
     """Return the product of two quaternions (w, x, y, z), by the rules above."""
     a, b, c, d = p
@@ -514,7 +516,7 @@ print(f"by the table:   x = {w * w + x * x - y * y - z * z:.2f}, y = {2 * (w * z
 print(f"heading of the arrow {math.degrees(math.atan2(north, east)):.1f}°")
 print(f"twice the angle      {math.degrees(2 * math.atan2(z, w)):.1f}°")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The arrow points 43.2° to the left (and 29° down: the robot faces downhill).
 # "Twice the angle" is wrong by 6°, and you would get no warning.
 #
@@ -525,13 +527,13 @@ print(f"twice the angle      {math.degrees(2 * math.atan2(z, w)):.1f}°")
 # Write `yaw_from_quaternion` by the last line of the table.
 # `math.atan2(sine, cosine)` takes the y part first, and returns -π to π with both ends. Your function of exercise 2 corrects that.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/conversions.py
 def yaw_from_quaternion(q: Quaternion) -> float:
     # TODO: the heading of the arrow "ahead", in (-pi, pi]
     return 0.0
 
-# %%
+# %% tags=["whole"]
 right = Quaternion(z=math.sqrt(0.5), w=-math.sqrt(0.5))
 ramp = Quaternion(x=0.1, y=0.3, z=0.3, w=0.9)
 tries(
@@ -547,7 +549,7 @@ tries(
     of=CONVERSIONS,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The last row of the table in "The formula, in four lines".
@@ -570,7 +572,7 @@ tries(
 # ```
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Degrees in a radians field
 #
 # The message only says `float64`.
@@ -579,7 +581,7 @@ tries(
 # **Predict:** which way does that robot face?
 # Compute it by hand: a full turn is 6.283 rad.
 
-# %%
+# %% tags=["whole"]
 from geometry_msgs.msg import Quaternion
 
 oops = Quaternion(z=math.sin(90 / 2), w=math.cos(90 / 2))
@@ -587,7 +589,7 @@ print(oops)
 rest = 90 % math.tau
 print(f"{90 / math.tau:.2f} turns; the rest is {rest:.3f} rad or {math.degrees(rest):.1f}°")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It makes fourteen full turns, and then faces 116.6°.
 # You get no error: it is a valid quaternion in a valid message of the right type.
 # A wrong unit does not stop the program; the robot just drives somewhere else.
@@ -689,17 +691,17 @@ tries(
 # %% tags=["check"]
 check("F14")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Say what a function gives
 #
 # Next week another person uses your functions.
 # They see this:
 
-# %%
+# %% tags=["whole"]
 help(clamp)
 help(normalize_angle)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Without a docstring they see only a name and a type, and `float` says nothing about radians or a range.
 # So they may make the mistake of the 116.6° above.
 #
@@ -719,7 +721,7 @@ help(normalize_angle)
 # Here are three functions with something to find, in a file beside your package.
 # **Predict:** what will it say about each of them?
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../three_docstrings.py
 """Three functions that do nothing."""
 
@@ -740,11 +742,11 @@ def limit(value):
 def bare(value):
     return value
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The linter writes its findings and its count into two streams, and their order may change.
 # !cd ../.. && ament_pep257 three_docstrings.py
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The first function gets three findings: no full stop (two rules say so), and "Returns", where an order was wanted.
 # The second lacks an empty line after its first sentence.
 #
@@ -768,14 +770,14 @@ def bare(value):
 # **Your turn:** go back to exercises 1 to 4 and give each function a docstring: what it returns, in which unit, in which range; one line or two each.
 # Run the four cells again, and then these two.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # As above: the order of the lines may change.
 # !ament_pep257 ros2_robot_controller/utils/conversions.py
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("Q2")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Q2 looks at the whole package, so each new file must follow it.
 #
 # <details><summary>Hint 1: where to look</summary>
@@ -807,7 +809,7 @@ check("Q2")
 #
 # > **On a real TurtleBot 4:** odometry begins at yaw 0 wherever the robot is switched on; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # Not needed for the next notebook.

@@ -72,7 +72,7 @@ begin("04")
 # `sensor_msgs/msg/LaserScan`; `ros2 interface show sensor_msgs/msg/LaserScan`.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## What a scan is
 #
 # A robot stands in an office.
@@ -80,6 +80,7 @@ begin("04")
 
 # %%
 import math
+from math import inf, nan
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -88,7 +89,9 @@ from sim import Simulator, Tourist, Twist, drive, load_world
 from sim.bridge import to_message
 from sim.views import COLORS, run_view
 
-# %%
+PROCESSOR = "ros2_robot_controller/sensor_processor.py"  # a file of part 2
+
+# %% tags=["whole"]
 simulator = Simulator(load_world("office"))
 drive(simulator, Tourist(simulator), 6.0)
 scan = to_message(simulator.scan())
@@ -96,25 +99,25 @@ for name in ("angle_min", "angle_max", "angle_increment", "range_min", "range_ma
     print(f"{name:16s} {getattr(scan, name):8.4f}")
 print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in scan.ranges[:4]])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The message does not say at which angle a beam was measured; you compute it.
 # Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise).
 #
 # `angle_min` is -3.1416, so beam 0 looks straight back.
 # **Predict:** which beam looks straight ahead? Which one to the left?
 
-# %%
+# %% tags=["whole"]
 for beam in (0, 90, 180, 270, 359):
     angle = scan.angle_min + beam * scan.angle_increment
     print(f"beam {beam:3d} looks along {math.degrees(angle):6.1f}°, reads {scan.ranges[beam]:.2f} m")
 
-# %%
+# %% tags=["whole"]
 def points(scan):
     """Return x and y of each reading in the frame of the lidar, in metres."""
     angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     return np.cos(angles) * scan.ranges, np.sin(angles) * scan.ranges
 
-# %%
+# %% tags=["whole"]
 x, y = points(scan)
 figure, (line, plan) = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
 line.plot(scan.ranges, ".", color=COLORS["scan"], markersize=4)
@@ -125,7 +128,7 @@ plan.set(xlabel="x (m)", ylabel="y (m)", title="in the frame of the lidar", aspe
 for axes in (line, plan):
     axes.grid(alpha=0.3)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The same 360 numbers twice: as they come, and in the lidar's own frame, where it looks along x.
 #
 # Many programs take beam 180 for "ahead"; the drivers of other lidars start at angle 0.
@@ -137,15 +140,15 @@ for axes in (line, plan):
 # How frames are placed relative to each other (a **transform**) is the subject of notebook 12.
 # On the contract's robot the lidar is in the centre and looks ahead: angle 0 is "ahead".
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Invalid readings
 #
 # What does the message's own definition say about the readings?
 
-# %%
+# %% tags=["whole"]
 # !ros2 interface show sensor_msgs/msg/LaserScan | tail -5
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # "Should be discarded" means that your node must do it.
 # These values occur in simulation and on real robots, and none of them is a distance:
 #
@@ -164,14 +167,13 @@ for axes in (line, plan):
 #
 # **Predict:** what will each line print? A wall is 0.4 m away.
 
-# %%
-nan, inf = math.nan, math.inf
+# %% tags=["whole"]
 print(min([0.4, nan, 3.0]))
 print(min([nan, 0.4, 3.0]))
 print(np.min([0.4, nan, 3.0]))
 print(min([0.4, 0.0, 3.0]))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The last line is a false alarm: a wall at 0 m.
 # The second is dangerous: a comparison with NaN is False, so `min` keeps the first value. Whether it sees the wall depends on *where* in the list the NaN is.
 # With NumPy's `min` a single NaN anywhere hides every wall.
@@ -180,7 +182,7 @@ print(min([0.4, 0.0, 3.0]))
 #
 # **Predict:** what happens?
 
-# %%
+# %% tags=["whole"]
 def careless(broken_beam):
     """Return a driver that stops before what is near, and forgets that a reading may be invalid."""
 
@@ -194,11 +196,12 @@ def careless(broken_beam):
 
 run_view(drive(Simulator(load_world("wall_ahead")), careless(broken_beam=0), 8.0))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It hits the wall at full speed, although its sensor saw the wall all the time. At the lower right the closest reading falls below the threshold, but `nan < 0.5` is False, so it does not stop.
 #
 # **Change one thing:** `broken_beam=1`. Why does it stop now?
-#
+
+# %% [markdown]
 # ### Part 1's file
 #
 # Write the solution once, for both nodes: today's needs the closest reading, and the one of notebook 05 also what is *ahead* and *behind*.
@@ -350,10 +353,11 @@ tries(
 #     ...                  # return the smallest
 # ```
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # Here is the robot with the broken beam again, with *your* `closest_reading` in place of `min`.
 
-# %%
+# %% tags=["whole"]
 from dataclasses import replace
 
 
@@ -368,9 +372,10 @@ def careful(seen):
 again = drive(Simulator(load_world("wall_ahead")), careful, 8.0)
 print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]:.2f} m")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You should see no contacts, and about 0.3 m.
-#
+
+# %% [markdown]
 # ### Exercise 3: ahead and behind
 #
 # `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead (0), within the same angle of straight back (π), and anywhere.
@@ -396,10 +401,10 @@ tries(
     of=SCANS,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The scan of the office again: every reading that is valid for your function, in the colour of its sector.
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(6.0, 4.0), layout="constrained")
 axes.plot(x, y, ".", color="0.85", markersize=7)
 for angle, distance in valid_readings(scan):
@@ -411,9 +416,10 @@ axes.set(xlabel="x, ahead (m)", ylabel="y, left (m)", title="red ahead, blue beh
 axes.grid(alpha=0.3)
 print(measure_proximity(scan))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Only pale points? Then no reading counts as valid yet.
-#
+
+# %% [markdown]
 # <details><summary>Hint 1: what you need</summary>
 #
 # - ahead: `abs(normalize_angle(angle)) <= SECTOR_HALF_WIDTH`
@@ -435,13 +441,14 @@ print(measure_proximity(scan))
 #     ...                  # return a Proximity of the three smallest
 # ```
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # ### An empty scan ends a node
 #
 # What does an exception in a callback do?
 # Here one node publishes like a lidar, and another listens and uses a plain `min`.
 
-# %%
+# %% tags=["whole"]
 import os
 import time
 
@@ -467,7 +474,7 @@ def spin_until(condition, seconds=3.0):
     while not condition() and time.monotonic() < end:
         executor.spin_once(timeout_sec=0.02)
 
-# %%
+# %% tags=["whole"]
 heard = []
 
 
@@ -493,13 +500,13 @@ except ValueError as error:
 listener.destroy_subscription(ears)
 print("heard:", heard)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `spin` does not catch the exception, so your program ends. It never receives the fourth scan, with a wall 0.3 m ahead.
 #
 # **This is the end of part 1**, and a good place for a break.
 # F6 is a requirement for nodes, so `check("F6")` comes in part 2, and again in notebook 05 for the node that drives.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Be seen on the graph
 #
 # A publisher and a subscriber are connected if three things match.
@@ -517,7 +524,7 @@ print("heard:", heard)
 # The lidar from above sends 30 scans, best effort, to two subscribers, one with each setting.
 # **Predict:** how many will each hear?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The lines of the log may come in another order.
 count = {"reliable": 0, "best effort": 0}
 
@@ -543,12 +550,12 @@ for _ in range(30):
 spin_until(lambda: count["best effort"] == 30)
 print(count)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Zero of thirty, and no exception; only a warning about "incompatible QoS" in the log.
 #
 # The command that tells you is `ros2 topic info -v`; `--spin-time` gives it a few seconds to discover your nodes:
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The order of the endpoints may change.
 # !ros2 topic info -v --spin-time 4 /scan | grep -E "Node name|Endpoint type|Reliability"
 
@@ -579,7 +586,7 @@ print(count)
 # The **names** matter, too. The contract's `raw_scan` is relative, without a slash in front. So you can change it when you start the node, with `--ros-args -r raw_scan:=scan` or a namespace.
 # `/raw_scan` would fix the name for everyone.
 
-# %%
+# %% tags=["whole"]
 for node in (lidar, listener, picky, modest):
     executor.remove_node(node)
     node.destroy_node()
@@ -754,35 +761,34 @@ def main(args: Optional[list[str]] = None) -> int:
     """Run the node until Ctrl-C; return the exit code."""
     return run(SensorProcessor, args)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Exercise 4: percent
 #
 # Your message has `battery_level` in percent, 0 to 100.
 # The sensor says:
 
-# %%
+# %% tags=["whole"]
 # !ros2 interface show sensor_msgs/msg/BatteryState | grep percentage
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # This "percentage" goes from 0 to 1, but the thresholds are 20 and 10. **What does a node report if it compares the two directly**, for a full battery and for an unknown charge?
 
-# %%
+# %% tags=["whole"]
 for percentage in (1.0, 0.5, nan):
     print(f"percentage {percentage}: below the threshold of 20? {percentage < 20}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # For a full battery it reports an alarm all the time, and for an unknown charge it reports none.
 #
 # Write `battery_percent`: multiply by 100, keep the result within 0 and 100, and for NaN return what was known before.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/sensor_processor.py
 def battery_percent(percentage: float, previous: float) -> float:
     # TODO: 0 to 1 becomes 0 to 100; NaN keeps the previous percentage
     return 100.0
 
-# %%
-PROCESSOR = "ros2_robot_controller/sensor_processor.py"
+# %% tags=["whole"]
 tries(
     {
         "battery_percent(0.5, 80.0)": 50.0,
@@ -794,7 +800,7 @@ tries(
     of=PROCESSOR,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `math.isnan(percentage)`, and your own `clamp(value, low, high)`. The skeleton has a name for 100: `FULL_PERCENT`.
@@ -817,27 +823,27 @@ tries(
 # Near the threshold, the percentage goes up and down.
 # **How many warnings** does each version give?
 
-# %%
+# %% tags=["whole"]
 percents = [20.6, 20.2, 19.9, 20.1, 19.8, 20.1, 19.7, 19.5, 19.6, 19.2, 18.9, 18.5]
 each_message = sum(percent < 20 for percent in percents)
 each_crossing = sum(now < 20 <= before for before, now in zip(percents, percents[1:], strict=False))
 print(each_message, "warnings with: if percent < 20")
 print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The first version gives 60 a minute. The second remembers the last state, but still repeats itself.
 # Better: once the alarm is on, it is switched off only *well* above the threshold.
 # This is called **hysteresis**; with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
 #
 # Write `alarm_state`: is the alarm on now, given whether it was on, the percentage and the threshold?
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/sensor_processor.py
 def alarm_state(was_on: bool, percent: float, threshold: float) -> bool:
     # TODO: on below the threshold; off again only HYSTERESIS_PERCENT above it
     return False
 
-# %%
+# %% tags=["whole"]
 def alarms(percents, threshold=20.0):
     """Return how often the alarm is switched on."""
     states = [False]
@@ -858,7 +864,7 @@ tries(
     of=PROCESSOR,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # Below the threshold: on. Otherwise: on only if it was on *and* `percent < threshold + HYSTERESIS_PERCENT`.
@@ -882,15 +888,15 @@ tries(
 #
 # **Predict:** what does the accelerometer of a robot that stands still say along z?
 
-# %%
+# %% tags=["whole"]
 imu = to_message(Simulator(load_world("office"), noise=False).imu())
 print(imu.linear_acceleration)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It says 9.81 m/s² upwards, because the floor pushes it ([REP 145](https://www.ros.org/reps/rep-0145.html)).
 # Do not "correct" it.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/sensor_processor.py
 class SensorProcessor:
     def _on_scan(self, scan: LaserScan) -> None:
@@ -899,10 +905,10 @@ class SensorProcessor:
     def _on_imu(self, imu: Imu) -> None:
         pass  # TODO: remember imu.linear_acceleration and imu.angular_velocity
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # To try a callback you need no robot: call it with a message of your own and look at what the node remembers.
 
-# %%
+# %% tags=["whole"]
 from sensor_msgs.msg import BatteryState, Imu
 
 
@@ -929,7 +935,7 @@ tries(
     of=PROCESSOR,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `closest_reading(scan)` returns the number; to remember is to assign, `self.name = value`; a message's field is an attribute, `imu.linear_acceleration`.
@@ -959,13 +965,13 @@ tries(
 #
 # A node logs with `self.get_logger().warning(text)` and `.error(text)`; `self._value('battery_low_threshold')` reads a parameter.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/sensor_processor.py
 class SensorProcessor:
     def _on_battery(self, battery: BatteryState) -> None:
         pass  # TODO: the four steps; battery.percentage is 0 to 1
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The log has a stream of its own, so its lines may come before or after those of the table.
 def falling(*shares):
     """Return one battery message for each share, 0 to 1."""
@@ -985,7 +991,7 @@ tries(
     of=PROCESSOR,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Find the log lines near the table. When your function works, there are three warnings at 12 %, and a warning and an error at 6 %.
 #
 # <details><summary>Hint 1: what you need</summary>
@@ -1038,7 +1044,11 @@ class SensorProcessor:
 # %%
 from types import SimpleNamespace
 
+import rclpy
 from geometry_msgs.msg import Vector3
+
+if not rclpy.ok():
+    rclpy.init()
 
 
 def said(closest):
@@ -1164,14 +1174,14 @@ tries(
 # %% tags=["check"]
 check("F12", "F13", "F6", "I4")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Your node on a drive
 #
 # A cart moves back and forth in a hall, and the robot drives towards it.
 # `run_node` starts *your* node as `ros2 run` does, with the simulated sensors.
 # On the way, the battery drops to 19 %, and later to 9 %.
 
-# %%
+# %% tags=["whole"]
 run = run_node("sensor_processor", world="moving_cart")
 run.simulator.command(0.25, 0.0)  # m/s, rad/s
 run.drive(4.0)
@@ -1184,7 +1194,7 @@ recording = run.drive(5.0)
 fused = run.messages("sensor_fusion_data")
 print(f"{len(fused)} messages of sensor_fusion_data in {recording.duration:.0f} s of simulated time")
 
-# %%
+# %% tags=["whole"]
 figure, (distance, battery, motion) = plt.subplots(
     3, 1, figsize=(9, 6), sharex=True, layout="constrained"
 )
@@ -1204,32 +1214,32 @@ motion.set(ylabel="turning (rad/s)", xlabel="simulated time (s)", ylim=(-1, 1))
 for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Your points come in pairs, because a scan comes ten times a second. They lie a little below the line: each reading varies by half a percent, and the *smallest* of many noisy numbers is too low.
 #
 # What did the node say, and how often?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Each line carries the time of day.
 print(run.output or "nothing")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # One warning and one error, although several messages of the battery have come since.
 #
 # The node is still running, but its time stands still, because `/clock` does.
 # So you can examine it from outside, as on a robot.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # What is listed depends on how far your node is.
 # !ros2 node info --spin-time 3 /sensor_processor | head -12
 # !ros2 topic info -v --spin-time 3 /raw_scan | grep -E "Node name:|Endpoint type|Reliability"
 run.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Compare with the contract: three subscriptions beside `/clock`, two publishers beside `/parameter_events` and `/rosout`, which every node has.
 # `/raw_scan` should say BEST_EFFORT.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Whose clock?
 #
 # Did you wait twelve seconds for the drive of twelve seconds?
@@ -1247,7 +1257,7 @@ run.close()
 # One follows `/clock`, which the second cell below advances by ten seconds, faster than real time.
 # **Predict:** how often does each timer fire?
 
-# %%
+# %% tags=["whole"]
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
@@ -1278,7 +1288,7 @@ def set_clock(tenths):
     spin_until(lambda: seconds(by_clock) > tenths / 10 - 0.001, 1.0)
     spin_until(lambda: False, 0.01)
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # How long ten simulated seconds take depends on the machine.
 started = time.monotonic()
 for tenths in range(1000, 1101):  # from 100.0 s to 110.0 s
@@ -1287,7 +1297,7 @@ print(f"{time.monotonic() - started:.0f} s by the wall, 10 s by /clock")
 print("fired by /clock:   ", fired["by /clock"])
 print("fired by the wall:", len(fired["by the wall"]), "times")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The timer that follows `/clock` fires at its start and then ten times; the other one fires once for each second that you waited.
 # (Before the first message on `/clock` such a node believes that it is second 0: hence the firing at the start.)
 #
@@ -1296,13 +1306,13 @@ print("fired by the wall:", len(fired["by the wall"]), "times")
 # Requirement **I7** asks that timers and stamps of *both* nodes follow `/clock`.
 # Today the check asks the sensor processor alone; in notebook 05, when the controller has a timer, it asks both.
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("I7")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()`, and run `check("F13")`. Read what it says, and change it back.
 
-# %%
+# %% tags=["whole"]
 for node in (by_clock, by_wall):
     executor.remove_node(node)
     node.destroy_node()
@@ -1336,7 +1346,7 @@ def around(scan, mounted):
 # %% tags=["check", "whole"]
 check("U1", around)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - Make `measure_proximity` right for a TurtleBot 4: a second argument, `mount_yaw`, that is added to each angle. Where would the node get its value from: a parameter, or a transform?

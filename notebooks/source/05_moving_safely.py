@@ -101,12 +101,12 @@ def stop_distance(v, delay, brake):
 
 print(f"rolls {stop_distance(0.5, 0.3, 5.0):.3f} m, {ROOM - stop_distance(0.5, 0.3, 5.0):.3f} m are left")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now ask the simulator, with a robot that may go up to 2 m/s and starts a little nearer each time.
 #
 # **Predict:** will 0.154 m be left each time?
 
-# %%
+# %% tags=["whole"]
 from dataclasses import replace
 
 from sim import Pose, ScanReading, Simulator, load_world
@@ -122,7 +122,7 @@ def step_until_near(simulator):
         scans = [r for r in simulator.step(0.05) if isinstance(r, ScanReading)]
         near = any(scan.ranges.min() < 0.5 for scan in scans)
 
-# %%
+# %% tags=["whole"]
 def clearance_left(v, start):
     """Drive at the wall, command zero DELAY after it was seen; return the metres left."""
     world = replace(load_world("wall_ahead"), start=Pose(start, 0.0, 0.0))
@@ -139,13 +139,13 @@ STARTS = (-0.50, -0.48, -0.46)
 for start in STARTS:
     print(f"from x = {start:.2f} m: {clearance_left(0.5, start):.3f} m left")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Less is left each time: the lidar measures ten times a second, and after a scan of 0.501 m the robot drives on for another 0.1 s.
 # So the true delay lies between 0.3 s and **0.4 s**, by chance.
 #
 # **Predict:** at which speed does it touch the wall?
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -163,11 +163,11 @@ axes.set(xlabel="speed (m/s)", ylabel="clearance of the hull (m)", title="What i
 axes.grid(alpha=0.3)
 axes.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The dots lie between the two lines, until the wall holds the robot.
 # The formula gives two speeds: above the first it may hit, above the second it must.
 
-# %%
+# %% tags=["whole"]
 candidates = np.arange(0.01, 2.0, 0.01)
 for delay in (DELAY + 0.1, DELAY):
     too_fast = candidates[stop_distance(candidates, delay, 5.0) > ROOM].min()
@@ -279,7 +279,9 @@ def limits(**changed):
 # **Predict:** does `min(scan.ranges) < 0.5` stop it? Should it stop?
 
 # %%
-from sim import Wall, World
+import matplotlib.pyplot as plt
+import numpy as np
+from sim import Simulator, Wall, World
 
 beside = World("beside a wall", obstacles=(Wall((-2.0, 0.45), (6.0, 0.45)),))
 scan = Simulator(beside, noise=False).scan()
@@ -356,7 +358,7 @@ tries({
     "motion.obstacle_in_way(near(ahead=inf, beside=0.45), 0.3, limits())": False,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Step 2: the nearer, the slower
 #
 # A robot that stops from full speed jerks, so it slows down before that. Within the `safety_margin` of 0.3 m above the threshold, the highest speed falls in a straight line.
@@ -368,14 +370,14 @@ tries({
 # **Exercise.** `speed_cap`: the highest speed at this distance.
 # **Predict** two edges first: below the threshold, and with a margin of 0.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/motion.py
 def speed_cap(distance: float, limits: Limits) -> float:
     """Return the highest speed at this distance of an obstacle, in m/s, never 0."""
     # TODO: the room above the threshold; the maximum beyond the margin; in the margin the line.
     return limits.max_linear_speed
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # Three cases: beyond the margin, in it, below the threshold. In the margin the share is `room / limits.safety_margin`.
@@ -392,7 +394,7 @@ def speed_cap(distance: float, limits: Limits) -> float:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 motion = mine("utils.motion")
 tries({
     "motion.speed_cap(2.0, limits())": 0.5,
@@ -472,7 +474,7 @@ tries({
     "safe(0.5, ahead=0.51, safety_margin=0.0)": (0.5, 0.0),
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Step 4: gently
 #
 # `linear_acceleration` 1.0 m/s² at 10 Hz means: at most 0.1 m/s more in each tick of the timer.
@@ -492,7 +494,7 @@ tries({
 # In `dt` seconds an acceleration of `a` allows a rise of `a * dt`.
 # (This belongs to F11, which notebook 07 checks.)
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/motion.py
 def ramp(previous: float, wanted: float, largest_rise: float) -> float:
     """
@@ -507,7 +509,7 @@ def speed_up_gently(previous: Command, wanted: Command, dt: float, limits: Limit
     """Return `wanted` as far as the accelerations let the robot get there within dt seconds."""
     return STOP  # TODO: ramp() for v, and again for omega
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # - The sign changes if `previous * wanted` is below zero.
@@ -530,7 +532,7 @@ def speed_up_gently(previous: Command, wanted: Command, dt: float, limits: Limit
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 motion = mine("utils.motion")
 tries({
     "motion.ramp(0.0, 0.5, 0.1)": 0.1,
@@ -544,13 +546,13 @@ tries({
     "motion.speed_up_gently(motion.STOP, motion.Command(0.5, -1.0), 0.1, limits()).omega": -0.2,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Drag a box in front of it
 #
 # Now your functions drive: no node yet, one function from what the robot sees to what it does.
 # In Jupyter the next cell is a live view: drag the box in front of the robot, and away again.
 
-# %%
+# %% tags=["whole"]
 from sim import Box, Twist as Speeds
 from sim.bridge import to_message
 from sim.live import Live
@@ -577,7 +579,7 @@ try:
 except AttributeError as missing:
     print("not yet:", missing)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It slows down, it stops, and it drives on as soon as the way is free.
 # What is missing is a node.
 #
@@ -619,7 +621,7 @@ for robot in (COURSE, TB4):
 # In ROS 2 a *timer* does that: you give it a period and a callback.
 # The **executor**, the loop inside `spin`, calls it, just as it delivers messages.
 
-# %%
+# %% tags=["whole"]
 import time
 
 import rclpy
@@ -641,10 +643,10 @@ class Ticker(Node):
         self.publisher.publish(Twist())  # a Twist without arguments is a standstill
         self.sent += 1
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** how many messages leave in 1.05 seconds of spinning? And in the next 1.05 seconds, without?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # A busy machine may be one tick short, so the number is not compared.
 ticker = Ticker()
 end = time.monotonic() + 1.05
@@ -875,7 +877,7 @@ tries({
     "driver.set_clock(7.0), driver._publish(motion.STOP), driver._last_command_time": (None, None, 7.0),
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Step 3: silence does not mean the way is clear
 #
 # If the last scan is old, you do not know what is ahead.
@@ -884,13 +886,13 @@ tries({
 #
 # **Exercise.** `_is_fresh(time)`: is `time` at most `STALE_S` away from now, before or after?
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/driver.py
 class Driver:
     def _is_fresh(self, time: float) -> bool:
         return True  # TODO: how far is it from self._now()?
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # The age is now minus then; `abs(age)` is the distance of the two times. `NEVER` is −∞: its age is ∞.
@@ -900,7 +902,7 @@ class Driver:
 # `return abs(...) <= STALE_S`, with the age in the brackets.
 # </details>
 
-# %%
+# %% tags=["whole"]
 driver = bench("driver.Driver")
 tries({
     "driver.set_clock(10.0)": None,
@@ -1118,7 +1120,7 @@ else:
 # %% tags=["check"]
 check("F4", "F6")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Drive on when the way is free
 #
 # A box stands in the way for six seconds, then it is gone.
@@ -1129,7 +1131,7 @@ check("F4", "F6")
 #
 # **Predict:** what does your node do? The film shows its drive.
 
-# %%
+# %% tags=["whole"]
 from sim.film import Film
 
 room = World("a box that leaves", obstacles=(Box((1.5, 0.0), (0.3, 0.3), name="box", vanishes=6.0),))
@@ -1137,27 +1139,27 @@ with run_node(world=room, parameters={"speed": 0.4}) as run:
     recording = run.drive(10.0)
 Film(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # F5 puts an obstacle in front of your robot and removes it, and puts one *behind* it, which should not matter.
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("F5")
 
 # %% [markdown]
 # **This is the end of part 2**, and a good place for a break: your files are saved.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Habits that hurt in a callback
 #
 # Part 3. After a break this cell is the first to run.
 
-# %%
+# %% tags=["whole"]
 import time
 
 import rclpy
 from rclpy.node import Node
 
-# %%
+# %% tags=["whole"]
 from grader.notebook import begin, bench, check, mine, run_node, tries
 from sim import World
 
@@ -1165,14 +1167,14 @@ begin("05")
 if not rclpy.ok():
     rclpy.init()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Your node has one thread, in which timers and subscriptions take turns.
 # Look at it: once as it is, once with a control loop that sleeps for 0.3 s.
 # Blue is a callback that runs, orange a scan that waits for its turn.
 #
 # **Predict:** how long does a scan wait in the second picture, and does the control loop still run ten times a second?
 
-# %%
+# %% tags=["whole"]
 from grader.notebook.lessons import timeline
 
 if hasattr(mine("driver"), "Driver"):
@@ -1183,7 +1185,7 @@ if hasattr(mine("driver"), "Driver"):
             time.sleep(0.3)
             super()._control()
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Wall time is measured, so no two pictures are the same.
 
 try:
@@ -1191,7 +1193,7 @@ try:
 except (NameError, AttributeError):
     print("not yet: the picture needs your driver.py")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A scan waits up to half a second, and the loop runs only three times a second: while one callback works, all others wait.
 # The queue holds five scans; after that ROS drops the oldest, without an error.
 # Half a second at 0.5 m/s is 0.25 m.
@@ -1212,22 +1214,22 @@ except (NameError, AttributeError):
 #
 # Annotations let a tool such as `mypy` (not part of the kit) find a wrong call before any robot moves.
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("Q4")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # "Passed so far": one of the parameters, `fusion_rate`, gets its use in notebook 07.
 #
 # **Break it:** put `time.sleep(0.2)` into a method of the temporary `robot_controller.py` above, run its cell, and ask again. Then take it out.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## The last zero
 #
 # When you press Ctrl-C, the robot should stand still.
 # Textbooks often publish a zero in `finally`.
 # Here is such a node, in a file beside your package in the workspace.
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../textbook.py
 from geometry_msgs.msg import Twist, Vector3
 import rclpy
@@ -1240,12 +1242,12 @@ try:
 finally:
     publisher.publish(Twist())  # the last word
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `last_words` starts it, sends the signal of Ctrl-C (SIGINT), and returns the last speed that was heard and the last line that was printed.
 #
 # **Predict:** what is the last speed?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Which of the two wins is a race, so the output is not compared.
 from grader.notebook.lessons import last_words
 
@@ -1253,7 +1255,7 @@ for attempt in range(3):
     speed, complaint = last_words("../../textbook.py")
     print(speed, complaint.split(", at")[0])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The last command is 0.3 m/s, and there is also a traceback.
 # rclpy's own signal handler **shuts the context down** at once, and only then does your `finally` run: its publisher is no longer valid.
 # It is a race, which the zero wins only sometimes.
@@ -1280,7 +1282,7 @@ for attempt in range(3):
 # Three pieces: the first goes into `driver.py`, the other two into `running.py`.
 # Here is the skeleton of `running.py`: the plain spin of notebook 01.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile ros2_robot_controller/utils/running.py
 """Run a node from the first signal handler to the last message. Knows no particular node."""
 
@@ -1313,18 +1315,18 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
 def spin_until(asked_to_stop: Event, node: Node) -> None:
     """Piece 2."""
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Piece 1, the node's last word.**
 # `stop`, in `driver.py`, publishes `STOP`, then waits at most `LAST_WORD_S` until the message has left: `self._cmd_vel.wait_for_all_acked(Duration(seconds=...))`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/driver.py
 class Driver:
     def stop(self) -> None:
         """Command a standstill and give the message time to leave."""
         # TODO: two lines
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `self._publish(STOP)`, from step 2.
@@ -1334,18 +1336,18 @@ class Driver:
 # After it, the call that the text above the cell gives, with `seconds=LAST_WORD_S`.
 # </details>
 
-# %%
+# %% tags=["whole"]
 driver = bench("driver.Driver")
 tries({"driver.commands_of(driver.stop)": [(0.0, 0.0)]})
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Piece 2, a loop that can be ended.**
 # `spin_until` spins **in short turns** until the event is set: `executor.spin_once(timeout_sec=WAKE_UP_S)` comes back after one callback, or after 0.1 s without one.
 # Then it calls the node's `stop`, if it has one, *while the context still lives*, and shuts the executor down.
 #
 # An `Event` is a flag that threads and signal handlers may set: `event.set()`; `event.is_set()` asks.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/running.py
 def spin_until(asked_to_stop: Event, node: Node) -> None:
     """Serve the node's callbacks until the event is set, then call the node's `stop`."""
@@ -1353,7 +1355,7 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
     executor.add_node(node)
     # TODO: the loop; the node's stop(); shut the executor down.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `while not asked_to_stop.is_set():`; `hasattr(node, 'stop')` tells whether there is such a method; the table above ends an executor.
@@ -1371,7 +1373,7 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
 #
 # Try it with a node whose timer sets the event at the third tick:
 
-# %%
+# %% tags=["whole"]
 from threading import Event
 
 
@@ -1401,7 +1403,7 @@ tries({
 })
 counter.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Piece 3, from the first handler to the exit code.**
 # Two things are missing in `run`:
 #
@@ -1410,7 +1412,7 @@ counter.destroy_node()
 #
 # The rest is there. A `ParameterException` means that a parameter makes no sense: one line in the log, no traceback (notebook 08).
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/running.py
 def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
     """
@@ -1433,7 +1435,7 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
         rclpy.try_shutdown()
     return 0
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # A `for` over the two signals saves a line. A handler gets two arguments that you do not need: `lambda *_: asked_to_stop.set()`.
@@ -1449,7 +1451,7 @@ def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
 #
 # Press Ctrl-C on your own node, while it drives:
 
-# %%
+# %% tags=["whole"]
 run = run_node(world=World("free way"), parameters={"speed": 0.3})
 run.drive(2.0)
 ended = run.interrupt()
@@ -1460,7 +1462,7 @@ if ended.last_command is not None:
 else:
     print("not yet: it has commanded nothing")
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("I8")
 
 # %% [markdown]
@@ -1494,7 +1496,7 @@ def safe_speed(distance, base):
 # %% tags=["check", "whole"]
 check("U2", safe_speed)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - **A threshold that flickers** at 0.5 m, with the lidar's noise. Use the hysteresis of notebook 04.

@@ -465,22 +465,23 @@ check("F2", "F3", "F7")
 # The second one answers faster, but its flag can be wrong: after the sign of the speed or a parameter changes, until the next scan comes. It also needs a value before the first scan.
 # A value that takes a microsecond to compute need not be stored, so the course's package has the first design.
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # You can also try it by hand: in Jupyter the next cell is a live view of your node.
 # Drag the box in front of the robot, and run the cell after the view several times.
 
-# %%
+# %% tags=["whole"]
 run = run_node(world=World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),)))
 run.set_speed(0.2)
 run.drive(2.0)
 run.live()
 
-# %%
+# %% tags=["whole"]
 answer = run.status()
 print(f"speed {answer.speed:.2f}, {answer.status}")
 run.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## A service that asks a service
 #
 # The last trap makes some nodes stop for ever without a message.
@@ -488,7 +489,7 @@ run.close()
 #
 # **Predict:** who can answer while the only thread waits?
 
-# %%
+# %% tags=["whole"]
 from std_srvs.srv import Trigger
 
 
@@ -505,12 +506,12 @@ class Office(Node):
         return response
 
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The desk has two ways to ask the archive.
 # The first one has a time limit of one second.
 # Without the limit you would have to restart the kernel.
 
-# %%
+# %% tags=["whole"]
 def on_desk_waits(self, request, response):
     answer = self.client.call(Trigger.Request(), timeout_sec=1.0)
     response.message = "no answer from the archive" if answer is None else answer.message
@@ -526,7 +527,7 @@ async def on_desk_awaits(self, request, response):
 Office.on_desk_waits, Office.on_desk_awaits = on_desk_waits, on_desk_awaits
 
 
-# %%
+# %% tags=["whole"]
 def ask(service, group=None):
     """Start an office, ask one of its services, and return its answer, or None after 3 s."""
     executor, office, visitor = SingleThreadedExecutor(), Office(group), rclpy.create_node("visitor")
@@ -543,17 +544,17 @@ def ask(service, group=None):
 
 print(ask("desk_waits"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The archive is in the same node and needs the same thread, which waits in the desk's callback.
 # The desk would hang even if the archive were another node, because the same thread would have to receive the *answer*.
 # This is a **deadlock**.
 #
 # The usual cure is `await`: it frees the thread until the answer is there.
 
-# %%
+# %% tags=["whole"]
 print(ask("desk_awaits"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `None` means that there was no answer after three seconds either.
 # Now the thread is free, but something else is blocked.
 # By default, all callbacks of a node belong to one **callback group**, which lets only one of them run at a time.
@@ -561,12 +562,12 @@ print(ask("desk_awaits"))
 #
 # Give the desk its own group:
 
-# %%
+# %% tags=["whole"]
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It works with one thread, `await`, and a separate group.
 #
 # In other people's code you will also meet these:
@@ -589,7 +590,7 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 #
 # > **On a real TurtleBot 4:** the base reduces 0.5 m/s to 0.306 m/s without a message, so set `max_linear_speed` to what it can do; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` tell you what you need for a call.

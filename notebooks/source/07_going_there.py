@@ -71,7 +71,7 @@ begin("07")
 # The callback keeps the only thread busy, so no other callback can receive the answer. `await` frees the thread; a second callback group lets the answer in.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Drive to a target
 #
 # F8: the robot gets within the tolerance of a target ahead, beside or behind it, and then stands still.
@@ -91,7 +91,7 @@ begin("07")
 #
 # Draw it on paper, and then let a function compute it:
 
-# %%
+# %% tags=["whole"]
 import math
 
 from sim import normalize_angle
@@ -106,7 +106,7 @@ def error_and_distance(x, y, yaw, target_x, target_y):
 error, distance = error_and_distance(1.0, 1.0, math.radians(90), 3.0, 2.0)
 print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # This `normalize_angle` is the simulator's, and does the same as yours of notebook 03.
 # Without it, a robot that faces 179 degrees and should face −179 would turn by 358 degrees, not by 2.
 #
@@ -127,7 +127,7 @@ print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 #
 # **Predict:** how do the three gains in the next cell differ?
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -156,7 +156,7 @@ axes.set(xlabel="simulated time (s)", ylabel="error (rad)")
 axes.grid(alpha=0.3)
 axes.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # With 10 the robot oscillates, with 5 it overshoots, and with 1.5 it is calm but a little slow.
 #
 # **Why?** Let $T$ be the loop's period, here 0.1 s.
@@ -181,7 +181,7 @@ axes.legend();
 #
 # **Move the sliders.** Up to which gain does the robot stay calm with a delay of 0.4 s, as over a bad radio link?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # A slider has another name in each run, so the output is not compared.
 from grader.notebook.sliders import slide
 
@@ -199,7 +199,7 @@ def swaying(gain, delay):
 
 slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Up to which gain, with a delay of 0.4 s?</summary>
 #
 # Up to 0.8 without overshooting; from 3.5 on the error never fades.
@@ -212,7 +212,7 @@ slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
 #
 # **Predict:** the target lies half a metre to the left. The robot drives at 0.5 m/s and turns at up to 1 rad/s towards it. What does its path look like?
 
-# %%
+# %% tags=["whole"]
 TARGET = (0.0, 0.5)
 beside = World("target beside", goals=(Pose(*TARGET),))
 
@@ -223,7 +223,7 @@ def look(seen):
     return error, distance, max(-1.0, min(1.0, 1.5 * error))  # and the turning speed, 1 rad/s at most
 
 
-# %%
+# %% tags=["whole"]
 def turn_while_driving(seen):
     error, distance, omega = look(seen)
     return Twist() if distance < 0.05 else Twist(0.5, omega)
@@ -236,12 +236,12 @@ def turn_then_drive(seen):
     return Twist(0.0, omega) if abs(error) > 0.3 else Twist(min(0.5, distance), omega)
 
 
-# %%
+# %% tags=["whole"]
 orbit = drive(Simulator(beside), turn_while_driving, 20.0)
 straight = drive(Simulator(beside), turn_then_drive, 20.0)
 compare_view(orbit, straight, ("turn while driving", "turn, then drive"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The robot that turns while driving circles the target for ever.
 # A robot that drives at $v$ and turns at $\omega$ moves on a circle of radius $v / \omega$: 0.5 m/s divided by 1 rad/s is **0.5 m**.
 # It cannot reach a target inside that circle.
@@ -255,7 +255,7 @@ compare_view(orbit, straight, ("turn while driving", "turn, then drive"))
 #
 # **Predict:** what happens at a constant 0.5 m/s, if the robot should stop within 2 cm of the target?
 
-# %%
+# %% tags=["whole"]
 TARGET = (1.5, 0.0)
 
 
@@ -269,7 +269,7 @@ def approach(speed_at):
     return drive(Simulator(World()), driver, 10.0)
 
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 laws = {"always 0.5 m/s": lambda distance: 0.5, "min(0.5, distance)": lambda distance: min(0.5, distance)}
 for (label, speed_at), style in zip(laws.items(), ("-", "--")):
@@ -280,7 +280,7 @@ axes.set(xlabel="simulated time (s)", ylabel="x past the target (m)", ylim=(-0.5
 axes.grid(alpha=0.3)
 axes.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # At 0.5 m/s it moves 5 cm from one step of the control loop to the next.
 # The zone is 4 cm wide, so the robot drove past it, turned round, and came back.
 # If the speed falls with the distance, that never happens.
@@ -306,13 +306,13 @@ axes.legend();
 #
 # There is no third hint. The table and `check("F8")` in part 2 accept any design; at the end of this part come two to compare.
 
-# %% tags=["exercise", "design"]
+# %% tags=["exercise", "design", "whole"]
 # %%writefile ros2_robot_controller/utils/steering.py
 """Decide how to get to a goal. No node, no topics; what is safe is decided in utils.motion."""
 
 # TODO: place_of, distance_to, steer, has_arrived, goal_refusal
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # `error_and_distance` and `turn_then_drive` above do the same; here, give the numbers names.
@@ -325,7 +325,7 @@ axes.legend();
 # `not 0.0 < tolerance < math.inf` holds for NaN too.
 # </details>
 
-# %%
+# %% tags=["whole"]
 from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion
 
 steering, motion = mine("utils.steering"), mine("utils.motion")
@@ -350,7 +350,7 @@ def way(x, y, yaw=0.0):
     return ("drives " if v > 0.05 else "turns ") + ("left" if omega > 0.01 else "right" if omega < -0.01 else "straight")
 
 
-# %%
+# %% tags=["whole"]
 tries({
     "steering.distance_to(at(1.0, 1.0), 3.0, 2.0)": math.sqrt(5),
     "steering.distance_to(at(1.0, 3.0, LEFT), 1.0, -1.0)": 4.0,
@@ -363,7 +363,7 @@ tries({
     "way(-1.0, 0.1, yaw=math.radians(-175))": "drives right",  # the short way
 })
 
-# %%
+# %% tags=["whole"]
 tries({
     "steering.has_arrived(0.02, tolerance=0.1, blocked=False)": True,
     "steering.has_arrived(0.09, tolerance=0.1, blocked=False)": False,  # drive on
@@ -378,10 +378,10 @@ tries({
     "steering.goal_refusal(3.0, 2.0, math.inf) != ''": True,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Look at it.** The robot stands in the middle and faces to the right. For which targets does it only turn, and for which does it drive?
 
-# %%
+# %% tags=["whole"]
 def show_steering():
     """Plot the v and omega that steer() returns for targets all around the robot."""
     x, y = np.meshgrid(np.linspace(-1.2, 1.2, 41), np.linspace(-1.2, 1.2, 41))
@@ -399,12 +399,12 @@ try:
 except AttributeError:
     print("not yet: the plot needs your steering.py, and your motion.py of notebook 05")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Click.** Your functions now drive the robot, still without a node.
 # The cell first gives it five seconds to go to (1, 0.5). Then click on the map, and it goes there.
 # (On a web page, without a kernel, it is a picture.)
 
-# %%
+# %% tags=["whole"]
 from sim import room
 from sim.live import Live
 
@@ -434,7 +434,7 @@ try:
 except AttributeError as missing:
     print("not yet:", missing)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Two designs for <code>steer</code>, once yours arrives</summary>
 #
 # **Turn, then drive.** The course's design, with names for its numbers at the top of the file.
@@ -834,7 +834,17 @@ class Navigator:
 # The log has the time of day.
 from grader.notebook.lessons import Handle
 
-navigator = bench("navigator.Navigator")
+navigator, module = bench("navigator.Navigator"), mine("navigator")
+
+
+def with_goal(handle, speed=0.3):
+    """Give the navigator a goal and a speed in force, by hand; return the goal."""
+    target = handle.request.target_pose.position
+    navigator.node._goal = module.Goal(handle, target.x, target.y, handle.request.tolerance)
+    navigator.node._speed = speed
+    return navigator.node._goal
+
+
 tries({
     "navigator._on_goal(Handle(3.0, 2.0).request).name": "ACCEPT",
     "navigator._on_goal(Handle(math.nan, 2.0).request).name": "REJECT",
@@ -842,18 +852,18 @@ tries({
     "navigator._on_cancel(Handle(3.0, 2.0)).name": "ACCEPT",
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Step 3: the end of a goal.**
 # `_end_goal(ending)` does three things, if there is a goal: it completes the goal's future (`self._goal.ending`), forgets the goal, and sets the speed in force to 0.
 # Without a goal it does nothing.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def _end_goal(self, ending: Ending) -> None:
         """TODO: complete the future, forget the goal and the speed in force."""
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # `server.over` above is completed by that node's timer: `set_result`.
@@ -872,16 +882,8 @@ class Navigator:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 navigator, module = bench("navigator.Navigator"), mine("navigator")
-
-
-def with_goal(handle, speed=0.3):
-    """Give the navigator a goal and a speed in force, by hand; return the goal."""
-    target = handle.request.target_pose.position
-    navigator.node._goal = module.Goal(handle, target.x, target.y, handle.request.tolerance)
-    navigator.node._speed = speed
-    return navigator.node._goal
 
 
 def ended(ending):
@@ -1051,19 +1053,19 @@ tries({
     "over(0.0, 0.0, canceled=True)": "CANCELED",
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Step 6: what is wanted?**
 # Without a goal, `_wanted` returns what the layer below wants.
 # With a goal, but without fresh odometry, it returns `STOP`.
 # Otherwise it returns what `steering.steer` gives for the way from the robot's place to the goal.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def _wanted(self, limits: Limits) -> Command:
         return super()._wanted(limits)  # TODO: steer, while there is a goal
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # Three cases, three `return`s. `_distance_to` in the skeleton shows how to get the place.
@@ -1084,7 +1086,7 @@ class Navigator:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 def wanted(target=None, at=(0.0, 0.0), age=0.0):
     """Return (v, omega) wanted at a speed in force of 0.3, with or without a target; `age` is that of the odometry."""
     navigator.node._goal, navigator.node._speed = None, 0.3
@@ -1153,14 +1155,14 @@ run_view(run.recording)
 # %% tags=["check"]
 check("F8")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### By a click
 #
 # In Jupyter the next cell is a live view, and time runs as soon as you see it.
 # Click on the map to send a goal, and drag the pillar into the way.
 # (On a web page, without a kernel, it is a picture.)
 
-# %%
+# %% tags=["whole"]
 floor = World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),))
 run = run_node(world=floor)
 run.live()
@@ -1168,13 +1170,13 @@ run.live()
 # %% [markdown]
 # If you stop here for today: your files are saved. Part 3 begins with a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Tell how far it still is
 #
 # Part 3: 25 to 45 minutes.
 # If you begin here, this cell is the first to run; it brings back the two helpers of part 2.
 
-# %%
+# %% tags=["whole"]
 import math
 
 import matplotlib.pyplot as plt
@@ -1197,20 +1199,20 @@ def odometry(x, y):
     return odom
 
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # F9: feedback at 2 Hz or faster, accurate to 0.15 m.
 # The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
 # **Your own design.** When does the node know the distance, and when would a number be wrong?
 # There is no third hint. `check("F9")` accepts any design that is right; the rows below expect feedback with each call of the timer. After the check come two designs to compare.
 
-# %% tags=["piece", "design"]
+# %% tags=["piece", "design", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def _give_feedback(self) -> None:
         """Tell the client how far it still is, if that is known."""
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The talker at the top of part 2 gives feedback. `__init__` of the driver shows what the node holds before the first message.
@@ -1220,7 +1222,7 @@ class Navigator:
 # `goal.handle.publish_feedback(NavigateToPosition.Feedback(distance_remaining=...))`; `self._distance_to(goal)`; `NEVER`.
 # </details>
 
-# %%
+# %% tags=["whole"]
 def given(handle):
     """Give the navigator a goal by hand, and return it."""
     target = handle.request.target_pose.position
@@ -1237,10 +1239,10 @@ tries({
 if hasattr(navigator, "close"):
     navigator.close()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** how does `distance_remaining` look over time, if the robot first turns?
 
-# %%
+# %% tags=["whole"]
 with run_node(world=World("two metres of floor", goals=(Pose(-1.0, 1.0),))) as run:
     went = run.go_to(-1.0, 1.0, tolerance=0.1)
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
@@ -1250,17 +1252,17 @@ axes.set(xlabel="simulated time (s)", ylabel="distance_remaining (m)", ylim=(0, 
 axes.grid(alpha=0.3)
 axes.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The line is flat while the robot turns, then it falls by 0.5 m/s, and at the end it becomes flatter as the robot slows down.
 # Feedback says how far it still is, not how long that will take.
 #
 # Feedback is a topic: a client that does not listen misses it, and the server does not wait.
 # So never send anything important as feedback only.
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("F9")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Two designs for the feedback, once yours passes</summary>
 #
 # **At a rate of its own.** The timer reports what the last odometry left in `self._pose`.
@@ -1291,15 +1293,15 @@ check("F9")
 # You see the same in a terminal.
 # `ros2` reads the type from what *you* have built, so the next cell builds the package, unless you did so in notebook 02 or 06.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # How long colcon takes differs from run to run.
 # !test -d ../../install || (cd ../.. && colcon build 2>&1 | cat)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Simulated time must pass while the robot drives, so the live view is started first.
 # With `--feedback` you see each message; here are the last lines.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # How much feedback comes depends on wall time.
 run = run_node(world=World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),)))
 live = run.live()
@@ -1332,7 +1334,7 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 # With `handle.succeed()` the status would be *succeeded*, and the client would believe that the robot is there.
 # If you call none of `succeed`, `canceled` and `abort`, the goal is *aborted*, with a warning.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## When the way is blocked
 #
 # A box appears in the way, and disappears after a while.
@@ -1344,7 +1346,7 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 # You do not need to write code for that: `_wanted` steers on, but `make_safe` below stops the robot until the box is gone.
 # To drive around the box, it would need a map and a planner, such as Nav2.
 
-# %%
+# %% tags=["whole"]
 box = Box((1.2, 0.0), (0.2, 0.6), name="box", appears=1.0, vanishes=6.0)
 with run_node(world=World("blocked way", obstacles=(box,), goals=(Pose(2.0, 0.0),))) as run:
     went = run.go_to(2.0, 0.0)
@@ -1352,15 +1354,15 @@ with run_node(world=World("blocked way", obstacles=(box,), goals=(Pose(2.0, 0.0)
 print(went, "- contacts:", len(recording.contacts))
 run_view(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Here is the same drive as a film. Watch the box.
 
-# %%
+# %% tags=["whole"]
 from sim.film import Film
 
 Film(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Did the robot move forward a little while it stood before the box?
 # If so, the lidar's noise made one scan read 0.501 m, and the next scan stopped the robot again.
 #
@@ -1411,7 +1413,7 @@ def pausable(Navigator):
 # %% tags=["check", "whole"]
 check("U3", pausable)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Go further
 #
 # - **Progress.** If the way is blocked for ever, your robot waits for ever. Add a watchdog that aborts when `distance_remaining` has not fallen for 30 s. What should `success` be?

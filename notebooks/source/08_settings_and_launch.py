@@ -263,14 +263,15 @@ for line in ("max_linear_sped: 0.3", "max_linear_speed: 1"):
 # Write `1.0`, and after every change ask the running node, with `ros2 param get` or `dump`.
 #
 # **Change one thing:** add a key of your own to the table above, such as `/*/cart`, and run it again.
-#
+
+# %% [markdown] tags=["whole"]
 # ## Parameters that take effect
 #
 # How much can one setting change?
 # Below, three robots drive at a wall. They differ in one number, the distance at which they stop.
 # This cell does not use ROS, only a driver with a parameter.
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -283,7 +284,7 @@ def approach(threshold):
     return drive(robot, lambda seen: Twist(0.4 if np.nanmin(seen.scan.ranges) > threshold else 0.0), 6.0)
 
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 for threshold in (0.3, 0.5, 1.0):
     run = approach(threshold)
@@ -294,7 +295,7 @@ axes.set(xlabel="simulated time (s)", ylabel="distance to the wall (m)", ylim=(0
 axes.grid(alpha=0.3)
 axes.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # One number makes three different robots.
 # So people *will* change it, and that has to work at any time.
 # There are two common mistakes.
@@ -306,14 +307,14 @@ axes.legend();
 #
 # **Predict:** what is the timer's period after the rate was set to 50 Hz?
 
-# %%
+# %% tags=["whole"]
 cart = Cart()
 cart.set_parameters([Parameter("rate", value=50.0)])
 print("rate        ", cart.get_parameter("rate").value, "Hz")
 print("timer every ", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The timer still runs at 10 Hz, but the parameter and `ros2 param get` say 50.
 # A timer keeps the period with which it was made.
 # The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor never follows a change.
@@ -326,7 +327,7 @@ cart.destroy_node()
 # Here is a cart with such a callback.
 # `destroy_timer` ends the old timer; without it, both timers would fire.
 
-# %%
+# %% tags=["whole"]
 class ToldCart(Cart):
     def __init__(self, **options):
         super().__init__(**options)
@@ -343,7 +344,7 @@ cart.set_parameters([Parameter("rate", value=50.0)])
 print("timer every", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The `if` matters, because a new timer begins a new period. Without the `if`, a node whose speed limit changes twenty times a second would never publish.
 #
 # ### Refused too late
@@ -352,7 +353,7 @@ cart.destroy_node()
 # Here are two carts with the same callback.
 # They differ only in the place of one line.
 
-# %%
+# %% tags=["whole"]
 from rcl_interfaces.msg import SetParametersResult
 
 
@@ -362,7 +363,7 @@ def refuse_negative(parameters):
     reason = f"{', '.join(bad)} must not be negative" if bad else ""
     return SetParametersResult(successful=not bad, reason=reason)
 
-# %%
+# %% tags=["whole"]
 class LateCart(Node):
     def __init__(self, **options):
         super().__init__("cart", **options)
@@ -376,18 +377,18 @@ class EarlyCart(Node):
         self.add_on_set_parameters_callback(refuse_negative)
         self.declare_parameter("max_linear_speed", 0.5)
 
-# %%
+# %% tags=["whole"]
 late = LateCart()
 [answer] = late.set_parameters([Parameter("max_linear_speed", value=-1.0)])
 print("set while it runs:", answer.successful, "-", answer.reason)
 late.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # At run time both callbacks refuse.
 # Now give -1.0 *at the start*, as a parameter file would.
 # **Predict:** what will each cart do?
 
-# %%
+# %% tags=["whole"]
 senseless = ["--ros-args", "-p", "max_linear_speed:=-1.0"]
 for kind in (LateCart, EarlyCart):
     try:
@@ -397,7 +398,7 @@ for kind in (LateCart, EarlyCart):
     except Exception as error:
         print(f"{kind.__name__:10} {type(error).__name__}: {error}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The late one accepts it.
 # Values from files and from the command line are set *while* a parameter is declared, so a callback that is registered afterwards never sees them.
 # So register the callback first, and then declare the parameters.
@@ -405,10 +406,10 @@ for kind in (LateCart, EarlyCart):
 # `refuse_negative` also has a mistake that you know from notebook 03.
 # **Predict:** what does it say to NaN?
 
-# %%
+# %% tags=["whole"]
 print(refuse_negative([Parameter("max_linear_speed", value=float("nan"))]).successful)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `nan < 0.0` is False, so the callback accepts NaN.
 # Ask "is it good?", never "is it bad?".
 #
@@ -422,7 +423,7 @@ print(refuse_negative([Parameter("max_linear_speed", value=float("nan"))]).succe
 # `at_least_zero` is finished: it asks "is it good?".
 # The other four accept any value, `first_refusal` finds nothing, and `declare` registers, too late, a callback that accepts everything.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile ros2_robot_controller/utils/settings.py
 """Declare parameters that refuse values which make no sense."""
 
@@ -483,7 +484,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
         node.declare_parameter(parameter, setting.default)
     node.add_on_set_parameters_callback(lambda _: SetParametersResult(successful=True))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### Piece 1: four rules
 #
 # | made by | must be | why |
@@ -495,7 +496,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 #
 # Each takes one line, as `at_least_zero` does.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/settings.py
 def above_zero(default: float) -> Setting:
     """Return a setting for a size that must not be zero: an acceleration."""
@@ -516,7 +517,7 @@ def name(default: str) -> Setting:
     """Return a setting for a name."""
     return Setting(default, lambda value: True, 'anything')  # TODO
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # Look at `at_least_zero`. Then ask for each end of each range: does it belong to the range?
@@ -546,7 +547,7 @@ def name(default: str) -> Setting:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 # %run ros2_robot_controller/utils/settings.py
 nan = math.nan
 tries({
@@ -566,7 +567,7 @@ tries({
     "name('anna').is_sensible('  ')": False,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### Piece 2: the first that makes no sense
 #
 # ROS passes you a list of parameters, and needs a reason in words if you refuse one of them.
@@ -575,13 +576,13 @@ tries({
 #
 # `use_sim_time` also comes here, and is not in `settings`: accept parameters that you do not know.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/settings.py
 def first_refusal(settings: dict[str, Setting], parameters: list[Parameter]) -> str:
     """Return why these values are not accepted, empty if they are; others' parameters pass."""
     return ''  # TODO
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # A `for` loop over `parameters` with one `if` in it; the words are in the setting.
@@ -604,7 +605,7 @@ def first_refusal(settings: dict[str, Setting], parameters: list[Parameter]) -> 
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 # %run ros2_robot_controller/utils/settings.py
 known = {"depth": at_least_zero(1.0), "pace": rate(5.0)}
 deep, slow = Parameter("depth", value=2.5), Parameter("pace", value=-2.0)
@@ -617,7 +618,7 @@ tries({
     "first_refusal({}, [slow])": "",
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # (The words in the middle of the sentence are yours, so they may differ from the table's.)
 #
 # #### Piece 3: refuse, at the start and later
@@ -625,7 +626,7 @@ tries({
 # `declare` needs a callback that asks `first_refusal` and turns its answer into a `SetParametersResult`.
 # Register the callback early enough.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/settings.py
 def declare(node: Node, settings: dict[str, Setting]) -> None:
     """Declare the parameters on the node, and refuse senseless values from then on."""
@@ -636,7 +637,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
         node.declare_parameter(parameter, setting.default)
     node.add_on_set_parameters_callback(check)  # TODO 2: is this the place?
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # `refuse_negative` shows the callback, `EarlyCart` its place.
@@ -662,7 +663,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 #
 # Try it on a node with two settings: a start with sensible values, one without, and both at run time.
 
-# %%
+# %% tags=["whole"]
 # %run ros2_robot_controller/utils/settings.py
 def accepted(pace, at_the_start=True):
     """Return whether a node with these settings takes this pace."""
@@ -684,7 +685,7 @@ tries({
     "accepted(-2.0, at_the_start=False)": False,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### The last layer
 #
 # So far `robot_controller.py` has only had a `main`, which starts the newest layer.
@@ -700,7 +701,7 @@ tries({
 #
 # The constructor is done, and so is a first try at the speed.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile ros2_robot_controller/robot_controller.py
 """
 The node that drives the robot, whole: four layers, each with one thing more.
@@ -738,20 +739,20 @@ def main(args: Optional[list[str]] = None) -> int:
     """Run the node until Ctrl-C; return the exit code."""
     return run(RobotController, args)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Your own design.** The table says what must be true after a change; you decide how to do it.
 # What does the first try do to a robot that drives *backwards*, at -0.4 m/s?
 # And what must not happen to the timer whose rate has *not* changed?
 # There is no third hint. The two drives below and `check("I6")` accept any design. After the drives come two designs to compare.
 
-# %% tags=["piece", "design"]
+# %% tags=["piece", "design", "whole"]
 # %%into ros2_robot_controller/robot_controller.py
 class RobotController:
     def _on_parameters_changed(self, parameters: list[Parameter]) -> None:
         limit = self._value('max_linear_speed')
         self._speed = clamp(self._speed, 0.0, limit)  # a first try
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # `ToldCart` above does it for one timer.
@@ -767,7 +768,7 @@ class RobotController:
 # Now watch your own robot.
 # It drives at 0.4 m/s. After two seconds the limit falls to 0.2 m/s, and then a client asks for a limit of -1.
 
-# %%
+# %% tags=["whole"]
 with run_node(world="open_field") as run:
     run.drive(0.5)
     run.set_speed(0.4)
@@ -777,7 +778,7 @@ with run_node(world="open_field") as run:
     print("limit -1.0:", run.set_parameter("max_linear_speed", -1.0))
     recording = run.drive(1.0)
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(8, 2.6), layout="constrained")
 axes.plot(recording.t, recording.v)
 axes.axvline(2.5, color="0.5", linestyle=":")
@@ -785,10 +786,10 @@ axes.set_title("your robot: the limit falls to 0.2 m/s at 2.5 s")
 axes.set(xlabel="simulated time (s)", ylabel="v (m/s)", ylim=(-0.05, 0.5))
 axes.grid(alpha=0.3)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You should see a step down at the dotted line, and two answers: `(True, '')`, and `(False, ...)` with your sentence.
 
-# %%
+# %% tags=["whole"]
 with run_node(world="open_field") as run:
     run.drive(0.5)
     run.set_speed(-0.4)
@@ -801,7 +802,7 @@ with run_node(world="open_field") as run:
 print(f"backwards, with a limit of 0.2: {backwards:.2f} m/s, wanted -0.20")
 print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Two designs for the last layer, once yours obeys</summary>
 #
 # **Replace what has changed.** The course's: an `if` for each timer.
@@ -834,7 +835,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 # `sensor_processor` also has a timer, made from `fusion_frequency` in notebook 04. Is there a method `_on_parameters_changed` in that file? Now you can understand it.
 # **Predict:** does your timer follow a change? The parameter goes from 20 to 5 Hz; the cell counts the messages of one second.
 
-# %%
+# %% tags=["whole"]
 with run_node("sensor_processor", world="open_field") as run:
     run.drive(1.0)
     run.set_parameter("fusion_frequency", 5.0)
@@ -842,7 +843,7 @@ with run_node("sensor_processor", world="open_field") as run:
     run.drive(1.0)
     print(len(run.messages("obstacle_distance")) - before, "messages in a second, wanted 5 (or 4, or 6)")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # If it prints five, go on.
 # If it prints about 20, your node has the mistake from above: the parameter says 5, but the timer still runs at 20 Hz.
 # Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and correct it as you have corrected the controller, then run the cell again:
@@ -871,7 +872,7 @@ with run_node("sensor_processor", world="open_field") as run:
 #
 # Begin with the smaller file.
 
-# %% tags=["exercise"]
+# %% tags=["exercise", "whole"]
 # %%writefile config/sensor_params.yaml
 # Parameters of sensor_processor.
 # TODO 1: a key that reaches the node in any namespace. Which nodes does this one reach?
@@ -880,10 +881,10 @@ sensors:
   ros__parameters:
     fusion_frequency: 20.0
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now write the file with the ten parameters of the other node.
 
-# %% tags=["exercise"]
+# %% tags=["exercise", "whole"]
 # %%writefile config/robot_params.yaml
 # Parameters of robot_controller, in SI units (REP 103).
 # TODO 1: the key.
@@ -892,7 +893,7 @@ robot:
   ros__parameters:
     robot_name: turtlebot4
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The table of keys, in the section "A file that nobody reads"; `SETTINGS` in `driver.py` and `sensor_processor.py` for names and defaults.
@@ -918,7 +919,7 @@ robot:
 # Which nodes do the files reach, and with how many values?
 # A node that declares every parameter that it is given will show it.
 
-# %%
+# %% tags=["whole"]
 def reached(file, name, namespace=""):
     """Return how many parameters of a file reach a node of this name."""
     words = ["--ros-args", "--params-file", f"config/{file}"]
@@ -938,15 +939,16 @@ tries({
     "reached('robot_params.yaml', 'sensor_processor')": 0,
 })
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("I6")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The check also changes `fusion_frequency` on your running node.
 # If such a change is accepted and has no effect, the answer says so. No points are lost: the contract covers start-up values only.
 #
 # This is the end of part 1, and a good place for a break.
-#
+
+# %% [markdown]
 # ## Start it all with one command
 #
 # A launch file is a Python function that returns a list of what to start.
@@ -1277,7 +1279,8 @@ check("I1", "I5")
 # You can read the first without opening another file, which helps when something does not start.
 # Robots with twenty nodes use the second way, part by part.
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # ### See what you have launched
 #
 # With `launch=`, `run_node` starts your *installed* launch file beside a simulated robot: both nodes, each with its parameter file.
@@ -1285,7 +1288,7 @@ check("I1", "I5")
 # The robot stands, because it has no speed yet. Click on the map to send a goal; you can also drag the box.
 # (On a web page you see only a picture. The film below shows the drive.)
 
-# %%
+# %% tags=["whole"]
 from sim import Box, World, room
 from sim.film import Film
 
@@ -1296,27 +1299,27 @@ run.drive(0.5)
 live = run.live()
 live
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now give it a speed, and let it drive for seven seconds.
 #
 # **Predict:** how far from the box will it stop, and which line of which file says so?
 
-# %%
+# %% tags=["whole"]
 run.set_speed(0.4)
 live.run(7.0)
 # !ros2 param get /robot_controller obstacle_detection_threshold
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It stops at half a metre, as `config/robot_params.yaml` says.
 # (The view's *clearance* counts from the hull, so it shows 0.171 m less.)
 #
 # **Predict:** what will the robot do when you change that value now?
 
-# %%
+# %% tags=["whole"]
 # !ros2 param set /robot_controller obstacle_detection_threshold 0.3
 live.run(4.0)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It drives on at once, to 0.3 m, because your node reads the threshold where it uses it.
 #
 # Press *Run* in the view, and try more.
@@ -1325,12 +1328,12 @@ live.run(4.0)
 #
 # Here is the whole drive as a film.
 
-# %%
+# %% tags=["whole"]
 recording = run.recording
 run.close()
 Film(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `sensor_processor` ran beside it and heard no scan, because nobody publishes `raw_scan` here; the first item of *Go further* changes that.
 #
 # ### Windows that others use
@@ -1362,7 +1365,8 @@ Film(recording)
 # - If your launch files have no argument `raw_scan` yet, add one, and use it in a remapping of `sensor_processor`. Then a real robot needs only `raw_scan:=scan`, and with `run_node(launch="robot_controller_launch.py raw_scan:=scan")` both nodes get scans.
 # - A parameter can describe itself: pass a `ParameterDescriptor` with a `FloatingPointRange` after the default. `ros2 param describe` shows it, and ROS refuses values outside before it calls your callback. How does it treat NaN?
 # - `ros2 param load /robot_controller file.yaml` sets a whole file at run time. Which of its lines are refused, and are the others set?
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>Your parameter file has no effect, and there is no message. Name two reasons.</summary>

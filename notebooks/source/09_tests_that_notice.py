@@ -312,22 +312,22 @@ def test_it_knows_its_edges():
 # %%
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Change one thing:** one row is still grey, "12.0 became 24.0".
 # Which reading would show it?
 # Write a test for it into the cell below and draw the matrix again; it may call `closest` itself.
 
-# %%
+# %% tags=["whole"]
 # %%writefile -a ../../test_stopping.py
 
 
 def test_yours():
     """Replace this by a situation in which the last mistake hurts."""
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>One answer</summary>
 #
 # `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: what comes from beyond the lidar's range is not a reading.
@@ -354,7 +354,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # Here is a file with four tests for `utils/motion.py`. The last one is finished; the other three are tables that you fill.
 # `pytest.approx` allows a small difference, which floats need: `0.1 + 0.2 == 0.3` is False.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile test/test_motion.py
 """What is safe, without a robot."""
 
@@ -401,19 +401,19 @@ def test_an_obstacle_stops_driving_and_a_too_close_one_everything():
 def test_the_limits_hold(wanted, expected):
     assert make_safe(wanted, FREE, LIMITS) == expected
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # First `ramp(previous, wanted, largest_rise)`, with a largest rise of 0.1.
 # Its rules from notebook 05: speeding up is limited, braking is not, and a change of direction passes through exactly zero.
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "ramp")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### Table 1: ramp
 #
 # Add: speeding up *backwards*; arriving, when less than 0.1 is missing; braking and turning round, both ways.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_motion.py
 @pytest.mark.parametrize(('previous', 'wanted', 'expected'), [
     (0.0, 0.5, 0.1), (0.3, 0.3, 0.3),
@@ -422,7 +422,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 def test_a_ramp_limits_speeding_up_only(previous, wanted, expected):
     assert ramp(previous, wanted, 0.1) == pytest.approx(expected)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # A row is (what it drives now, what is wanted, what comes out): `(0.5, 0.2, 0.2)` is braking, and free.
@@ -438,10 +438,10 @@ def test_a_ramp_limits_speeding_up_only(previous, wanted, expected):
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "ramp")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### Table 2: the speed near an obstacle
 #
 # `speed_cap(distance, LIMITS)` allows the full 0.5 m/s from 0.8 m on: the threshold of 0.5 plus the margin of 0.3.
@@ -449,7 +449,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 #
 # Which distances? Both ends of the margin, two places within it, one beyond, one below.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_motion.py
 @pytest.mark.parametrize(('distance', 'expected'), [
     (math.inf, 0.5),
@@ -458,7 +458,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 def test_the_speed_falls_within_the_margin_but_never_to_nothing(distance, expected):
     assert speed_cap(distance, LIMITS) == pytest.approx(expected)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # At 0.7 m two thirds of the margin are left: `1 / 3`. At 0.53 m a tenth: that would be 0.05, and a fifth of the limit is more.
@@ -472,10 +472,10 @@ def test_the_speed_falls_within_the_margin_but_never_to_nothing(distance, expect
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "speed_cap")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # One row stays grey, "room > 0.0 became always true".
 # With margin 0 this mutant divides by zero at 0.4 m. `LIMITS` has 0.3, so no row shows it.
 #
@@ -484,15 +484,15 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "s
 # `clearance` decides which way the robot looks while it drives.
 # Which of its mutants do your tests notice so far?
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Each grey row is a wrong robot that passes all your tests.
 # `Shuttle` drives back and forth between two boxes, backwards first: until `make_safe` stops it, then the other way.
 # This is your own file, without a mistake.
 
-# %%
+# %% tags=["whole"]
 from grader.notebook import mine, mutant
 from sim import Box, Simulator, Twist, World, room
 from sim.bridge import to_message
@@ -515,7 +515,7 @@ class Shuttle:
             self.wanted = -self.wanted
         return Twist(safe.v, safe.omega)
 
-# %%
+# %% tags=["whole"]
 def watch(motion):
     """Return a live view of a Shuttle with this motion.py."""
     boxes = Box((-1.5, 0.0), (0.3, 0.6), name="rear"), Box((1.5, 0.0), (0.3, 0.6), name="front")
@@ -525,15 +525,15 @@ def watch(motion):
 
 watch(mine("utils.motion"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now drive the mutant of the third row. `mutant` returns your file with that one mistake.
 #
 # **Predict:** where does this robot turn round, behind and in front?
 
-# %%
+# %% tags=["whole"]
 watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It looks ahead while it drives backwards, so it does not see the box.
 # Nearer than 0.2 m the emergency stop acts, but too late, and the robot never drives again.
 # The next table has rows for that.
@@ -544,7 +544,7 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 # `FORWARD`, `BACKWARD` and `TURN`, at the top of the file, are commands, `wall_ahead(0.49)` is a wall.
 # Each row says what is wanted, what is near, and what must come out.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_motion.py
 @pytest.mark.parametrize(('wanted', 'near', 'expected'), [
     (FORWARD, wall_ahead(0.49), STOP), (BACKWARD, wall_ahead(0.49), BACKWARD),
@@ -554,7 +554,7 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 def test_an_obstacle_stops_driving_and_a_too_close_one_everything(wanted, near, expected):
     assert make_safe(wanted, near, LIMITS) == expected
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # A robot that turns in place does not come nearer, so a wall at 0.49 m does not stop it. A wall at 0.19 m does, and also keeps it from driving away.
@@ -571,20 +571,20 @@ def test_an_obstacle_stops_driving_and_a_too_close_one_everything(wanted, near, 
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "make_safe")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The row of the robot that did not look behind should now be green.
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "clearance")
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short -x test/test_motion.py | cat
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # If a row fails, look at the contract, and correct whichever is wrong, the table or your `motion.py`.
 #
 # **This is the end of part 1**, and a good place for a break.
@@ -1152,12 +1152,12 @@ def test_a_speed_beyond_the_limit_changes_nothing(robot, speed):
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_robot_controller.py -k "beyond_the_limit" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### F4 and F5: which way it looks
 #
 # Three short ones, each with a wall: behind it when it drives forward (it drives on), behind it when it drives backwards (it stands all the time: `set(...) == {(0.0, 0.0)}`), and 0.65 m ahead, half of the margin (half of the speed).
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_robot_controller.py
 def test_an_obstacle_behind_does_not_stop_it(robot):
     robot.set_speed(0.5)
@@ -1172,7 +1172,7 @@ def test_driving_backwards_it_looks_backwards(robot):
 def test_it_slows_down_near_an_obstacle(robot):
     pytest.fail('not written yet: F4')  # TODO
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `robot.drive(1.0)[-1]` is the last command, `set(robot.drive(1.0))` all different ones; `robot.status().status` is `'ACTIVE'` or `'OBSTACLE_DETECTED'`.
@@ -1200,23 +1200,23 @@ def test_it_slows_down_near_an_obstacle(robot):
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_robot_controller.py -k "behind or backwards_it or slows_down" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### F7: the pose
 #
 # Here the node hears one message of odometry; `odometry(x, y, yaw)` makes it.
 # Use three different numbers, so that a mix-up shows.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_robot_controller.py
 def test_the_status_tells_the_pose_from_odometry(robot):
     robot.bench.hear('odom', odometry(1.0, -2.0, 0.5))
     pytest.fail('not written yet: F7')  # TODO: the pose in the status
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `pose.position.x`, `pose.position.y`, and `pose.orientation == quaternion_from_yaw(0.5)`.
@@ -1231,11 +1231,11 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_robot_controller.py -k "pose_from" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### F9, F10 and I6: four tests of your own design
 #
 # From here on only the name is given.
@@ -1247,7 +1247,7 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # Then make the mistake, see the test fail, and remove the mistake.
 # After the last of the four come two designs to compare.
 
-# %% tags=["piece", "design"]
+# %% tags=["piece", "design", "whole"]
 # %%into test/test_robot_controller.py
 def test_feedback_tells_the_distance_twenty_times_a_second(robot):
     pytest.fail('not written yet: F9')
@@ -1256,17 +1256,17 @@ def test_feedback_tells_the_distance_twenty_times_a_second(robot):
 def test_a_canceled_goal_stops_the_robot(robot):
     pytest.fail('not written yet: F10')
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `robot.feedback` has the messages, each with `distance_remaining`; `pytest.approx(2.0, abs=0.05)`; `goal.handle.cancel_goal_async()` gives a future for `robot.bench.until`; `GoalStatus.STATUS_CANCELED`.
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_robot_controller.py -k "feedback or canceled" | tail -n 15
 
-# %% tags=["piece", "design"]
+# %% tags=["piece", "design", "whole"]
 # %%into test/test_robot_controller.py
 def test_a_lower_limit_slows_the_robot_down(robot):
     pytest.fail('not written yet: I6')
@@ -1275,17 +1275,17 @@ def test_a_lower_limit_slows_the_robot_down(robot):
 def test_another_threshold_is_in_force_at_once(robot):
     pytest.fail('not written yet: I6')
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `robot.bench.set_parameter(name, value)`; `robot.drive(0.1)` gives one command, and a second one if a scan stops the robot at once, so compare `set(robot.drive(0.1))`; `robot.scan = scan_of(ahead=0.9)`.
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_robot_controller.py -k "lower_limit or threshold" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Two designs for the cancel, once yours passes</summary>
 #
 # **One scene, many looks.** The course's test cancels one goal and looks at everything that a client and a bystander can see.
@@ -1330,11 +1330,11 @@ def test_another_threshold_is_in_force_at_once(robot):
 # The second names the broken promise in the list of failures. The first is faster, but stops at the first failed assert.
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short -x test/test_robot_controller.py | cat
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # If no test failed, half of T1 is done. **This is the end of part 2**, and a good place for a break.
 #
 # ### The other node
@@ -1342,7 +1342,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 # `sensor_processor` only receives and sends messages, so the fixture `bench` is enough.
 # Eight tests are finished; you write five.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile test/test_sensor_processor.py
 """The node that fuses the sensors, on a bench."""
 
@@ -1466,7 +1466,7 @@ def test_the_thresholds_are_parameters(make_bench, logged):
 def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
     pytest.fail('not written yet: I6')
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # If your functions of notebook 04 have other names, change the import and the tables.
 #
 # #### F13: twenty a second, from the first scan on
@@ -1474,14 +1474,14 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # One scan, one second: 20 messages on each of the two topics.
 # The last carries the frame `base_link`, the time by the node's clock, and the closest reading.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_sensor_processor.py
 def test_after_the_first_scan_data_comes_twenty_times_a_second(bench, published):
     bench.hear('raw_scan', scan_of(3.0, 2.0, math.inf))
     bench.advance(1.0)
     pytest.fail('not written yet: F13')  # TODO: both topics; frame, stamp, closest reading
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `fused = published['sensor_fusion_data'][-1]`, then `fused.header.frame_id`, `(fused.header.stamp.sec, fused.header.stamp.nanosec) == (1, 0)`; a `Float32` has `.data`.
@@ -1499,17 +1499,17 @@ def test_after_the_first_scan_data_comes_twenty_times_a_second(bench, published)
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_sensor_processor.py -k "first_scan" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### F12: the latest of each
 #
 # Two scans, so that the second must win; a battery at 0.25; an IMU with six *different* numbers, so that a mix-up shows.
 # After one tick of 0.05 s they are all in the data.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_sensor_processor.py
 def test_the_latest_of_each_sensor_is_in_the_data(bench, published):
     bench.hear('raw_scan', scan_of(3.0))
@@ -1519,7 +1519,7 @@ def test_the_latest_of_each_sensor_is_in_the_data(bench, published):
                                angular_velocity=Vector3(x=4.0, y=5.0, z=6.0)))
     pytest.fail('not written yet: F12')  # TODO: one tick; the four fields
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `bench.advance(0.05)`; messages compare by value: `fused.linear_acceleration == Vector3(x=1.0, y=2.0, z=3.0)`. The battery is in percent.
@@ -1537,18 +1537,18 @@ def test_the_latest_of_each_sensor_is_in_the_data(bench, published):
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_sensor_processor.py -k "latest" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### F12: each alarm once
 #
 # However often the battery crosses 20 and 10 on its way down, the log must hold one warning and one error, nothing else.
 #
 # And the thresholds are parameters: with 50 and 30 a battery at 40 % warns; when the critical one becomes 45 while the node runs, the next message at 40 % is an error.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_sensor_processor.py
 def test_each_alarm_sounds_once_on_the_way_down(bench, logged):
     for percentage in (0.5, 0.19, 0.15, 0.21, 0.19, 0.09, 0.05, 0.11, 0.09, 0.01):
@@ -1561,7 +1561,7 @@ def test_the_thresholds_are_parameters(make_bench, logged):
                        battery_critical_threshold=30.0)
     pytest.fail('not written yet: F12')  # TODO: hear 40 %, change one threshold, hear 40 % again
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `logged` is a list of (severity, words), with `'WARN'` and `'ERROR'`. If your words differ, compare only the severities: `[severity for severity, _ in logged]`.
@@ -1581,24 +1581,24 @@ def test_the_thresholds_are_parameters(make_bench, logged):
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_sensor_processor.py -k "once_on_the_way or thresholds_are" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### I6: another frequency
 #
 # At the start 10 Hz: ten messages in the first second.
 # Then 5 Hz at run time: five more in the next.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_sensor_processor.py
 def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
     bench = make_bench(SensorProcessor, fusion_frequency=10.0)
     bench.hear('raw_scan', scan_of(3.0))
     pytest.fail('not written yet: I6')  # TODO: a second at 10 Hz, then one at 5 Hz
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # Count `published['sensor_fusion_data']` after each second: 10, then 15.
@@ -1615,7 +1615,7 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_sensor_processor.py -k "another_frequency" | tail -n 15
 
@@ -1630,18 +1630,19 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # %% [markdown]
 # You should see two lines with `test_depend`: `python3-pytest`, which runs the tests, and `ament_cmake_pytest`, which lets `colcon test` run them.
 # A package that the nodes import must not be only a `test_depend`.
-#
+
+# %% [markdown] tags=["whole"]
 # ## Which lines were reached
 #
 # On a line that no test reaches, no mistake is noticed.
 # T2 counts lines and branches of the whole package, and gives full marks at 90 %.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took, and one's own numbers are one's own.
 # !coverage run --branch --source=ros2_robot_controller --data-file=../../.coverage -m pytest -q --tb=no --no-summary test | cat
 # !coverage report --data-file=../../.coverage --show-missing
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Do not test a missing line, but the situation in which it matters.
 # `102->exit` means: the `if` in line 102 was never false.
 #
@@ -1652,7 +1653,7 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 #
 # So the last file of today tests `utils/scans.py` directly, with three tests. The last one is finished.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile test/test_scans.py
 """What counts as a reading, and where it lies."""
 
@@ -1684,23 +1685,23 @@ def test_the_nearest_of_each_direction_counts():
     ranges[1], ranges[2], ranges[9], ranges[18], ranges[19] = 3.0, 2.0, 1.0, 4.0, 4.5
     assert measure_proximity(scan_of(*ranges)) == Proximity(ahead=2.0, behind=4.0, anywhere=1.0)
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### Seven kinds of nothing
 #
 # Make the first test a table with one column, `invalid`: NaN, both infinities, zero, a negative one, one below 0.15 m, one above 12 m.
 # A real 2.0 between two invalid readings must be found; two invalid readings alone give `INF`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_scans.py
 @pytest.mark.parametrize('invalid', [math.nan])  # TODO: six more
 def test_an_invalid_reading_hides_no_real_one(invalid):
     assert closest_reading(scan_of(invalid, 2.0, invalid, 3.0)) == 2.0
     # TODO: and of two invalid ones alone?
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `INF` is at the top of the file, `-INF` is a number, too; `0.1` is below `range_min`.
@@ -1716,17 +1717,17 @@ def test_an_invalid_reading_hides_no_real_one(invalid):
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "valid_readings")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # #### Ahead, behind, neither
 #
 # A single beam with a reading of 1.0, at an angle that the table gives.
 # Within 60 degrees of straight ahead it is ahead; of straight back, behind; otherwise only *anywhere*.
 # Test both sides of each edge, left and right, straight back as 180 and as -180, and 359 degrees, which some drivers send for -1.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_scans.py
 @pytest.mark.parametrize(('degrees', 'ahead', 'behind'), [
     (0.0, 1.0, INF), (180.0, INF, 1.0),
@@ -1736,7 +1737,7 @@ def test_where_a_thing_is_goes_by_the_angle_of_its_beam(degrees, ahead, behind):
     near = measure_proximity(scan_of(1.0, angle_min=math.radians(degrees)))
     assert near == Proximity(ahead=ahead, behind=behind, anywhere=1.0)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # 59 degrees is ahead, 61 is not: `(61.0, INF, INF)`; 121 is behind, 119 is not.
@@ -1751,13 +1752,14 @@ def test_where_a_thing_is_goes_by_the_angle_of_its_beam(degrees, ahead, behind):
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "measure_proximity")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # One row stays grey: `angle - math.pi` became `angle + math.pi`.
 # The two differ by a whole turn, which `normalize_angle` folds away: an *equivalent* mutant, on your own code.
-#
+
+# %% [markdown]
 # ### What the grader finds
 #
 # Now T1, T2, and T3, which mutates your whole package.
@@ -1766,10 +1768,10 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 # %% tags=["check"]
 check("T1", "T2", "T3")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # If T3 is not full, take the first mutant that survived, and ask what would go wrong on the robot.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # Compare whole lists of commands; use numbers that are all different; give parameters values that are *not* their defaults; test both sides of every edge.
@@ -1788,7 +1790,7 @@ check("T1", "T2", "T3")
 # ```
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Let a linter read it first
 #
 # A linter reads code without running it, and finds unused names, long lines or wrong spaces.
@@ -1796,7 +1798,7 @@ check("T1", "T2", "T3")
 #
 # **How many findings** will it report for this file?
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../careless.py
 import os
 import math
@@ -1808,26 +1810,26 @@ class Careless( object ):
         seen.append(min(l))
         return math.hypot(*seen)
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: findings and their count go into two streams, and their order may change.
 # !cd ../.. && ament_flake8 careless.py | grep careless.py:
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It finds the unused `os`, blanks, the name `l`, `!= None` and `if` in one line.
 # It does not find the worst, `seen=[]`, one list that all calls share, nor that a scan can hold NaN.
 # A linter knows the language, not the robot.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now run it on your own package. Q1 asks for no finding.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # As above: the order of the lines may change.
 # !ament_flake8 . | grep -E "^\./|errors|No problems"
 
-# %% tags=["check"]
+# %% tags=["check", "whole"]
 check("Q1")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `F401` is an unused import, `E501` a line that is too long.
 # `# noqa` at the end of a line makes the linter ignore it, but the grader does not.
 # T1 does not count tests that only run a linter.
@@ -1883,7 +1885,8 @@ hunt("F9", of="H3", cases=40)
 # - Write the other test files: `test_conversions.py`, `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py`.
 # - A goal whose path is blocked, F11: a wall at 0.4 m for two seconds, then free again.
 # - `hypothesis`, which makes up the situations of a hunt, also looks for numbers that break a rule of one function.
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>What does 100 % coverage tell you?</summary>

@@ -66,7 +66,7 @@ begin("10")
 # A zero on `cmd_vel`: `spin_until` calls `stop` while the context is still alive, because `run` has switched rclpy's own signal handler off.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## What a hundred points are made of
 #
 # The grader follows `rubric.yaml`, which is in the kit for everyone to read.
@@ -74,7 +74,7 @@ begin("10")
 # **Predict:** which gives more points, a robot that works or everything else?
 # How many of the hundred points are advanced?
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 
 from grader.scoring.rubric import RUBRIC, load
@@ -85,7 +85,7 @@ for criterion in rubric.criteria:
     advanced = sum(requirement.advanced for requirement in criterion.requirements)
     print(f"{criterion.title:18} {points:4g} points, {advanced:g} of them advanced")
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(9, 5.4), layout="constrained")
 every = rubric.requirements[::-1]
 core = [requirement.points - requirement.advanced for requirement in every]
@@ -95,7 +95,7 @@ axes.set_yticks(range(len(every)), [f"{r.id:4} {r.title}" for r in every], fonts
 axes.set_xlabel("points")
 axes.legend();
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You get forty for what the robot does, and sixty for a package that is usable, readable and tested.
 # Nine of the hundred are advanced.
 # On real robots, too, most work goes into usability, readability and tests.
@@ -108,7 +108,7 @@ axes.legend();
 # Here is a client for a service that no node offers.
 # **Predict:** what would `call_async` do now, and how long would you wait for its future?
 
-# %%
+# %% tags=["whole"]
 import rclpy
 from std_srvs.srv import Trigger
 
@@ -122,7 +122,7 @@ print("after 1 s: done =", future.done())
 print("is there anybody?", client.wait_for_service(timeout_sec=0.5))
 node.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You get no error.
 # The request reached no server, and without the time-out the script would wait for ever.
 # Your audience would see nothing happen.
@@ -131,14 +131,14 @@ node.destroy_node()
 # Also let the **exit status** say how it went.
 # 0 means success, and any other number means failure; a shell, a launch file, a CI job and the grader (Q6) all read that number first.
 
-# %%
+# %% tags=["whole"]
 import subprocess
 
 for code in ("print('all shown')", "raise SystemExit('No node offers set_speed.')"):
     ended = subprocess.run(["python3", "-c", code], capture_output=True, text=True)
     print(ended.returncode, "|", (ended.stdout + ended.stderr).strip())
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### A demonstration of your own design
 #
 # There is no skeleton this time.
@@ -155,14 +155,14 @@ for code in ("print('all shown')", "raise SystemExit('No node offers set_speed.'
 # Write it in this order, and run the cells below after each step: a node that only ends with 0; one service; all of them; the goal; the cancel.
 # There is no third hint. The runs below and `check("Q6")` accept any design; after them come two designs to compare.
 
-# %% tags=["exercise", "design"]
+# %% tags=["exercise", "design", "whole"]
 # %%writefile scripts/demo.py
 #!/usr/bin/env python3
 """Show what robot_controller can do."""
 
 raise SystemExit('Not written yet.')
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The client of the service that no node offers, above, has all the calls for a service.
@@ -179,23 +179,23 @@ raise SystemExit('Not written yet.')
 #
 # The script talks to your built package, so build it, as a stranger would.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: colcon says how long it took.
 # !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # First run it without any node: it must say so, and end with 1.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: every script has words of its own.
 # !python3 scripts/demo.py; echo "exit status: $?"
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now run it with your node.
 # You see the robot drive in the simulator; the script runs in a separate process.
 # You should see three answers about the speed, one about the status, and half a metre of driving.
 
-# %%
+# %% tags=["whole"]
 import os
 
 import sim
@@ -213,21 +213,21 @@ def perform(world):
         return run.recording
 
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: the demonstration runs in real time.
 perform(sim.World("an empty floor"));
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now a box stands 0.6 m in front of the robot.
 # Your node stops, as it should, and waits until the way is free.
 #
 # **Predict:** what does the demonstration do?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: the demonstration runs in real time.
 perform(sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), size=(0.2, 0.6)),)));
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You should see the cancel and an exit status of 0: everything answered, and the robot has no goal left.
 #
 # <details><summary>Two designs, once yours works</summary>
@@ -303,9 +303,13 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 # **Predict:** which of the lines are not from this cell?
 
 # %%
+import rclpy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Trigger
 
+if not rclpy.ok():
+    rclpy.init()
 node = rclpy.create_node("mower", enable_rosout=False)
 node.create_publisher(Twist, "cmd_vel", 10)
 node.create_subscription(LaserScan, "scan", print, 10)
@@ -433,29 +437,29 @@ from grader import KIT
 
 shutil.copy(KIT / "LICENSE", "LICENSE");
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## It works on my machine
 #
 # This may be the most expensive sentence in software.
 # Two lines are enough for it: a script that reads its settings.
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../settings_reader.py
 import pathlib
 
 print(pathlib.Path("limits.yaml").read_text().strip())
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It works in the folder in which you wrote it.
 # **Predict:** what will it do when it is started from another folder?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: Python words its tracebacks otherwise in other versions.
 # !cd ../.. && echo "max_linear_speed: 0.5" > limits.yaml
 # !cd ../.. && python3 settings_reader.py
 # !cd ../../src && python3 ../settings_reader.py 2>&1 | tail -n 1
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The path should mean "beside this script", but it means "in the current folder".
 # Ask for the place instead of assuming it, with `Path(__file__).parent` in a script, `get_package_share_directory` for installed files, and `FindPackageShare` in a launch file.
 #
@@ -523,11 +527,11 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # A function of complexity 4 needs at most four tests to take each of its branches once.
 # `flake8` measures it, with its plug-in mccabe. The contract's limit is 10; which of your functions lie above 3?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: your own functions may be others.
 # !python3 -m flake8 --isolated --select C901 --max-complexity 3 ros2_robot_controller
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The other part is duplication: no block of six lines may occur twice. Indentation and comments do not count.
 # The check below looks for such blocks; outside this course, `pylint --disable=all --enable=duplicate-code` does.
 #
@@ -539,7 +543,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # %% tags=["check"]
 check("Q3", "Q5", "Q6")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Where you lose points, a report has three lines. They answer an instructor's three questions.
 #
 # - **seen**: what happened? It states an observation, with a number or a line, and never just "wrong".
@@ -551,13 +555,13 @@ check("Q3", "Q5", "Q6")
 # So fix the build first (I1), then what keeps a node from starting, then what the robot does, and then the rest by points.
 # In which order would you fix these?
 
-# %%
+# %% tags=["whole"]
 lost = {"Q2": "2 of 5", "F8": "0 of 6", "I3": "2 of 4", "F9": "0 of 2", "F10": "0 of 2", "T2": "4.1 of 5"}
 for name in lost:
     requirement = rubric.requirement(name)
     print(f"{name:4} {lost[name]:>9}   {requirement.title}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # I3 first: if the action has a wrong type, no client can send a goal, and F8, F9 and F10 fail only because of that.
 # Twelve points depend on one wrong field in one file.
 #
@@ -569,7 +573,8 @@ for name in lost:
 # `out/mine/report.html` is what your instructor will see, with a picture of each trial.
 # A seed decides the speeds, places and obstacles, and your instructor uses another seed.
 # A package that works only in the public trials loses points there; use `--seed 7` to find out whether yours does.
-#
+
+# %% [markdown]
 # ## Hand in
 #
 # `grader submit` packs the package: sources, tests, README, results, without `build/`, caches and hidden files.
@@ -625,7 +630,7 @@ for name in lost:
 # The report says why they were not reached.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## The tour, driven by your node
 #
 # In notebook 00 a program of the kit drove a robot through an office to three stars.
@@ -634,7 +639,7 @@ for name in lost:
 # Your `navigator.py` drives straight to a goal and has no map, so another program has to find the way around the walls.
 # `plan` is the planner of that tour: it returns the corners of a way that stays 0.4 m away from everything.
 
-# %%
+# %% tags=["whole"]
 from sim.film import Film
 from sim.tourist import plan
 
@@ -645,12 +650,12 @@ for star in office.goals:
     here = (star.x, star.y)
 print(*(f"({x:.1f}, {y:.1f})" for x, y in corners))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Each corner becomes a goal for your node.
 #
 # **Predict:** the doors are 0.9 m wide. Why does the next cell lower the threshold, which is 0.5 m otherwise?
 
-# %%
+# %% tags=["whole"]
 with run_node(world=office, parameters={"obstacle_detection_threshold": 0.35}) as run:
     for x, y in corners:
         goal = run.go_to(x, y)
@@ -661,7 +666,7 @@ with run_node(world=office, parameters={"obstacle_detection_threshold": 0.35}) a
 print(f"{recording.distance:.1f} m in {recording.duration:.0f} s, {len(recording.contacts)} contacts")
 Film(recording)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # In the middle of a door, each side is 0.45 m away.
 # "Ahead" is 60 degrees to each side (notebook 05), and 0.45 m / sin 60° = 0.52 m, only 2 cm above the contract's threshold.
 # So with 0.5 m, a robot that is 2 cm off the middle stops for ever at an open door. It may not even get there, because the planner keeps only 0.4 m away from the walls.

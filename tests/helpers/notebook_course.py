@@ -14,31 +14,47 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from grader.authoring import book, notebook_run, notebook_source
+from grader.notebook import lanes
+from grader.notebook.workspace import Workspace
 from helpers import course as spec
 from helpers.notebook_validation import Validation, validate
 
 STARTS = ("06_services",)  # two about equal parts
+SHORTER = "core"  # the lane that runs besides the whole one
 
 
 class Course:
     """The runs that tests ask for, all started at once."""
 
     def __init__(
-        self, folder: Path, untouched: Sequence[str], published: Sequence[str], *, whole: bool = False
+        self,
+        folder: Path,
+        untouched: Sequence[str],
+        published: Sequence[str],
+        shorter: Sequence[str] = (),
+        *,
+        whole: bool = False,
     ) -> None:
         self._stack = ExitStack()
         pool = self._pool(2)
         self._untouched: dict[str, Future[notebook_run.NotebookRun]] = {
             name: pool.submit(_run_untouched, name) for name in untouched
         }
-        self._published: dict[str, Future[Validation]] = {}
-        names = notebook_source.names()
-        for sequence in sequences(published, names, () if whole else STARTS):
-            self.workspace = Path(self._stack.enter_context(_folder(folder))).resolve() / "ws"
-            pool = self._pool()
-            for name in sequence:
-                lay_out = name == sequence[0] != names[0]
-                self._published[name] = pool.submit(self._validate, name, self.workspace, lay_out=lay_out)
+        self._validated: dict[tuple[str, str], Future[Validation]] = {}
+        self._folder, self._packages = folder, {}
+        for sequence in sequences(published, notebook_source.names(), () if whole else STARTS):
+            self._follow(sequence, lanes.WHOLE)
+        for sequence in sequences(shorter, notebook_source.names(), ()):
+            self._follow(sequence, SHORTER)
+
+    def _follow(self, sequence: Sequence[str], lane: str) -> None:
+        """Start the published notebooks of a lane, one after the other in a workspace of their own."""
+        workspace = Path(self._stack.enter_context(_folder(self._folder))).resolve() / "ws"
+        self._packages[lane] = workspace / "src" / spec.PACKAGE
+        pool = self._pool()
+        for name in sequence:
+            lay_out = name == sequence[0] != notebook_source.names()[0]
+            self._validated[lane, name] = pool.submit(_validate, name, workspace, lane, lay_out=lay_out)
 
     def _pool(self, threads: int = 1) -> ThreadPoolExecutor:
         """Return new threads; when the course is closed, they start nothing more and their current runs are awaited."""
@@ -46,23 +62,17 @@ class Course:
         self._stack.callback(pool.shutdown, cancel_futures=True)
         return pool
 
-    def _validate(self, name: str, workspace: Path, lay_out: bool) -> Validation:
-        if lay_out:
-            notebook_run.lay_out(name, workspace)
-        return validate(book.published_file(name), workspace)
-
     def untouched(self, name: str) -> notebook_run.NotebookRun:
         """Return the run of the student edition, by itself."""
         return self._untouched[name].result()
 
-    def published(self, name: str) -> Validation:
-        """Return nbval's result for the published edition, after those before it in its sequence."""
-        return self._published[name].result()
+    def published(self, name: str, lane: str = lanes.WHOLE) -> Validation:
+        """Return nbval's result for the published edition in a lane, after those before it in its sequence."""
+        return self._validated[lane, name].result()
 
-    @property
-    def package(self) -> Path:
-        """Return the package that the last sequence leaves."""
-        return self.workspace / "src" / spec.PACKAGE
+    def package(self, lane: str = lanes.WHOLE) -> Path:
+        """Return the package that the last sequence in a lane leaves."""
+        return self._packages[lane]
 
     def close(self) -> None:
         """Start nothing more, wait for the current runs, and delete the folders."""
@@ -78,6 +88,18 @@ def sequences(asked: Sequence[str], names: Sequence[str], starts: Sequence[str])
                 runs.append([])
             runs[-1].append(name)
     return runs
+
+
+def _validate(name: str, workspace: Path, lane: str, *, lay_out: bool) -> Validation:
+    if lay_out:
+        notebook_run.lay_out(name, workspace)
+    lanes.keep(Workspace(workspace), lane)
+    path = book.published_file(name)
+    if lane != lanes.WHOLE:
+        folded = lanes.fold(book.read_stored(path), name[:2], lane)
+        path = workspace.parent / path.name
+        book.write(folded, path)
+    return validate(path, workspace)
 
 
 def _run_untouched(name: str) -> notebook_run.NotebookRun:

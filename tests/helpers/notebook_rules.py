@@ -14,7 +14,7 @@ from statistics import median
 from nbformat import NotebookNode
 
 from grader.authoring import notebook_run, notebook_source
-from grader.notebook import pieces
+from grader.notebook import lanes, pieces
 from grader.scoring.rubric import Rubric
 
 # Lines of code that are not blank; plots need more than the usual. What writes a file may have up to FOLDED_LINES.
@@ -33,7 +33,7 @@ _OTHERS = {
     notebook_source.DESIGN,
     notebook_source.UNSEEN,
     notebook_source.CASE,
-    "whole",
+    lanes.WHOLE,
     IGNORED,
 }
 WRITTEN = {notebook_source.EXERCISE, notebook_source.SKELETON, notebook_source.GIVEN, *_PIECES}

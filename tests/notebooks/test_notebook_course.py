@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import contextlib
 import re
 import subprocess
 import sys
@@ -13,9 +15,9 @@ import pytest
 from helpers.notebook_fixtures import published_page, source_page, student_page
 from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
-from grader import KIT
+from grader import KIT, python_ast
 from grader.authoring import book, checkpoint_texts, notebook_source
-from grader.notebook import checkpoints, pieces
+from grader.notebook import checkpoints, lanes, pieces
 from grader.scoring.rubric import Rubric
 
 NAMES = notebook_source.names()
@@ -200,3 +202,67 @@ def test_each_notebook_ends_with_where_the_learner_stands(name: str):
 def test_the_table_of_sections_matches_the_rubric_and_the_notebooks(rubric: Rubric):
     page = book.PAGE.read_text()
     assert book.with_table(page, rubric) == page, "run `python -m grader.authoring.book table`"
+
+
+# -- lanes -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("lane", [lane for lane in lanes.table() if lane != lanes.WHOLE])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_lane_gives_what_the_cells_that_it_leaves_out_would_have_written(name: str, lane: str):
+    left_out: dict[str, set[str]] = {}
+    for cell in source_page(name).code():
+        if lanes.WHOLE in notebook_source.tags(cell):
+            if path := notebook_source.piece_file(cell):
+                names = {found.name for found in pieces.definitions(notebook_source.body(cell))}
+                left_out.setdefault(path, set()).update(names)
+            elif path := notebook_source.written_file(cell):
+                left_out.setdefault(path, set())
+    whole_files = {path for path, names in lanes.given(lane, name[:2]).items() if not names}
+    given = {path: set(names) for path, names in lanes.given(lane, name[:2]).items() if names}
+    assert {path: names for path, names in left_out.items() if path not in whole_files} == given
+    assert whole_files <= set(left_out), "a file that the lane gives and a cell of it writes"
+
+
+@pytest.mark.parametrize("lane", [lane for lane in lanes.table() if lane != lanes.WHOLE])
+def test_a_lane_asks_for_nothing_that_its_cells_do_not_check(lane: str):
+    cells = [cell for page in map(source_page, NAMES) for cell in page.code()]
+    kept = [cell for cell in cells if lanes.WHOLE not in notebook_source.tags(cell)]
+    checked = {name for cell in kept for name in notebook_source.checked(cell)}
+    assert set(lanes.asked_for(lane)) - checked == set()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_cell_of_a_shorter_lane_needs_a_name_of_one_that_it_leaves_out(name: str):
+    """Running the lane shows it, too, but takes minutes."""
+    known: set[str] = set()
+    optional: dict[str, str] = {}
+    for cell in source_page(name).code():
+        loaded, stored = names_in(cell.source)
+        if lanes.WHOLE in notebook_source.tags(cell):
+            optional |= dict.fromkeys(stored, cell["id"])
+            continue
+        needs = {found: optional[found] for found in loaded - stored - known if found in optional}
+        assert not needs, f"cell {cell['id']}"
+        known |= stored
+
+
+def names_in(source: str) -> tuple[set[str], set[str]]:
+    """Return the names that a cell reads, also in its cases and shell lines, and those that it defines."""
+    if source.startswith("%%"):
+        return set(), set()
+    tree = ast.parse(re.sub(r"(?m)^( *)[!%].*$", r"\1pass", source))
+    nodes = list(ast.walk(tree))
+    tables = [node for node in nodes if isinstance(node, ast.Dict)]  # of `tries`: the cases are its keys
+    cases = [key.value for table in tables for key in table.keys if isinstance(key, ast.Constant)]
+    shell = re.findall(r"\{(\w+)\}", " ".join(re.findall(r"(?m)^ *[!%].*$", source)))
+    for case in cases:
+        with contextlib.suppress(*python_ast.UNPARSABLE):
+            nodes += ast.walk(ast.parse(str(case), mode="eval"))
+    loaded = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+    stored = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
+    stored |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    stored |= {node.name for node in nodes if isinstance(node, python_ast.Function | ast.ClassDef)}
+    stored |= {(a.asname or a.name).partition(".")[0] for node in nodes for a in getattr(node, "names", ())
+               if isinstance(a, ast.alias)}  # fmt: skip
+    return loaded | set(shell), stored

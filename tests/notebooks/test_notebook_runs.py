@@ -7,13 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from helpers.notebook_course import Course, sequences
+from helpers.notebook_course import SHORTER, Course, sequences
 from helpers.notebook_rules import OF_UNTOUCHED_RUNS, Page
 
 from grader import cli
 from grader.authoring import notebook_source
+from grader.notebook import lanes
 
 NAMES = notebook_source.names()
+IN_LANES = [name for name in NAMES if name[:2] in lanes.minutes(SHORTER)]
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
 
@@ -27,11 +29,14 @@ def course(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     here = [item for item in request.session.items if item.path == request.path]
     asked = {
         kind: [item.callspec.params["name"] for item in here if f"_{kind}" in item.name and hasattr(item, "callspec")]
-        for kind in ("untouched", "published")
+        for kind in ("untouched", "published", "shorter")
     }
-    whole = any("_to_the_end" in item.name for item in here)
-    published = NAMES if whole else asked["published"]
-    course = Course(tmp_path_factory.mktemp("course"), asked["untouched"], published, whole=whole)
+    to_the_end = {kind for kind in asked for item in here if f"_{kind}_to_the_end" in item.name}
+    published = NAMES if "published" in to_the_end else asked["published"]
+    shorter = IN_LANES if "shorter" in to_the_end else asked["shorter"]
+    course = Course(
+        tmp_path_factory.mktemp("course"), asked["untouched"], published, shorter, whole="published" in to_the_end
+    )
     yield course
     course.close()
 
@@ -53,6 +58,15 @@ def test_published_it_shows_what_a_solved_run_shows(name: str, course: Course):
     assert found.cells > 0
 
 
+@pytest.mark.notebooks
+@pytest.mark.parametrize("name", IN_LANES)
+def test_in_the_shorter_lane_it_shows_what_a_solved_run_shows(name: str, course: Course):
+    """Only the lane's cells run: none of them needs one that the lane leaves out."""
+    found = course.published(name, SHORTER)
+    assert not found.problems, "\n".join(found.problems)
+    assert found.cells > 0
+
+
 def test_notebooks_that_follow_each_other_share_a_workspace():
     assert sequences(["b", "c", "d"], list("abcdef"), ["d"]) == [["b", "c"], ["d"]]
     assert sequences(["a", "f"], list("abcdef"), ["d"]) == [["a"], ["f"]]
@@ -61,5 +75,12 @@ def test_notebooks_that_follow_each_other_share_a_workspace():
 @pytest.mark.slow  # a whole grading
 def test_published_to_the_end_the_package_gets_all_points(course: Course, tmp_path: Path):
     course.published(NAMES[-1])
-    assert cli.main(["grade", str(course.package), "--out", str(tmp_path)]) == 0
+    assert cli.main(["grade", str(course.package()), "--out", str(tmp_path)]) == 0
+    assert json.loads((tmp_path / "report.json").read_text())["total"] == 100
+
+
+@pytest.mark.slow  # a whole grading
+def test_shorter_to_the_end_the_package_gets_all_points(course: Course, tmp_path: Path):
+    course.published(IN_LANES[-1], SHORTER)
+    assert cli.main(["grade", str(course.package(SHORTER)), "--out", str(tmp_path)]) == 0
     assert json.loads((tmp_path / "report.json").read_text())["total"] == 100

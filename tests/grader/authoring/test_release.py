@@ -16,8 +16,9 @@ from helpers.course import COURSE, PACKAGE
 from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
-from grader.notebook import checkpoints
-from grader.scoring.rubric import Rubric
+from grader.errors import GraderError
+from grader.notebook import checkpoints, lanes
+from grader.scoring.rubric import Rubric, load
 
 WITHHELD = (
     "solution_pkg/", "tests/", ".git/", ".github/", "grader/authoring", "grader/classroom",
@@ -211,3 +212,31 @@ def test_start_at_works_in_the_released_kit(kit: Path, tmp_path: Path):
     assert ran.stdout.startswith(str(kit))
     package = tmp_path / "ws" / "src" / PACKAGE
     assert (package / PACKAGE / "sensor_processor.py").is_file()
+
+
+# -- a lane ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_kit_for_a_lane_has_its_notebooks_and_beside_it_a_rubric_of_what_it_asks_for(
+    tmp_path: Path, archive: Path, rubric: Rubric
+):
+    said = release.release(tmp_path / "kit.zip", COURSE, lane="core")
+    assert said.endswith(
+        "the notebooks are those of the lane core, and kit.rubric.yaml is the rubric of what it asks for"
+    )
+    with zipfile.ZipFile(tmp_path / "kit.zip") as core, zipfile.ZipFile(archive) as whole:
+        changed = {name for name in core.namelist() if core.read(name) != whole.read(name)}
+        text = core.read(f"{release.TOP}/notebooks/05_moving_safely.ipynb").decode()
+    assert changed == {f"{release.TOP}/notebooks/{n}.ipynb" for n in checkpoints.table() if n[:2] < "11"}
+    assert "<details><summary>Whole lane, " in text
+    assert 'lane=\\"core\\"' in text
+    profile = load(tmp_path / "kit.rubric.yaml")
+    assert {r.id for r in profile.requirements} == set(lanes.asked_for("core"))
+    assert sum(r.points for r in profile.requirements) == 64
+
+
+def test_a_lane_that_gives_solved_pieces_is_not_released_without_them(tmp_path: Path):
+    with pytest.raises(GraderError, match="cannot be released without solutions"):
+        release.release(tmp_path / "kit.zip", COURSE, lane="core", solutions=False)
+    with pytest.raises(GraderError, match="There is no lane 'cor'; there are core, whole"):
+        release.release(tmp_path / "kit.zip", COURSE, lane="cor")

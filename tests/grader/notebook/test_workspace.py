@@ -16,7 +16,7 @@ from helpers.course import PACKAGE
 from grader import KIT, notebook
 from grader.errors import GraderError
 from grader.host import ros_env
-from grader.notebook import cell_hooks, checkpoints
+from grader.notebook import cell_hooks, checkpoints, lanes
 from grader.notebook.cell_hooks import forget_changed_modules
 from grader.notebook.workspace import VARIABLE, Workspace, discovery_range, find, prepare
 
@@ -68,6 +68,7 @@ def test_begin_names_the_files_missing_from_earlier_notebooks(
 def test_begin_opens_the_package_and_can_be_run_again_and_in_the_next_notebook(
     workspace: Workspace, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    lanes.keep(workspace, lanes.WHOLE)
     notebook.begin("01")
     assert Path.cwd() == workspace.package
     assert capsys.readouterr().out == (
