@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grader.host.atomic import write_atomically
+from grader.host.tempdir import write_atomically
 from grader.notebook import checkpoints
 from grader.notebook.feedback import SIGNS, Answer, template
 from grader.notebook.workspace import NOTEBOOK, Workspace, course
