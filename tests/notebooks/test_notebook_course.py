@@ -76,13 +76,7 @@ def test_no_exercise_ships_its_solution(name: str):
 def test_no_function_that_stays_in_a_notebook_ships_its_solution():
     cells = [(name, cell) for name in NAMES for cell in source_page(name).code()]
     functions = [(name, cell) for name, cell in cells if notebook_source.FUNCTION in notebook_source.tags(cell)]
-    assert {name for name, _ in functions} == {
-        "00_first_drive",
-        "04_seeing",
-        "05_moving_safely",
-        "07_going_there",
-        "12_frames",
-    }
+    assert {name[:2] for name, _ in functions} == {"00", "04", "05", "07", "12"}
     for name, cell in functions:
         solved = pieces.filled(cell.source, notebook_source.functions(name))
         assert all(a != b for a, b in zip(functions_of(cell.source).items(), functions_of(solved).items(), strict=True))

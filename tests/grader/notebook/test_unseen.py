@@ -40,17 +40,14 @@ MISTAKES = [
     ("U1", "scan.angle_min + mounted", "scan.angle_min", "from whose x axis is a beam's angle measured"),
     ("U1", "scan.angle_min + mounted", "scan.angle_min - mounted", "lidar turned by 90°"),
     ("U1", "near.ahead if looks(0.0) else 0.0", "near.ahead", "what may the robot believe about that side?"),
-    ("U1", "near.behind if looks(math.pi) else 0.0", "near.behind", "no beam of this lidar looks there"),
     ("U1", "range_min=scan.range_min", "range_min=0.15", "which readings are valid is said in the scan"),
     ("U1", "near = measure_proximity(", "scan.angle_min = 0.0; near = measure_proximity(", "you have changed the scan"),
-    ("U1", "    return Proximity(", "    return (", "`anywhere` = None"),
     # The kit's robot: a radius of 0.171 m, 5 m/s², 0.5 m/s; and half of the formula.
     ("U2", "distance - base.radius)", "distance - 0.171)", "It rolls"),
     ("U2", "lost = base.brake * base.delay", "lost = 0.0", "this base's own numbers"),
     ("U2", "2 * base.brake", "2 * 5.0", "then the hull touches"),
     ("U2", "min(base.max_speed,", "min(0.5,", "as fast as it safely can"),
     ("U2", "if not distance > base.radius", "if distance < base.radius", "no room, inf, nan?"),
-    ("U2", "        return 0.0", "        return -0.1", "at most 0 m/s, and not below 0"),
     # A pause that forgets what was asked for, that stays silent, or that agrees to everything.
     ("U3", "self._paused = request.data", "self._paused, self._speed = request.data, 0.0", "keep apart what is wanted"),
     ("U3", "super()._wanted(limits)", "type(STOP)(v=self._speed)", "what is wanted while there is a goal?"),

@@ -23,13 +23,14 @@ from grader.words import mark, say
 from .lessons import Handle
 
 
-def check(task: str, *written: Any) -> Checked:
-    """Try the learner's function of a task ("U1") on cases that the notebook does not show.
+def check(*asked: Any) -> Checked:
+    """Try the learner's function of a task, ("U1", around), on cases that the notebook does not show.
 
     What is not such a task ("F4") is checked as `grader.notebook.check` does.
     """
-    if task not in _TASKS:
-        return notebook.check(task, *written)
+    if not asked or asked[0] not in _TASKS:
+        return notebook.check(*asked)
+    task, *written = asked
     return answered(task, _TASKS[task](*written), say("call it in a cell of your own, and read the whole traceback"))
 
 
@@ -42,12 +43,12 @@ _SECTORS = {"ahead": 0.0, "behind": 180.0}
 
 def _around(around: Callable[..., Any]) -> Findings:
     for first, step, mounted in _LIDARS:
-        looks = [_folded(first + beam * step + mounted) for beam in range(_BEAMS)]
+        looks = [first + beam * step + mounted for beam in range(_BEAMS)]
         unseen = [name for name, way in _SECTORS.items() if not any(_in_sector(a, way) for a in looks)]
         for post in range(-176, 180, 8):
             scan = LaserScan(angle_min=math.radians(first), angle_increment=math.radians(step))
             scan.range_min, scan.range_max = _RANGE_MIN, _RANGE_MAX
-            scan.ranges = [1.5 if abs(_folded(angle - post)) <= 2 else math.inf for angle in looks]
+            scan.ranges = [1.5 if abs(math.remainder(angle - post, 360.0)) <= 2 else math.inf for angle in looks]
             scan.ranges[post % _BEAMS], scan.ranges[-post % _BEAMS] = _INVALID
             valid = [angle for angle, reading in zip(looks, scan.ranges, strict=True) if reading == 1.5]
             before = deepcopy(scan)
@@ -57,8 +58,8 @@ def _around(around: Callable[..., Any]) -> Findings:
                 yield changed, say("a scan that stays as it was"), say("other callbacks may read the same message")
             wanted = {"anywhere": 1.5 if valid else math.inf}
             for name, way in _SECTORS.items():
-                nearest = 1.5 if any(_in_sector(angle, way) for angle in valid) else math.inf
-                wanted[name] = 0.0 if name in unseen else nearest
+                reads = 1.5 if any(_in_sector(angle, way) for angle in valid) else math.inf
+                wanted[name] = 0.0 if name in unseen else reads
             for name, right in wanted.items():
                 found = getattr(got, name, None)
                 if not isinstance(found, float | int) or not math.isclose(found, right, abs_tol=1e-3):
@@ -75,24 +76,13 @@ def _advice(unseen: bool, found: object) -> str:
     return say("from whose x axis is a beam's angle measured, from whose the sector? Draw both for this post")
 
 
-def _folded(degrees: float) -> float:
-    return math.remainder(degrees, 360.0)
-
-
 def _in_sector(angle: float, way: float) -> bool:
-    return abs(_folded(angle - way)) <= 60.0
+    return abs(math.remainder(angle - way, 360.0)) <= 60.0
 
 
 @dataclass(frozen=True)
 class Base:
-    """What a maker says of a base.
-
-    Attributes:
-        radius: of the hull, m.
-        brake: deceleration, m/s².
-        delay: the longest time from a measurement until the brakes act, s.
-        max_speed: m/s.
-    """
+    """What a maker says of a base, in SI units; `delay` is the longest time from a measurement until it brakes."""
 
     radius: float
     brake: float
@@ -143,7 +133,6 @@ def _paused(node: Bench) -> Findings:
     if not any(s.service_name == "/pause" and s.srv_type is SetBool for s in node.services):
         yield say("the node offers no such service"), "`pause`, std_srvs/srv/SetBool", "`create_service`"
         return
-    handle = Handle(3.0, 0.0)
     node.ask("set_speed", speed=0.25)
     _drive(node)
     yield from _answer(node, True, say("a pause that begins"))
@@ -153,13 +142,10 @@ def _paused(node: Bench) -> Findings:
     yield from _stands(node)
     yield from _answer(node, False, say("the end of the pause"))
     if not (after := _drive(node)) or after[-1] != (-0.125, 0.0):
-        expected = say("-0.125 m/s, which was set during the pause")
-        yield (
-            _commands(after),
-            expected,
-            say("keep apart what is wanted and what is allowed now: which did you change?"),
-        )
+        look = say("keep apart what is wanted and what is allowed now: which did you change?")
+        yield _commands(after), say("-0.125 m/s, which was set during the pause"), look
     yield from _answer(node, False, say("a second end"), success=False)
+    handle = Handle(3.0, 0.0)
     node.begin(node._navigate, handle)
     _drive(node)
     yield from _answer(node, True, say("a pause on the way to a goal"))
@@ -168,11 +154,8 @@ def _paused(node: Bench) -> Findings:
         yield f"`{handle.said[0]}`", say("a goal that waits"), say("who ended the goal? A pause is not a cancel")
     yield from _answer(node, False, say("the end of that pause"))
     if not (after := _drive(node)) or not after[-1][0] > 0.1:
-        yield (
-            _commands(after),
-            say("a robot on its way to the goal again"),
-            say("what is wanted while there is a goal?"),
-        )
+        look = say("what is wanted while there is a goal?")
+        yield _commands(after), say("a robot on its way to the goal again"), look
 
 
 def _answer(node: Bench, pause: bool, what: str, success: bool = True) -> Findings:
