@@ -70,7 +70,7 @@ def hunt(*requirements: str, cases: int = 100, seed: int = 0, of: str = "") -> H
     the same situations. With `of` ("H1") a prepared package is hunted in instead, which is laid out in ws/hunt.
 
     Raises:
-        GraderError: there is nothing to hunt in, or the course has no hunt for such a requirement.
+        GraderError: this kit holds no such prepared package.
     """
     from grader.notebook import hunting  # takes a second to import, and `begin` should answer at once
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import KIT
-from grader.errors import GraderError
 from grader.hunt.command import STEP
 from grader.notebook import checkpoints
 from grader.notebook.feedback import Progress
@@ -26,7 +25,10 @@ _TAIL = 600  # characters
 
 @dataclass(frozen=True)
 class Hunt:
-    """What a hunt has come to. Notebooks display it; `file` has the case, None if no fault was found."""
+    """What a hunt has come to. Notebooks display it; `file` has the case, None if no fault was found.
+
+    Without a file, `rows` say why nothing could be tried.
+    """
 
     cases: int
     seed: int
@@ -34,7 +36,7 @@ class Hunt:
     file: Path | None = None
 
     def __repr__(self) -> str:
-        if self.file is None:
+        if not self.rows:
             return say("{n} cases, no fault found, seed {seed}.", n=self.cases, seed=self.seed)
         return "\n".join(f"{name}: {text}" for name, text in self.rows)
 
@@ -66,7 +68,6 @@ def hunt(
     """Hunt in the workspace's package, or in another, and return what was found.
 
     Raises:
-        GraderError: there is nothing to hunt in, or this machine cannot.
         KeyboardInterrupt: the cell was interrupted. What was found by then is in the workspace's folder `hunt`.
     """
     out = workspace.root / FOLDER
@@ -91,8 +92,8 @@ def hunt(
             process.wait()
         finally:
             supervised.end(process)
-        if not facts.is_file():
-            raise GraderError("\n".join(said)[-_TAIL:].removeprefix("grader: "))
+        if not facts.is_file():  # the package does not build, say
+            return Hunt(0, seed, ((say("not yet"), "\n".join(said)[-_TAIL:].removeprefix("grader: ")),))
         found = json.loads(facts.read_text(encoding="utf-8"))
     rows = tuple((name, text) for name, text in found.get("rows", ()))
     return Hunt(found["cases"], seed, rows, Path(found["file"]) if "file" in found else None)

@@ -1844,7 +1844,8 @@ check("Q1")
 # **Why two commands?** `colcon test` ends with 0 even when tests have failed: it *ran* them. The exit code of `colcon test-result` is what a CI job looks at.
 #
 # > **On a real TurtleBot 4:** wheels slip and batteries run down, so make the first drive a slow one, as [docs/turtlebot4.md](../docs/turtlebot4.md) says.
-#
+
+# %% [markdown] tags=["whole"]
 # ## A hunt
 #
 # Your tests find the faults that you thought of.
@@ -1853,21 +1854,22 @@ check("Q1")
 #
 # **Predict:** which situation does your robot handle worst?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["whole"]
 from grader.notebook import hunt
 
 hunt("F4", cases=20)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # No fault in 20 cases is no proof. More cases, or another `seed`, look further.
 #
 # `H1`, `H2` and `H3` are packages with one small fault each; `of` hunts in them.
 # They have passed many tests.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
+# Not compared: how small the case becomes is no promise.
 hunt("F9", of="H3", cases=40)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Drag the time, and say what the fault is before you read the code. It lies in `ws/hunt/H3`.
 #
 # <details><summary>Which line is it?</summary>
