@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -114,7 +115,7 @@ def subject(package: Path, tmp_path: Path) -> Any:
     submission = SimpleNamespace(package=package)
     return SimpleNamespace(
         submission=submission, settings=settings, install=tmp_path, kept=Kept(tmp_path / "kept"),
-        handed_in="t", seen_by_nodes="p",
+        handed_in="t", seen_by_nodes="p", closing=ExitStack(),
     )  # fmt: skip
 
 

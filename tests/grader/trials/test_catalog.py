@@ -33,7 +33,6 @@ def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_ano
     [
         ("@trial(serves=[])\ndef idle(stage): ...\n", "the trial idle: another trial has this name"),
         ("@trial(serves=[], node='drver')\ndef one(stage): ...\n", "the contract has no node drver"),
-        ("@trial(follows='nowhere')\ndef one(stage): ...\n", "one cannot follow nowhere: there is no such trial"),
         ("@trial(follows='idle', parameters={'a': 1})\ndef one(stage): ...\n", "start their nodes in different ways"),
         (
             "@trial(follows='two')\ndef one(stage): ...\n@trial(follows='one')\ndef two(stage): ...\n",
@@ -48,6 +47,14 @@ def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, s
     (tmp_path / "trials" / "b.py").write_text(f"{begin}{script}")
     with pytest.raises(GraderError, match=why):
         catalog.trials(replace(COURSE, folder=tmp_path))
+
+
+def test_a_trial_begins_a_life_of_its_own_where_the_one_before_is_gone(tmp_path: Path):
+    """A file of a course that extends another may take the place of the file that had it."""
+    (tmp_path / "trials").mkdir()
+    script = "from grader.trials.catalog import trial\n@trial(follows='nowhere')\ndef one(stage): ...\n"
+    (tmp_path / "trials" / "a.py").write_text(script)
+    assert catalog.trials(replace(COURSE, folder=tmp_path))["one"].follows == ""
 
 
 def test_nothing_public_follows_what_is_held_back(tmp_path: Path):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from grader.trials.catalog import trial
 
-from .speed import at_rest
+from .between import at_rest
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage

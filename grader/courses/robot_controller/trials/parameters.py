@@ -9,7 +9,7 @@ from grader.trials import stock
 from grader.trials.catalog import trial
 from sim.sensors import ImuReading
 
-from .speed import at_rest
+from .between import at_rest
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage

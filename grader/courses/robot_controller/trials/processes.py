@@ -9,7 +9,7 @@ from grader.trials.catalog import trial
 from grader.trials.plan import NAMESPACE
 from sim.sensors import ScanReading
 
-from .speed import at_rest
+from .between import at_rest
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage

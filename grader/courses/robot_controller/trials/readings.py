@@ -8,7 +8,7 @@ import numpy as np
 
 from grader.trials.catalog import trial
 
-from .speed import at_rest
+from .between import at_rest
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from grader.trials.catalog import trial
 
+from .between import at_rest
+
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
@@ -28,16 +30,6 @@ def _limit(stage: Stage, speed: float) -> None:
     stage.mark("at_limit")
     stage.run(1.0)
     stage.mark("at_limit_end")
-
-
-def at_rest(stage: Stage) -> bool:
-    """Let the robot drive and stop; return whether it did, so that nothing of a trial before keeps it from either."""
-    stage.call("set_speed", speed=0.125)
-    stage.run(0.5)
-    drives = stage.simulator.twist.v > 0.1
-    stage.call("set_speed", speed=0.0)
-    stage.run(0.3)
-    return drives and stage.commands[-1].is_zero
 
 
 @trial(serves=["F2", "F11"])
