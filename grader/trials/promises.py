@@ -20,6 +20,8 @@ from grader.trials.case import Case
 from grader.words import mark, say
 
 _MAKES, _PROMISES = "hunt_makes", "hunt_promises"
+NODE = "NODE"
+"""The name in a module of `hunts/` of the node that its promises are about."""
 _OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)  # it may be this machine's doing that a trial ended so
 
 
@@ -72,13 +74,15 @@ Judges = Callable[[Run], Broken | None]
 class Promise:
     """What a node promises in every case: the function returns where a run breaks it, None where it does not.
 
-    `serves` are the requirements in whose words it stands; one without is promised in every hunt.
+    `serves` are the requirements in whose words it stands; one without is promised in every hunt. It is about cases of
+    the `node`, "" for any.
     """
 
     name: str
     sentence: str
     judge: Judges
     serves: tuple[str, ...] = ()
+    node: str = ""
 
 
 @dataclass(frozen=True)
@@ -157,7 +161,7 @@ def hunts(course: Course) -> Hunts:
                 makings.append(Making(getattr(item, _MAKES), item()))
             elif hasattr(item, _PROMISES):
                 sentence = (inspect.getdoc(item) or name).partition("\n")[0]
-                promises.append(Promise(name, sentence, item, getattr(item, _PROMISES)))
+                promises.append(Promise(name, sentence, item, getattr(item, _PROMISES), getattr(module, NODE, "")))
     return Hunts(tuple(makings), tuple(promises))
 
 
@@ -183,11 +187,16 @@ LIVES = Promise(
 )
 
 
+def judged(promise: Promise, run: Run) -> Broken | None:
+    """Return where a run breaks a promise, None if it does not, or is about another node."""
+    return promise.judge(run) if promise.node in ("", run.case.node) else None
+
+
 def first_broken(promises: Iterable[Promise], run: Run) -> tuple[Promise, Broken] | None:
     """Return the promise that was broken first in a run, None if all were kept or the case cannot be run."""
     if run.trial.script_error:
         return None
-    found = [(broken, each) for each in promises if (broken := each.judge(run)) is not None]
+    found = [(broken, each) for each in promises if (broken := judged(each, run)) is not None]
     if not found:
         return None
     broken, each = min(found, key=lambda pair: pair[0].t)

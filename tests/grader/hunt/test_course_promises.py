@@ -12,7 +12,7 @@ from helpers.hunting import NODE, driven
 
 from grader.evidence import Goal, Trial
 from grader.trials.case import Case, Step
-from grader.trials.promises import Broken, Run, hunts
+from grader.trials.promises import Broken, Run, hunts, judged
 
 PROMISES = {promise.name: promise for promise in hunts(COURSE).promises}
 WITH_OBSTACLES = (
@@ -50,7 +50,7 @@ def broken(submission: str, promise: str) -> list[tuple[str, Broken]]:
     """Return where a submission's recorded trials break a promise, with the trials' names."""
     trials = recordings.load(submission).trials
     runs = [as_run(trials[name]) for name in TRIALS if name in trials]
-    return [(run.trial.name, found) for run in runs if (found := PROMISES[promise].judge(run)) is not None]
+    return [(run.trial.name, found) for run in runs if (found := judged(PROMISES[promise], run)) is not None]
 
 
 @pytest.mark.parametrize("promise", PROMISES)
@@ -81,6 +81,7 @@ def test_the_reference_keeps_every_promise(promise: str):
         ("arrives_where_it_says", "rolls_on_after_arrival", "after the goal has succeeded"),
         ("does_not_give_up", "gives_up_when_blocked", "the goal was aborted"),
         ("feedback_is_true", "feedback_along_x", "distance_remaining"),
+        ("feedback_is_true", "feedback_too_rarely", "no feedback for"),
         ("cancels", "a_cancel_counts_as_success", "with success = True"),
         ("keeps_the_limits", "jumps_to_the_speed", "rose by"),
         ("ends_on_ctrl_c", "drives_on_after_ctrl_c", "the last command is"),

@@ -18,11 +18,11 @@ from grader.trials.case import Case, Step
 from grader.trials.promises import Broken, Run, broken, makes, promise
 from grader.words import mark
 
-_NODE, _FUSED, _DISTANCE = "sensor_processor", "sensor_fusion_data", "obstacle_distance"
+NODE, _FUSED, _DISTANCE = "sensor_processor", "sensor_fusion_data", "obstacle_distance"
 _RATE, _TICK_S, _LATE_S = 20.0, 0.05, 0.1
 _WARN, _ERROR = 30, 40
 _LOW, _CRITICAL = "battery_low_threshold", "battery_critical_threshold"
-_DEFAULTS = motion.COURSE.nodes[_NODE].defaults
+_DEFAULTS = motion.COURSE.nodes[NODE].defaults
 
 _wait = st.integers(2, 12).map(lambda n: Step("wait", n / 10))
 _SENSORS = ("scan", "imu", "battery")
@@ -45,7 +45,7 @@ def _fuses() -> SearchStrategy[Case]:
     first = [Step("listen", _FUSED), Step("listen", _DISTANCE), *(Step("silence", each) for each in _SENSORS)]
     first += [Step("wait", 0.4), Step("hear", "scan"), Step("wait", 0.6)]
     pairs = st.lists(st.tuples(step, _wait), min_size=2, max_size=7)
-    return pairs.map(lambda found: Case(_NODE, _named([*first, *itertools.chain(*found)])))
+    return pairs.map(lambda found: Case(NODE, _named([*first, *itertools.chain(*found)])))
 
 
 @makes("F12")
@@ -58,7 +58,7 @@ def _drains() -> SearchStrategy[Case]:
 
 def _draining(parameters: dict[str, float], levels: list[int]) -> Case:
     steps = itertools.chain(*([Step("battery", level), Step("wait", 1.1)] for level in levels))
-    return Case(_NODE, (Step("listen", "rosout"), *steps), parameters=parameters)
+    return Case(NODE, (Step("listen", "rosout"), *steps), parameters=parameters)
 
 
 def _named(steps: list[Step]) -> tuple[Step, ...]:
@@ -118,7 +118,7 @@ def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
         return None
     levels = [(m.t, 100.0 * m.data["percentage"]) for m in run.trial.published if m.topic == "battery/state"]
     low, critical = (float({**_DEFAULTS, **run.case.parameters}[name]) for name in (_LOW, _CRITICAL))
-    ours = [m for m in _messages(run, "rosout") if _NODE in m.data.get("name", "").split(".")]
+    ours = [m for m in _messages(run, "rosout") if NODE in m.data.get("name", "").split(".")]
     for level, word, below, needed in (
         (_WARN, "warning", low, any(critical <= percent < low for _, percent in levels)),
         (_ERROR, "error", critical, any(percent < critical for _, percent in levels)),
