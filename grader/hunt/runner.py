@@ -22,7 +22,8 @@ from grader.trials.case import Case
 from grader.trials.observers import Observers
 from grader.words import say
 
-AT_ONCE = 2  # cases
+AT_ONCE = 2
+"""How many cases are run at once."""
 
 
 class Runner:
@@ -64,8 +65,8 @@ class Runner:
 
 
 @contextmanager
-def runner(package: Path, settings: Settings) -> Iterator[Runner]:
-    """Build a package, or take its build, and yield what runs cases on it.
+def runner(package: Path, settings: Settings, at_once: int = AT_ONCE) -> Iterator[Runner]:
+    """Build a package, or take its build, and yield what runs cases on it, `at_once` of them together.
 
     Raises:
         SubmissionError: it cannot be read, or does not build.
@@ -88,6 +89,6 @@ def runner(package: Path, settings: Settings) -> Iterator[Runner]:
             seed=settings.seed, package=submission.package, ros_name=built.facts.package,
             best_effort=settings.best_effort,
         )  # fmt: skip
-        threads = closing.enter_context(ThreadPoolExecutor(AT_ONCE))
+        threads = closing.enter_context(ThreadPoolExecutor(at_once))
         closing.callback(threads.shutdown, cancel_futures=True)
         yield Runner(closing.enter_context(observing), threads)

@@ -26,6 +26,7 @@ RUNS = [
         marks=SLOW, id="sandbox_cost",
     ),
     pytest.param("check", ["Q1"], marks=SLOW, id="check"),
+    pytest.param("hunting", ["| 2 |", "| 1 |"], marks=SLOW, id="hunting"),
     pytest.param("grading", ["I2"], marks=SLOW, id="grading"),
     pytest.param(
         "package_tests",

@@ -1,0 +1,68 @@
+"""Hunts with real nodes: what is found fails again; a node that hangs, floods or exits leaves nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.course import COURSE
+from helpers.hunting import NODE
+from submissions.edits import EDITS, apply
+
+from grader import cli
+from grader.authoring.package_edits import replace
+from grader.hunt import report, search
+from grader.hunt.runner import runner
+from grader.settings import Settings
+from grader.trials.case import Case, Step
+from grader.trials.promises import LIVES, Run, hunts
+
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # builds, and some 20 trials
+LEFT = "86417.5"
+DOES = f"""\
+        import subprocess
+        import threading
+        subprocess.Popen(['sleep', '{LEFT}'], start_new_session=True)
+        does = self._value('robot_name')
+        if does == 'exits':
+            raise SystemExit(3)
+        if does == 'hangs':
+            self.create_timer(0.5, lambda: [None for _ in iter(int, 1)])
+        if does == 'floods':
+            threading.Thread(target=lambda: [print('x' * 1000) for _ in iter(int, 1)], daemon=True).start()
+"""
+
+
+def test_what_is_found_in_a_known_bad_edit_fails_again(tmp_path: Path, settings: Settings):
+    package = apply(EDITS["drives_into_the_wall"], tmp_path)
+    with runner(package, settings) as running:
+        found = search.hunt(running, *hunts(COURSE).of(["F4"]), cases=20, shrinks=4).finding
+    assert found is not None
+    assert "F4" in found.promise.serves
+    file = report.save(found, tmp_path / "hunt")
+    assert cli.main(["hunt", "--again", str(file), "--package", str(package)]) == 1
+    assert cli.main(["hunt", "--again", str(file), "--package", str(COURSE.solution)]) == 0
+
+
+def test_a_node_that_hangs_floods_or_exits_is_named_and_leaves_no_process(tmp_path: Path, settings: Settings):
+    package = apply(None, tmp_path)
+    line = "        self.get_logger().info(f\"{self._value('robot_name')} is ready\")\n"
+    replace("ros2_robot_controller/robot_controller.py", line, DOES)(package)
+    cases = [
+        Case(NODE, (Step("wait", 1.5),), parameters={"robot_name": does})
+        for does in ("hangs", "floods", "exits", "lives")
+    ]
+    with runner(package, settings) as running:
+        broken = [LIVES.judge(Run(case, trial)) for case, trial in running.run(cases)]
+    said = [each.seen if each else "" for each in broken]
+    assert "a callback hangs" in said[0]
+    assert "with exit status 3" in said[2]
+    assert said[3] == ""
+    assert not [path for path in Path("/proc").glob("[0-9]*/cmdline") if LEFT in _read(path)]
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_bytes().decode(errors="replace")
+    except OSError:
+        return ""
