@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.host.tempdir import write_atomically
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, lanes
 from grader.notebook.feedback import SIGNS, Answer, template
 from grader.notebook.workspace import NOTEBOOK, Workspace, course
 from grader.scoring import rubric
@@ -175,20 +175,24 @@ def _legend() -> str:
 
 def of(workspace: Workspace) -> Standing:
     """Return where the learner of a workspace stands."""
-    whole, names = rubric.load(course().rubric), list(checkpoints.table())
+    names, lane = list(checkpoints.table()), lanes.of(workspace)
     here, alone = os.environ.get(NOTEBOOK, ""), ALONE in os.environ
     kept = {name: _read(_file(workspace, name[:2])) for name in names if not alone or name[:2] == here}
     answers = _latest(kept.values())
+    asked = lanes.asked_for(lane) if lane else ()
+    every = rubric.load(course().rubric).requirements
+    # What a shorter lane does not ask for is shown where the learner has asked all the same.
+    requirements = [r for r in every if not asked or r.id in asked or r.id in answers]
     spent = {} if alone else minutes(workspace)
     rows = []
     for name in [*names, ""]:
-        of_notebook = [r for r in whole.requirements if _taught_in(r, names) == name]
+        of_notebook = [r for r in requirements if _taught_in(r, names) == name]
         boxes = tuple(Box(r.id, r.title, _state(r, answers)) for r in of_notebook)
         if name in kept or (not name and boxes and not alone):
             shown = hours(spent[name[:2]]) if name[:2] in spent else ""
             rows.append(Row(name or say("elsewhere"), boxes, shown, bool(name) and name[:2] == here))
-    lines = [] if alone else [_so_far(whole.requirements, answers, sum(spent.values()))]
-    lines += filter(None, (_behind(rows, answers), _next(rows, names, whole.requirements)))
+    lines = [] if alone else [_so_far(requirements, answers, sum(spent.values()))]
+    lines += filter(None, (_behind(rows, answers), _next(rows, names, requirements)))
     page = (course().notebooks / GLOSSARY).resolve()
     return Standing(tuple(rows), tuple(lines), GLOSSARY if page.is_file() else "")
 

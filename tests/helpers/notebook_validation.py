@@ -33,6 +33,8 @@ IN_A_SHORTER_LANE = (
     (r"Lane: core[^\n]*\n", ""),
     (r"holds (no|\d+) files", "holds FILES"),
     (r"final_pose at \([^)]*\), \d+ feedback", "final_pose at PLACE, N feedback"),
+    (r"(?s)> \d\d .*Words and commands: \S+", "PANEL"),  # it shows what the lane asks for
+    (r'(?s)<div style="max-width:62em;.*</div>', "PANEL"),
 )
 
 # IPython looks in the history for the semicolon that suppresses a value, and nbval runs cells outside the history.

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader import notebook
-from grader.notebook import cell_hooks, standing
+from grader.notebook import cell_hooks, lanes, standing
 from grader.notebook.feedback import Answer
 from grader.notebook.workspace import LINKED, NOTEBOOK, Workspace
 
@@ -39,6 +39,14 @@ def test_a_requirement_is_done_so_far_or_open(here: Workspace):
     assert "○ Q3  ◐ I1  ○ I2" in rows["01"]
     assert "5 of 100 points in your last checks." in rows["lines"]
     assert 'Next: F4 Stops before an obstacle, in the section "Stop before the wall" of this notebook.' in rows["lines"]
+
+
+def test_in_a_shorter_lane_only_what_it_asks_for_is_shown(here: Workspace):
+    lanes.keep(here, "core")
+    standing.note(here, [IDLE, Answer("I8", "Ctrl-C", "0", "1", False)])
+    rows = panel(here)
+    assert rows["05"] == "✓ F1  ○ F4  ○ I8"
+    assert "3 of 65 points in your last checks." in rows["lines"]
 
 
 def test_the_last_answer_counts_and_an_error_of_the_kit_does_not(here: Workspace):
