@@ -13,6 +13,7 @@ from grader.course import Course, find
 from grader.errors import GraderError, UsageError
 from grader.hunt import report, search
 from grader.hunt.runner import runner
+from grader.processes import supervised
 from grader.progress import Progress
 from grader.scoring import rubric
 from grader.settings import Settings
@@ -20,8 +21,6 @@ from grader.trials.promises import LIVES, Run, first_broken, hunts
 from grader.words import mark, say, say_count
 
 CASES = 300
-STEP = "step "
-"""How a line begins that says what goes on, to a notebook."""
 
 
 def add(verbs: Any) -> None:
@@ -56,7 +55,7 @@ def main(options: argparse.Namespace) -> int:
     again = report.read(options.again, course) if options.again else None
     of_course = None if again else hunts(course).of(options.requirements)
     progress = Progress()
-    step = progress.show if options.facts is None else lambda what: print(STEP + what, flush=True)
+    step = progress.show if options.facts is None else lambda what: print(supervised.STEP + what, flush=True)
     settings = Settings(
         rubric=rubric.load(course.rubric), course=course, cache=options.cache or building.cache_folder(),
         requirements=of_course[0].serves if of_course else (), progress=progress.say if options.facts is None else step,
@@ -67,10 +66,9 @@ def main(options: argparse.Namespace) -> int:
             progress.done()
             return _again(running.again(again[0], 1)[0], again, course)
         begun = time.monotonic()
-        kept: list[Path] = []
 
         def keep(finding: search.Finding) -> None:
-            kept.append(report.save(finding, options.out))
+            report.save(finding, options.out)
             step(say("found: {seen}; making it smaller", seen=finding.broken.seen))
 
         found = search.hunt(
@@ -87,27 +85,32 @@ def main(options: argparse.Namespace) -> int:
 
 def _facts(found: search.Hunted, out: Path) -> dict[str, Any]:
     """Return the outcome as a notebook shows it."""
-    finding = found.finding
-    facts: dict[str, Any] = {"cases": found.cases, "seed": found.seed, "unsteady": len(found.unsteady)}
-    if finding:
-        facts |= {"after": finding.after, "rows": report.told(finding), "file": str(report.save(finding, out))}
+    facts: dict[str, Any] = {"cases": found.cases, "unsteady": _unsteady(found)}
+    if found.finding:
+        facts |= {"rows": report.rows(found.finding), "file": str(report.save(found.finding, out))}
     return facts
 
 
+def _unsteady(found: search.Hunted) -> str:
+    """Return in words how many cases failed once and not again, "" for none."""
+    if not found.unsteady:
+        return ""
+    return say_count(
+        "{n} case failed once and not again; it is not shown.",
+        "{n} cases failed once and not again; they are not shown.",
+        len(found.unsteady),
+    )
+
+
 def _say(found: search.Hunted, out: Path) -> int:
-    if found.unsteady:
-        words = say_count(
-            "{n} case failed once and not again; it is no finding.",
-            "{n} cases failed once and not again; they are no finding.",
-            len(found.unsteady),
-        )
+    if words := _unsteady(found):
         print(words)
     if found.finding is None:
         print(say("{n} cases, no fault found, seed {seed}.", n=found.cases, seed=found.seed))
         return 0
     file = report.save(found.finding, out)
     print(say("Found in case {n}, seed {seed}:", n=found.finding.after, seed=found.seed))
-    for name, text in report.told(found.finding):
+    for name, text in report.rows(found.finding):
         print(f"  {name + ':':10} {text}")
     print(say("The replay: {page}. Again: grader hunt --again {file}", page=file.with_suffix(".html"), file=file))
     return 1
@@ -124,6 +127,6 @@ def _again(trial: Any, again: tuple[Any, str], course: Course) -> int:
         print(say("No fault: every promise was kept in this case."))
         return 0
     promise, found = broken
-    for row in report.told(search.Finding(case, trial, promise, found, 1)):
+    for row in report.rows(search.Finding(case, trial, promise, found, 1)):
         print(f"  {row[0] + ':':10} {row[1]}")
     return 1

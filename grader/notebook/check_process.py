@@ -8,20 +8,18 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from grader import KIT, pipeline
+from grader import pipeline
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.processes import supervised
 from grader.scoring.grading import Grading
 from grader.settings import Settings
 from grader.words import say
 
-_STEP, _RAISED = "step ", "raised "
+_RAISED = "raised "
 _TAIL = 500  # characters of what a process that broke has printed
 
 
@@ -41,20 +39,8 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
 
 def _observe(wanted: str, settings: Settings) -> None:
     """Collect the evidence in a process of its own."""
-    process = _start()
-    said: list[str] = []
-    try:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        with suppress(BrokenPipeError), process.stdin:  # it has ended; what it said tells why
-            process.stdin.write(wanted)
-        for line in process.stdout:
-            said.append(line.rstrip("\n"))
-            if said[-1].startswith(_STEP):
-                settings.progress(said[-1].removeprefix(_STEP))
-        process.wait()
-    finally:
-        supervised.end(process)
+    process = supervised.start(__spec__.name, str(os.getpid()))
+    said = supervised.hear(process, settings.progress, wanted)
     for line in said:
         if line.startswith(_RAISED):
             theirs, *words = json.loads(line.removeprefix(_RAISED))
@@ -69,20 +55,11 @@ def _observe(wanted: str, settings: Settings) -> None:
         )
 
 
-def _start() -> subprocess.Popen[str]:
-    """Start the process, in a session of its own, so that Ctrl-C does not reach it."""
-    # Without empty parts, each of which would mean the current folder.
-    path = [str(KIT), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
-    return subprocess.Popen(
-        [sys.executable, "-P", "-m", __spec__.name, str(os.getpid())],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
-    )  # fmt: skip
-
-
 def main(wanted: dict[str, Any]) -> int:
     """Collect the evidence, and say what is done."""
-    settings = Settings.of_plain(wanted["settings"], progress=lambda what: print(f"{_STEP}{what}", flush=True))
+    settings = Settings.of_plain(
+        wanted["settings"], progress=lambda what: print(f"{supervised.STEP}{what}", flush=True)
+    )
     try:
         pipeline.observe(Path(wanted["package"]), Path(wanted["out"]), settings)
     except KitError as error:

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import html
 import json
-import os
-import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import KIT
-from grader.hunt.command import STEP
 from grader.notebook import checkpoints
 from grader.notebook.feedback import Progress
 from grader.notebook.workspace import Workspace, course, ignored_by_colcon
@@ -27,17 +22,19 @@ _TAIL = 600  # characters
 class Hunt:
     """What a hunt has come to. Notebooks display it; `file` has the case, None if no fault was found.
 
-    Without a file, `rows` say why nothing could be tried.
+    Without a file, `rows` say why nothing could be tried. `unsteady` says how many cases failed once and not again.
     """
 
     cases: int
     seed: int
     rows: tuple[tuple[str, str], ...] = ()
     file: Path | None = None
+    unsteady: str = ""
 
     def __repr__(self) -> str:
         if not self.rows:
-            return say("{n} cases, no fault found, seed {seed}.", n=self.cases, seed=self.seed)
+            words = say("{n} cases, no fault found, seed {seed}.", n=self.cases, seed=self.seed)
+            return f"{words} {self.unsteady}".rstrip()
         return "\n".join(f"{name}: {text}" for name, text in self.rows)
 
     def _repr_html_(self) -> str | None:
@@ -73,27 +70,17 @@ def hunt(
     out = workspace.root / FOLDER
     with tempfile.TemporaryDirectory(prefix="hunt-") as scratch, Progress() as progress:
         facts = Path(scratch) / "facts.json"
-        command = [sys.executable, "-P", "-m", "grader.cli", "hunt", *requirements]
-        command += ["--package", str(package or workspace.package), "--course", str(course().folder)]
-        command += ["--cases", str(cases), "--seed", str(seed), "--out", str(out), "--facts", str(facts)]
-        path = [str(KIT), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            start_new_session=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
+        process = supervised.start(
+            "grader.cli", "hunt", *requirements,
+            "--package", str(package or workspace.package), "--course", str(course().folder),
+            "--cases", str(cases), "--seed", str(seed), "--out", str(out), "--facts", str(facts),
         )  # fmt: skip
-        said = []
-        try:
-            assert process.stdout is not None
-            for line in process.stdout:
-                if line.startswith(STEP):
-                    progress.say(line.removeprefix(STEP).rstrip())
-                else:
-                    said.append(line.strip())
-            process.wait()
-        finally:
-            supervised.end(process)
+        said = supervised.hear(process, progress.say)
         if not facts.is_file():  # the package does not build, say
             return Hunt(0, seed, ((say("not yet"), "\n".join(said)[-_TAIL:].removeprefix("grader: ")),))
         found = json.loads(facts.read_text(encoding="utf-8"))
-    rows = tuple((name, text) for name, text in found.get("rows", ()))
-    return Hunt(found["cases"], seed, rows, Path(found["file"]) if "file" in found else None)
+    rows = [(name, text) for name, text in found.get("rows", ())]
+    file = Path(found["file"]) if "file" in found else None
+    if file is not None:
+        rows.append((say("kept"), say("{file}; again: !grader hunt --again FILE", file=workspace.shown(file))))
+    return Hunt(found["cases"], seed, tuple(rows), file, found["unsteady"])

@@ -18,10 +18,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
+from grader import KIT
 from grader.errors import GraderError
 from grader.host import cgroup, procfs, shortage, tempdir
 from grader.words import say
 
+STEP = "step "
+"""How a line begins in which a program that was started says what goes on."""
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 _GRACE_S = 1.0  # for the moment in which results are moved to their place (atomic.replace_entries)
 _LIMIT_S = 10.0  # killed processes are gone at once, unless the kernel holds them
@@ -62,6 +65,39 @@ def run(work: Callable[[], int], parent: int = 0) -> int:
     if interrupted:
         raise KeyboardInterrupt
     raise GraderError(say(shortage.KILLED))
+
+
+def start(module: str, *arguments: str) -> subprocess.Popen[str]:
+    """Start a module of the kit that is in `run`, in a session of its own, so that Ctrl-C does not reach it."""
+    # Without empty parts, each of which would mean the current folder.
+    path = [str(KIT), *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", module, *arguments],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
+    )  # fmt: skip
+
+
+def hear(program: subprocess.Popen[str], progress: Callable[[str], None], task: str = "") -> list[str]:
+    """Give a program that was started its task, pass its steps on, and return what else it has said, line by line.
+
+    It has ended then, also if this is interrupted.
+    """
+    said = []
+    try:
+        assert program.stdin is not None
+        assert program.stdout is not None
+        with contextlib.suppress(BrokenPipeError), program.stdin:  # it has ended; what it said tells why
+            program.stdin.write(task)
+        for line in program.stdout:
+            if line.startswith(STEP):
+                progress(line.removeprefix(STEP).rstrip("\n"))
+            else:
+                said.append(line.rstrip("\n"))
+        program.wait()
+    finally:
+        end(program)
+    return said
 
 
 def end(program: subprocess.Popen[str]) -> None:

@@ -72,7 +72,7 @@ def test_cases_that_fail_only_once_are_counted(hunt: Hunt, capsys: pytest.Captur
         return moves(case) if first else stands(case)
 
     assert hunt(moves_at_first, "F1", "--cases", "5") == 0
-    assert "1 case failed once and not again; it is no finding." in capsys.readouterr().out
+    assert "1 case failed once and not again; it is not shown." in capsys.readouterr().out
 
 
 def test_what_was_found_is_kept_when_it_is_interrupted_while_it_is_made_smaller(hunt: Hunt, tmp_path: Path):

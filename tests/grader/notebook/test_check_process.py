@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 from helpers.ros2_runs import until
 
 from grader.notebook import check_process
+from grader.processes import supervised
 from grader.scoring.rubric import RUBRIC, load
 from grader.settings import Reuse, Settings
 
@@ -29,7 +31,7 @@ def test_all_settings_reach_the_process():
 
 def test_while_it_waits_it_has_no_other_threads():
     """numpy's import starts one, which would take the signal that ends a check, and die of it with all its kind."""
-    process = check_process._start()
+    process = supervised.start(check_process.__name__, str(os.getpid()))
     here = Path(f"/proc/{process.pid}")
     until(lambda: (here / "syscall").read_text().startswith(READS_STANDARD_INPUT))
     threads = len(list((here / "task").iterdir()))
