@@ -73,7 +73,7 @@ def _where(bearing: float) -> str:
     return say(words, n=abs(bearing))
 
 
-def told(finding: Finding) -> list[tuple[str, str]]:
+def rows(finding: Finding) -> list[tuple[str, str]]:
     """Return what is said of a finding, as rows of a name and a text."""
     return [
         (say("done"), in_words(finding.case)),
@@ -83,7 +83,7 @@ def told(finding: Finding) -> list[tuple[str, str]]:
 
 
 def promised(promise: Promise) -> str:
-    """Return the sentence of a promise with the requirements in whose words it stands."""
+    """Return the sentence of a promise with the requirements that say so."""
     words = say(promise.sentence)
     return f"{words} ({', '.join(promise.serves)})" if promise.serves else words
 
@@ -119,7 +119,7 @@ def page(finding: Finding) -> str:
     return html.page_of(
         "found.html.j2",
         title=say(finding.promise.sentence),
-        rows=told(finding),
+        rows=rows(finding),
         figure=figure,
         case=finding.case.text(),
     )

@@ -1,8 +1,8 @@
 """Hunt: run made-up cases in order until one breaks a promise, then let Hypothesis shrink it.
 
 Hypothesis asks for one case after another, and a case takes a second. So it is asked twice with the same seed: first it
-only lists its cases, which are then run several at a time; then it is told what came of them, finds the first that
-failed as if it had run them itself, and shrinks that.
+only lists its cases, which are then run several at a time; then it asks again, gets what came of them, finds the
+first that failed as if it had run them itself, and shrinks that.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Finding:
 class Hunted:
     """What a hunt has come to: how many cases were tried, and the finding if there is one.
 
-    `unsteady` are cases that failed once and not when they were run again: they are no finding.
+    `unsteady` are cases that failed once and not when they were run again: they are not a finding.
     """
 
     cases: int
@@ -65,7 +65,8 @@ def hunt(
 ) -> Hunted:
     """Try up to `cases` made-up cases, while `goes_on`, and return what was found.
 
-    `found` is told each finding as soon as it is there, and each smaller one; `tried` how many cases were run by now.
+    `found` is called with each finding as soon as it is there, and each smaller one, `tried` with how many cases were
+    run by now.
     The same seed tries the same cases in the same order, however many are run at once.
     """
     unsteady: list[Finding] = []

@@ -18,8 +18,7 @@ from grader.course import Course, definition
 from grader.errors import GraderError
 from grader.trials.plan import TrialPlan
 from grader.yaml_reader import YamlReader
-from sim import Circle, sensors
-from sim.obstacles import Path as Motion
+from sim import sensors
 from sim.robot import COURSE as ROBOT
 
 if TYPE_CHECKING:
@@ -151,15 +150,10 @@ def _arrive(stage: Stage, to: float, so_far: _SoFar) -> None:
 
 
 def _obstacle(stage: Stage, to: Mapping[str, Any], _so_far: _SoFar) -> None:
-    pose, angle = stage.simulator.pose, math.radians(to["bearing"])
-    reach = to["distance"] + to["radius"]
-    center = pose.point_to_parent((reach * math.cos(angle), reach * math.sin(angle)))
-    motion = None
-    if to.get("speed"):
-        away = pose.yaw + math.radians(to.get("towards", 0.0))
-        aim = (center[0] + 10.0 * math.cos(away), center[1] + 10.0 * math.sin(away))
-        motion = Motion((aim,), to["speed"], starts=stage.t)
-    stage.simulator.add_obstacle(Circle(center=center, radius=to["radius"], name=str(to["name"]), motion=motion))
+    stage.add_obstacle(
+        to["distance"], math.radians(to["bearing"]), to["radius"], name=str(to["name"]),
+        towards=math.radians(to.get("towards", 0.0)), speed=to.get("speed", 0.0),
+    )  # fmt: skip
 
 
 def _remove(stage: Stage, to: object, _so_far: _SoFar) -> None:

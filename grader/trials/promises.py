@@ -74,7 +74,7 @@ Judges = Callable[[Run], Broken | None]
 class Promise:
     """What a node promises in every case: the function returns where a run breaks it, None where it does not.
 
-    `serves` are the requirements in whose words it stands; one without is promised in every hunt. It is about cases of
+    `serves` are the requirements that say so; a promise without any belongs to every hunt. It is about cases of
     the `node`, "" for any.
     """
 
@@ -103,7 +103,8 @@ class Hunts:
     @property
     def requirements(self) -> tuple[str, ...]:
         """Return the ids of the requirements that can be hunted for."""
-        return tuple(dict.fromkeys(name for making in self.makings for name in making.serves))
+        names = {name for making in self.makings for name in making.serves}
+        return tuple(sorted(names, key=lambda name: (name.rstrip("0123456789"), len(name), name)))
 
     def of(self, requirements: Iterable[str]) -> tuple[Making, tuple[Promise, ...]]:
         """Return a making of cases for some requirements together, and what is promised in them.
@@ -171,6 +172,10 @@ def _lives(run: Run) -> Broken | None:
         return broken(
             0.0, mark("it publishes {topics}, which only the simulator does"), topics=", ".join(trial.foreign)
         )
+    if trial.stopped:
+        return broken(run.end, mark("the node exceeded its limit of {limit} at {t:.2f} s"), limit=trial.stopped)
+    if trial.dropped:
+        return broken(run.end, mark("the node sent more messages than could be kept"))
     if ended is not None:
         return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
@@ -196,8 +201,5 @@ def first_broken(promises: Iterable[Promise], run: Run) -> tuple[Promise, Broken
     """Return the promise that was broken first in a run, None if all were kept or the case cannot be run."""
     if run.trial.script_error:
         return None
-    found = [(broken, each) for each in promises if (broken := judged(each, run)) is not None]
-    if not found:
-        return None
-    broken, each = min(found, key=lambda pair: pair[0].t)
-    return each, broken
+    found = [(each, fault) for each in promises if (fault := judged(each, run)) is not None]
+    return min(found, key=lambda pair: pair[1].t, default=None)

@@ -35,6 +35,7 @@ from grader.trials.service_proxy import ServiceProxy
 from grader.trials.wire_layout import Reader
 from sim import Circle
 from sim.bridge import TICK_S
+from sim.obstacles import Path as Motion
 from sim.sensors import ScanReading
 from sim.simulator import Simulator
 
@@ -45,6 +46,7 @@ _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unjudged, and costs no points
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
+_FAR_M = 10.0  # farther than an obstacle gets that moves
 LOG_TOPIC = "rosout"
 LAUNCH = ("python3", "/ws/ros2", "launch")
 """How the command begins that runs a launch file."""
@@ -408,15 +410,27 @@ class Stage:
         """Publish scans that state other limits, in m, with the same ranges: `stage.set_range_limits(0.2, 5.0)`."""
         self._filter_scans(replace(self._scan_filter, limits=(range_min, range_max)))
 
-    def add_obstacle(self, distance: float, bearing: float = 0.0, radius: float = 0.15) -> str:
+    def add_obstacle(
+        self,
+        distance: float,
+        bearing: float = 0.0,
+        radius: float = 0.15,
+        *,
+        name: str = "",
+        towards: float = 0.0,
+        speed: float = 0.0,
+    ) -> str:
         """Add a round obstacle at `bearing` (rad), its surface `distance` metres from the lidar. Return its name.
 
-        `post = stage.add_obstacle(0.5, bearing=math.pi)` puts one behind the robot.
+        `post = stage.add_obstacle(0.5, bearing=math.pi)` puts one behind the robot. With a `speed` (m/s) it moves
+        `towards` an angle (rad from the robot's heading now).
         """
         pose = self.simulator.pose
-        angle, reach = pose.yaw + bearing, distance + radius
-        center = (pose.x + reach * math.cos(angle), pose.y + reach * math.sin(angle))
-        return self.simulator.add_obstacle(Circle(center=center, radius=radius))
+        angle, reach, way = pose.yaw + bearing, distance + radius, pose.yaw + towards
+        x, y = pose.x + reach * math.cos(angle), pose.y + reach * math.sin(angle)
+        aim = (x + _FAR_M * math.cos(way), y + _FAR_M * math.sin(way))
+        motion = Motion((aim,), speed, starts=self.t) if speed else None
+        return self.simulator.add_obstacle(Circle(center=(x, y), radius=radius, name=name, motion=motion))
 
     def remove_obstacle(self, name: str) -> None:
         """Remove an obstacle: `stage.remove_obstacle(post)`."""

@@ -17,6 +17,7 @@ from grader.errors import GraderError
 from grader.trials import case as cases
 from grader.trials.case import Case, Step
 from grader.trials.promises import hunts
+from grader.trials.stage import Stage
 from sim import Simulator, load_world, sensors
 
 GOOD = """\
@@ -148,8 +149,8 @@ class FakeStage:
     def distort(self, change: Any) -> None:
         self.change = change
 
-    def remove_obstacle(self, name: str) -> None:
-        self.simulator.remove_obstacle(name)
+    add_obstacle = Stage.add_obstacle
+    remove_obstacle = Stage.remove_obstacle
 
     def __getattr__(self, name: str) -> Any:
         return lambda *arguments, **fields: self.did.append((name, *arguments, *fields.items()))

@@ -40,6 +40,8 @@ def test_a_run_says_when_a_step_was_done_and_with_what():
         (driven(0.0, ended=Reason(Kind.HANGS, seconds=10.0)), "the node did not answer for 10 s: a callback hangs"),
         (driven(0.0, process=process(TRACEBACK)), "a traceback: ValueError: no scan"),
         (driven(0.0, calls=[Call(0.4, "get_status", {}, None, problem=Reason(Kind.NO_ANSWER, seconds=2.0))]), "no answer within 2 s"),
+        (driven(0.0, stopped="memory", ended=Reason(Kind.DIED, exit_code=-9, seconds=0.3)), "exceeded its limit of memory"),
+        (driven(0.0, dropped=5), "the node sent more messages than could be kept"),
         (driven(0.0, foreign=["/clock by evil"]), "it publishes /clock by evil, which only the simulator does"),
     ],
 )  # fmt: skip
