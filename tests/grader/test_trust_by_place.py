@@ -16,8 +16,8 @@ from grader.course import find, kits_own
 from grader.course.reader import VARIABLE
 from grader.host import provenance
 from grader.intake.submission import open_submission
-from grader.notebook import check_process
 from grader.notebook.workspace import VARIABLE as WORKSPACE
+from grader.processes import supervised
 
 RUNS = "open(__file__ + '.ran', 'w').close()\n"
 
@@ -115,8 +115,8 @@ def test_a_search_path_without_more_folders_has_no_empty_part(monkeypatch: pytes
     """Python and the dynamic linker take an empty part for the current folder."""
     monkeypatch.delenv("PYTHONPATH", raising=False)
     started = []
-    monkeypatch.setattr(check_process.subprocess, "Popen", lambda *_, env, **__: started.append(env["PYTHONPATH"]))
-    check_process._start()
+    monkeypatch.setattr(supervised.subprocess, "Popen", lambda *_, env, **__: started.append(env["PYTHONPATH"]))
+    supervised.start("grader.cli")
     assert started == [str(KIT)]
 
 
