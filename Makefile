@@ -22,7 +22,7 @@ PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
 AS_ROOT := $(if $(filter 0,$(shell id -u)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup jupyter notebooks grade test test-notebooks test-all faults known-bad hunt evidence words lint format lock doctor clean clean-all
+.PHONY: help setup jupyter notebooks grade test test-notebooks test-all known-bad hunt evidence words lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
@@ -50,9 +50,6 @@ test-notebooks: setup  ## Run the notebooks of both editions, but for the two sh
 
 test-all: setup  ## Run all tests
 	@$(PYTEST) $(ARGS)
-
-faults: setup  ## Put forty faults into a copy of the kit, and print which tests notice each
-	@PYTHONPATH=.:tests $(BIN)/python -m faults.table
 
 known-bad: setup  ## Grade every known-bad submission and print what each loses (takes an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table
