@@ -10,9 +10,11 @@ import pytest
 from helpers.course import COURSE
 from helpers.quality_examples import judged, with_flake8, with_linters, written
 
+from grader import tracebacks
 from grader.building import cache
 from grader.checks.check_style import test_ament_flake8_finds_nothing as style
-from grader.quality import source, source_files
+from grader.courses.robot_controller.checks import check_set_speed
+from grader.quality import package_sources, source, source_files
 
 GOOD = '"""A module."""\n\nX = 1\n'
 
@@ -142,3 +144,10 @@ def test_a_tool_sees_nothing_of_the_environment_or_the_working_folder(tmp_path: 
     done = source.run_python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
     assert done is not None
     assert done.stdout.strip() == "None"
+
+
+def test_texts_made_to_slow_down_a_regular_expression_are_read():
+    """Each took minutes, or longer than anybody waits."""
+    assert package_sources.commands("project(a)\n" + "#[[\n" * 100_000)[0].name == "project"
+    assert tracebacks.without_ignored("Exception ignored in: x\nTraceback (most recent call last):\n" + "\t" * 500_000)
+    assert not check_set_speed.states("1" * 100_000 + "x", 0.5)
