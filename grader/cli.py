@@ -125,7 +125,6 @@ _OTHERS = {
     "grader.selftest.attacks.command": {
         "self-test": "attack the grader on this machine, and report what stopped each attack"
     },
-    "grader.selftest.flakiness": {"flakiness": "grade a submission many times and report what is flaky"},
 }
 """Modules of other rooms, whose `add` is called for a verb of theirs, and each verb's line in the list of all.
 

@@ -1,1 +1,1 @@
-"""Tests of the grader on this host: attacks by hostile submissions, and flakiness. Not in the students' kit."""
+"""Tests of the grader on this host: attacks by hostile submissions. Not in the students' kit."""

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +20,6 @@ from variants import LAUNCHED, VARIANTS, Variant, make
 
 from grader import building, evidence, pipeline
 from grader.report import data
-from grader.selftest.flakiness import load_on_every_core
 from grader.trials import catalog
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # F and I of each variant
@@ -102,6 +106,17 @@ def test_a_callback_that_waits_ends_its_goals_on_a_busy_machine_too(settings, co
             reached, canceled = ("succeeded", True), ("canceled", False)
             assert ends == [reached, reached, canceled, reached, canceled]
             assert {trial.pace for trial in found.values()} == {"lockstep"}
+
+
+@contextlib.contextmanager
+def load_on_every_core() -> Iterator[None]:
+    """Keep every core busy with two processes each, which end when the tests do."""
+    busy = f"import os\nwhile os.getppid() == {os.getpid()}:\n    sum(range(100000))"
+    with contextlib.ExitStack() as running:
+        for _ in range(2 * (os.cpu_count() or 1)):
+            process = running.enter_context(subprocess.Popen([sys.executable, "-I", "-S", "-c", busy]))
+            running.callback(process.kill)
+        yield
 
 
 def play(variant: Variant | None, settings, contract, folder: Path, names: list[str]) -> dict[str, evidence.Trial]:
