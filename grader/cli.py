@@ -22,7 +22,7 @@ from grader.errors import (
     SubmissionError,
     UsageError,
 )
-from grader.host import namespaces, ros_env, shortage, tempdir
+from grader.host import namespaces, shortage, tempdir
 from grader.processes import supervised
 from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S, Reuse
@@ -67,8 +67,6 @@ def _supervised(options: argparse.Namespace) -> int:
 
 def _carry_out(options: argparse.Namespace) -> int:
     try:
-        if "ros" in options and (prefix := options.ros or ros_env.sourced()):
-            ros_env.choose(prefix)
         if "course" in options and not (options.course or getattr(options, "folder", None)):
             _name_course_passed_over(options)
         return int(options.run(options))
@@ -206,7 +204,6 @@ def _add_grade(verbs: Any) -> None:
     )
     _add_seed_and_cache(parser)
     _add_fresh(parser)
-    add_ros(parser)
     parser.set_defaults(run=_grade, interrupted=mark("nothing was written."))
 
 
@@ -227,7 +224,6 @@ def _add_check(verbs: Any) -> None:
     add_course(parser)
     _add_seed_and_cache(parser)
     _add_fresh(parser)
-    add_ros(parser)
     parser.set_defaults(run=_check, interrupted=mark("nothing was written."))
 
 
@@ -235,13 +231,6 @@ def add_course(parser: argparse.ArgumentParser) -> None:
     """Add the option that chooses the course; `grader.course.find` reads it."""
     words = "the folder of the course (default: $ROS2_COURSE, else the kit's own; never the current folder by itself)"
     parser.add_argument("--course", type=Path, metavar="DIR", help=words)
-
-
-def add_ros(parser: argparse.ArgumentParser) -> None:
-    """Add the option that chooses an installed ROS 2."""
-    words = "build and run the package with the ROS 2 in PREFIX, such as /opt/ros/jazzy, instead of the kit's "
-    words += "(default: one whose setup file was sourced, if it is for this Python)"
-    parser.add_argument("--ros", type=Path, metavar="PREFIX", help=words)
 
 
 def _add_fresh(parser: argparse.ArgumentParser) -> None:
@@ -301,7 +290,6 @@ def _add_handout(verbs: Any) -> None:
 def _add_doctor(verbs: Any) -> None:
     parser = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
     add_course(parser)
-    add_ros(parser)
     parser.set_defaults(run=_doctor)
 
 

@@ -20,7 +20,7 @@ from grader.collect import explain as explain_jobs
 from grader.course import name_of, packages, reader
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
-from grader.host import namespaces, provenance, ros_env, shortage, submission_user, tempdir
+from grader.host import namespaces, provenance, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.processes import jobs
 from grader.processes.jobs import Job, Where
@@ -239,9 +239,6 @@ def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool =
         "sources": ", ".join(each.name for each in SOURCES if each.serves(settings) & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
-    if ros_env.installed():
-        said = say("Built and run with an installed ROS 2: {name}.", name=ros_env.name())
-        found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if said := namespaces.notice():
         found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
     if namespaces.sandbox_disabled():

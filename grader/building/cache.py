@@ -66,7 +66,7 @@ def toolchain_id() -> str:
     # By the names of folders: to read the metadata of three hundred distributions takes 0.1 s of CPU time.
     installed = {path.name for folder in sys.path for path in Path(folder).glob("*.dist-info")}
     versions = sorted(name for name in installed if name.startswith(("ros_jazzy", "colcon", "cmake")))
-    return "\n".join([str(ros_env.PREFIX), str(ros_env.BASE_PREFIX), *filter(None, [ros_env.identity()]), *versions])
+    return "\n".join([str(ros_env.PREFIX), str(ros_env.BASE_PREFIX), *versions])
 
 
 def checksum(folder: Path) -> str:

@@ -248,7 +248,7 @@ def _tree_files(source: Path) -> list[Path]:
 def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
     ccache = job.cache / "ccache"
     ccache.mkdir(parents=True, exist_ok=True)
-    environment = ros_env.environment(home=sandbox.HOME, wheels=job.trusted)  # the observer's types are the kit's own
+    environment = ros_env.environment(home=sandbox.HOME)
     # Without MAKEFLAGS colcon adds `-l` with the number of cores: on a busy machine no second compiler would start.
     jobs = len(os.sched_getaffinity(0))
     environment |= {"MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": f"{jobs}"}
@@ -370,5 +370,4 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
 def _without_host_paths(log: str) -> str:
     """Return a build's log without the paths of ROS and of Python, and without colcon's warnings about them."""
     lines = [line for line in log.splitlines() if "doesn't contain any 'local_setup.*' files" not in line]
-    text = "\n".join(lines).replace(str(ros_env.PREFIX), "<ros>")
-    return text.replace(str(prefix), "<ros>") if (prefix := ros_env.installed()) else text
+    return "\n".join(lines).replace(str(ros_env.PREFIX), "<ros>")

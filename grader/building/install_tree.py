@@ -57,7 +57,7 @@ def generate(texts: Mapping[str, str], package: str, cache: Path) -> Generated:
     """
     if not texts:
         return Generated()
-    kept, decided_by = Kept(cache / "hashes"), (package, json.dumps(sorted(texts.items())), ros_env.identity())
+    kept, decided_by = Kept(cache / "hashes"), (package, json.dumps(sorted(texts.items())))
     if earlier := kept.find(Generated, *decided_by):
         return earlier[0]
     with tempfile.TemporaryDirectory(prefix="hashes-") as name:

@@ -124,7 +124,6 @@ def _add_batch(verbs: Any) -> None:
     option("--fresh", action="store_true", help="grade again what is graded already")
     option("--despite-doubts", action="store_true", help="grade even if a doubt stops the class")
     option("--zero-missing", action=argparse.BooleanOptionalAction, help=_ZERO)
-    option("--ros", type=Path, metavar="PREFIX", help="build and run packages with the ROS 2 in PREFIX")
 
 
 def _verb(

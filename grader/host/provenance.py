@@ -12,7 +12,6 @@ from importlib import metadata
 from pathlib import Path
 
 from grader import KIT
-from grader.host import ros_env
 
 _DISTRIBUTIONS = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
 # What of the grader only calls a grading, and the courses.
@@ -23,7 +22,6 @@ def environment() -> dict[str, str]:
     """Return the versions of the software that graded, by name, with the system and its number of cores."""
     versions = {name: _version(name) for name in _DISTRIBUTIONS}
     return versions | {
-        "ros": ros_env.name(),
         "python": platform.python_version(),
         "system": platform.platform(),
         "cores": str(os.cpu_count()),

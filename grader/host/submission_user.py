@@ -87,7 +87,7 @@ def lacks() -> str:
 
 def prefixes() -> list[Path]:
     """Return where Python and its packages are, if not in /usr."""
-    return [prefix for prefix in ros_env.prefixes() if prefix != Path("/usr")]
+    return [prefix for prefix in ros_env.PREFIXES if prefix != Path("/usr")]
 
 
 def become(user: int) -> list[str]:

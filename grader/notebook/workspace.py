@@ -109,7 +109,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     Can be called again at any time; includes the workspace's install tree once there is one.
     """
     overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
-    wanted = ros_env.environment(*overlays, home=Path.home(), wheels=True)
+    wanted = ros_env.environment(*overlays, home=Path.home())
     wanted |= {
         "PATH": _in_front(environment.get("PATH", ""), ros_env.PREFIX / "bin"),
         "PYTHONPATH": _in_front(environment.get("PYTHONPATH", ""), *(o / ros_env.SITE_IN_PREFIX for o in overlays)),

@@ -104,7 +104,7 @@ def read_sources(folder: Path, interfaces: Path | None, course: Course) -> Packa
     paths = tuple(package_files(folder, course))
     has_xml = "package.xml" in paths
     xml = read_package_xml(folder / "package.xml") if has_xml else PackageXml(problem="is not there")
-    known = frozenset(path.parent.name for share in ros_env.share_folders() for path in share.glob("*/package.xml"))
+    known = frozenset(path.parent.name for path in (ros_env.PREFIX / "share").glob("*/package.xml"))
     sources = PackageSources(course, folder, paths, xml, (), frozenset(), known)
     beside = [read_package_xml(interfaces / "package.xml").name or interfaces.name] if interfaces is not None else []
     cmake = commands(sources.read("CMakeLists.txt")) if sources.has_cmake else ()

@@ -115,13 +115,13 @@ def bwrap_command(box: Sandbox, info_fd: int, filter_fd: int, user: int | None) 
             arguments += ["--symlink", str(path.readlink()), str(path)]
         elif path.is_dir():
             arguments += ["--ro-bind", str(path), str(path)]
-    inside = [*map(str, ros_env.prefixes()), "/etc/hosts", *box.read_only.values(), *box.writable.values()]
+    inside = [*map(str, ros_env.PREFIXES), "/etc/hosts", *box.read_only.values(), *box.writable.values()]
     for parent in sorted({str(folder) for path in inside for folder in Path(path).parents} - {"/"}):
         # Those that bubblewrap makes by itself can be the owner's alone.
         arguments += ["--dir", parent]
     for name in _ETC:
         arguments += ["--ro-bind-try", f"/etc/{name}", f"/etc/{name}"]
-    for prefix in ros_env.prefixes():
+    for prefix in ros_env.PREFIXES:
         if not prefix.is_relative_to("/usr"):
             arguments += ["--ro-bind", str(prefix), str(prefix)]
     for folder in _exposed_sources():
@@ -171,7 +171,7 @@ def beside_script(folder: str) -> dict[Path, str]:
 
 def _exposed_sources() -> list[Path]:
     """Return the folders of the kit that the mounts would show to a submission: none in an editable install."""
-    mounts = (*ros_env.prefixes(), Path("/usr"))
+    mounts = (*ros_env.PREFIXES, Path("/usr"))
     folders = [KIT / "grader", KIT / "sim"]
     return [path for path in folders if path.is_dir() and any(path.is_relative_to(mount) for mount in mounts)]
 

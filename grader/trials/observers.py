@@ -279,12 +279,12 @@ def _environment(contract: Path, folder: Path) -> dict[str, str]:
     home = folder / "worker-home"
     home.mkdir(parents=True, exist_ok=True)
     late = {LATE_VARIABLE: os.environ[LATE_VARIABLE]} if LATE_VARIABLE in os.environ else {}
-    return observer_environment(contract, home=home) | namespaces.inherited() | ros_env.inherited() | late
+    return observer_environment(contract, home=home) | namespaces.inherited() | late
 
 
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
     """Return the environment for a process that observes nodes; the contract's interfaces come first on its path."""
-    return ros_env.environment(contract, home=home, wheels=True) | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(_DISCOVERY)}
+    return ros_env.environment(contract, home=home) | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(_DISCOVERY)}
 
 
 def _end(process: subprocess.Popen[str]) -> bool:

@@ -132,7 +132,7 @@ def unseen_of_process(process: Path) -> list[str]:
         )
     except OSError:  # it has just ended, or may not be read by an ordinary user
         return []
-    known = tuple(f"{path}/" for prefix in ros_env.prefixes() for path in (prefix, prefix.resolve()))
+    known = tuple(f"{path}/" for prefix in ros_env.PREFIXES for path in (prefix, prefix.resolve()))
     brought = [file for file in mapped if _BROUGHT.match(file) and not file.startswith(known)]
     files = sorted(_relative(file.removesuffix(" (deleted)")) for file in brought)
     found = [f"library: {printable(file)}" for file in files if not _OF_TYPES.fullmatch(file)]
