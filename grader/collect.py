@@ -129,7 +129,7 @@ def kept_evidence(settings: Settings) -> Kept:
     folder = settings.cache / "evidence"
     forget_old(folder)
     common = (
-        provenance.kit_hash(settings.course.layers),
+        provenance.kit_hash(settings.course.folder),
         building.toolchain_id(),
         str(settings.seed),
         namespaces.confinement().value,

@@ -168,7 +168,7 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
         wall_seconds=0.0,
         rubric=settings.rubric.sha256,
         rubric_title=settings.rubric.title,
-        checks=provenance.checks_hash(settings.course.layers),
+        checks=provenance.checks_hash(settings.course.folder),
         commit=provenance.commit(),
         graded=provenance.now(),
         held_back=tuple(sorted(reader.held_back_names(settings.course))),
@@ -232,7 +232,7 @@ def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool =
     made = {
         "seed": str(settings.seed),
         "course": name_of(settings.course),
-        "kit": provenance.kit_hash(settings.course.layers),
+        "kit": provenance.kit_hash(settings.course.folder),
         "confinement": namespaces.confinement().value,
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),

@@ -39,10 +39,10 @@ def languages() -> list[str]:
     return [ENGLISH, *sorted(path.name for path in LOCALE.glob("*") if path.is_dir())]
 
 
-def speak(code: str, *layers: Path) -> None:
+def speak(code: str, course: Path) -> None:
     """Say everything in a language from here on, with the catalogues that are in the folders of the course."""
     global _spoken
-    _spoken = _read(code, layers)
+    _spoken = _read(code, course)
 
 
 def spoken() -> str:
@@ -109,7 +109,7 @@ _FILLS = _Fills()
 
 
 @cache
-def _read(code: str, layers: tuple[Path, ...]) -> _Language:
+def _read(code: str, course: Path) -> _Language:
     if code == ENGLISH:
         return _Language(code, _gettext.NullTranslations(), ".")
     from babel.messages.mofile import write_mo  # 0.1 s: only where it is needed
@@ -117,8 +117,7 @@ def _read(code: str, layers: tuple[Path, ...]) -> _Language:
     from babel.numbers import get_decimal_symbol
 
     whole = _gettext.NullTranslations()
-    own = (layer / "words" / f"{code}.po" for layer in layers)
-    for path in (LOCALE / code / "LC_MESSAGES" / "grader.po", *own):
+    for path in (LOCALE / code / "LC_MESSAGES" / "grader.po", course / "words" / f"{code}.po"):
         if path.is_file():
             compiled = io.BytesIO()
             with path.open("rb") as stream:

@@ -23,7 +23,7 @@ ROOMS = (*re.findall(r"`(\w+)(?:/|\.py)`", _ROWS), "")
 CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", "words", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""
 
-APART = {"template_course", "template_changes", "notebooks", "lessons", "patients"}
+APART = {"template_course", "notebooks", "lessons", "patients"}
 """What lecturers copy, which is loaded as a course and not as a part of the kit; a course's notebooks and lessons."""
 
 ROS = ("rclpy", "rosgraph_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs")

@@ -151,9 +151,8 @@ class _Reading:
         """Return the points of each requirement; where the rubric cannot be read, all ids in it without points."""
         if self.whole is not None:
             return worth(self.whole)
-        paths = [self.course.rubric, *([self.course.extends.rubric] if self.course.extends else [])]
-        texts = "".join(path.read_text(encoding="utf-8") for path in paths if path.is_file())
-        return dict.fromkeys(re.findall(r"(?m)^ *- id: *[\"']?(\w+)", texts))
+        text = self.course.rubric.read_text(encoding="utf-8") if self.course.rubric.is_file() else ""
+        return dict.fromkeys(re.findall(r"(?m)^ *- id: *[\"']?(\w+)", text))
 
     def _layout(self) -> Iterator[str]:
         for path in self.course.layout:
@@ -234,7 +233,7 @@ class _Reading:
             return None
 
     def _trials(self) -> Iterator[str]:
-        broken = list(self._imported(*(layer / "trials" for layer in self.course.layers)))
+        broken = list(self._imported(self.course.folder / "trials"))
         broken += self._imported(self.course.held_back / "trials")
         yield from broken
         if self._plans is None and not broken:
@@ -242,8 +241,6 @@ class _Reading:
         own = {path.stem for path in self.course.files("worlds", "*.yaml")}
         for plan in (self._plans or {}).values():
             code = plan.script.__code__
-            if self.course.extends and not Path(code.co_filename).is_relative_to(self.course.folder):
-                continue
             place = f"{code.co_filename}, line {code.co_firstlineno}: the trial {plan.name}"
             if not plan.serves and not plan.kind:
                 yield f"{place} serves no requirement; name those whose checks read it: @trial(serves=[...])"
@@ -258,13 +255,9 @@ class _Reading:
                     case ast.Call(ast.Attribute(ast.Name("stage"), "call"), [ast.Constant(str(name)), *_]):
                         yield from self._service(name, path, call.lineno)
 
-    def _files(self, kind: str, pattern: str) -> list[Path]:
-        """Return the "trials", "checks" or "worlds" in the course's folder, those that are held back, too."""
-        return [path for path in self.course.files(kind, pattern) if path.is_relative_to(self.course.folder)]
-
     def _parsed(self, kind: str, pattern: str) -> Iterator[tuple[Path, ast.Module]]:
         """Yield the Python files among them that are Python; the others are named where they are imported."""
-        for path in self._files(kind, pattern):
+        for path in self.course.files(kind, pattern):
             with contextlib.suppress(SyntaxError):
                 yield path, ast.parse(path.read_text(encoding="utf-8"))
 
@@ -273,7 +266,7 @@ class _Reading:
             yield from held_back.problems(self.course)
 
     def _worlds(self) -> Iterator[str]:
-        for path in self._files("worlds", "*.yaml"):
+        for path in self.course.files("worlds", "*.yaml"):
             try:
                 load_world(path)
             except WorldError as error:

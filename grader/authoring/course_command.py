@@ -46,11 +46,7 @@ def add(verbs: Any) -> None:
         epilog="Example:  grader new-course mycourse --package door_opener",
     )
     parser.add_argument("folder", type=Path, help="a folder that does not exist yet, or is empty")
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--package", default="", metavar="NAME", help="the name of the package that students write")
-    which.add_argument(
-        "--extends", choices=["kit"], help="keep the kit's own course; change points and words, add requirements"
-    )
+    parser.add_argument("--package", default="", metavar="NAME", help="the name of the package that students write")
     parser.set_defaults(run=_new_course)
     parser = verbs.add_parser(
         "new",
@@ -99,7 +95,7 @@ def _new_course(options: argparse.Namespace) -> int:
     from grader.authoring import new_course
 
     folder: Path = options.folder
-    course = new_course.extend_kits_own(folder) if options.extends else new_course.lay_out(folder, options.package)
+    course = new_course.lay_out(folder, options.package)
     print(
         f"{folder} is a course in which students write the package {course.package}. Next:\n"
         f"    grader check-course --static {folder}    # reads its files\n"

@@ -1,4 +1,4 @@
-"""Lay out a new course: a copy of the small one beside this file, or changes of the kit's own."""
+"""Lay out a new course: a copy of the small one beside this file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from grader.course import Course, load
 from grader.errors import UsageError
 
 _TEMPLATE = Path(__file__).parent / "template_course"
-_CHANGES = Path(__file__).parent / "template_changes"
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "ws", "build", "install", "log")
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _MOST = 40  # letters of a name
@@ -26,7 +25,8 @@ def lay_out(folder: Path, package: str = "") -> Course:
     Raises:
         UsageError: there is something in the folder, or ROS or Python would not take the name.
     """
-    _require_empty(folder)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} is not an empty folder; nothing was written.", "Choose a new one.")
     old = load(_TEMPLATE).package
     why = ""
     if package and (not _NAME.fullmatch(package) or keyword.iskeyword(package) or len(package) > _MOST):
@@ -41,22 +41,6 @@ def lay_out(folder: Path, package: str = "") -> Course:
         for path in folder.rglob("*.py"):
             path.write_text(_IMPORTS.sub(_by_module, path.read_text(encoding="utf-8")), encoding="utf-8")
     return load(folder)
-
-
-def extend_kits_own(folder: Path) -> Course:
-    """Lay out a course in `folder` that keeps the kit's own and changes some of it, and return it.
-
-    Raises:
-        UsageError: there is something in the folder.
-    """
-    _require_empty(folder)
-    shutil.copytree(_CHANGES, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
-    return load(folder)
-
-
-def _require_empty(folder: Path) -> None:
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UsageError(f"{folder} is not an empty folder; nothing was written.", "Choose a new one.")
 
 
 def _by_module(imports: re.Match[str]) -> str:

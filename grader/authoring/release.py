@@ -6,13 +6,13 @@ without the folders in `_WITHHELD`.
 
 from __future__ import annotations
 
-import json
 import re
 import time
 import tomllib
 from pathlib import Path
 
 import nbformat
+import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -68,20 +68,22 @@ def release(out: Path, course: Course, *, solutions: bool = True, lane: str = la
         words = f"with the solved files of {which}, so `start_at` works; --without-solutions leaves them out"
     if lane != lanes.WHOLE:
         profile = out.with_suffix(".rubric.yaml")
-        profile.write_text(profile_of(lane, rubric.load(course.rubric)), encoding="utf-8")
+        profile.write_text(profile_of(lane, rubric.text(course.rubric)), encoding="utf-8")
         words += f"; the notebooks are those of the lane {lane}, and {profile.name} is the rubric of what it asks for"
     return f"{counted(len(files), 'file')}, {out.stat().st_size / 1e6:.1f} MB; {words}"
 
 
-def profile_of(lane: str, whole: rubric.Rubric) -> str:
-    """Return the text of a rubric that has of the kit's what a lane asks for, for `grader grade --rubric`."""
-    dropped = [r.id for r in whole.requirements if r.id not in lanes.asked_for(lane)]
-    worth = sum(r.points for r in whole.requirements) - sum(whole.requirement(name).points for name in dropped)
-    return (
-        f"# What the lane {lane} asks for, {worth:g} points; the course gives the rest of the package.\n"
-        f'title: {whole.title}, the {lane} lane\nversion: "{whole.version}-{lane}"\nextends: kit\n'
-        f"dropped: [{', '.join(dropped)}]\n"
-    )
+def profile_of(lane: str, text: str) -> str:
+    """Return the text of a rubric that has of another's what a lane asks for, for `grader grade --rubric`."""
+    data, asked = yaml.safe_load(text), lanes.asked_for(lane)
+    every = [each["id"] for criterion in data["criteria"] for each in criterion["requirements"]]
+    for criterion in data["criteria"]:
+        criterion.pop("points", None)
+        criterion["requirements"] = [each for each in criterion["requirements"] if each["id"] in asked]
+    data |= {"title": f"{data['title']}, the {lane} lane", "version": f"{data['version']}-{lane}"}
+    data["dropped"] = [name for name in every if name not in asked]
+    words = f"# What the lane {lane} asks for; the course gives the rest of the package.\n"
+    return words + yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
 
 
 def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE) -> dict[str, bytes]:
@@ -92,8 +94,7 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
     """
     named = (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE", *(f"docs/{page}" for page in _PAGES))
     found = {name: (KIT / name).read_bytes() for name in named} | tree(*_WITHHELD)
-    layers = [path for layer in reversed(course.layers) for path in (layer / "student_kit").glob("*")]
-    for path in (*_STUDENT_KIT.iterdir(), *layers):
+    for path in (*_STUDENT_KIT.iterdir(), *(course.folder / "student_kit").glob("*")):
         found[path.name] = path.read_bytes()
     own, whole = _of(course), rubric.load(course.rubric)
     for name, path in own.items():
@@ -102,10 +103,6 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
             found[name] = _in_lane(path, lane)
         elif path == course.rubric:
             found[name] = held_back.rubric_for_students(rubric.text(path), whole).encode()
-        elif course.extends and path.name == reader.COURSE:
-            title = f"title: {json.dumps(course.title, ensure_ascii=False)}"
-            lines = path.read_text(encoding="utf-8").splitlines()
-            found[name] = "\n".join(title if line.startswith("title:") else line for line in [*lines, ""]).encode()
     found["docs/handout.md"] = handout.render(whole, course).encode()
     found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
@@ -113,9 +110,8 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
     found.pop(_SOLUTIONS, None)
     if solutions and checkpoint_texts.packed():
         found[_SOLUTIONS] = checkpoint_texts.pack()
-    home = course.extends or course
-    if home.rubric != rubric.RUBRIC:
-        found[reader.INSTALLED] = f"{home.folder.name}\n".encode()
+    if course.rubric != rubric.RUBRIC:
+        found[reader.INSTALLED] = f"{course.folder.name}\n".encode()
     names = {*own, _SOLUTIONS, "docs/handout.md"}
     held_back.require_apart(course, {name: content for name, content in found.items() if name in names})
     return found
@@ -147,21 +143,16 @@ def tree(*withheld: str) -> dict[str, bytes]:
 def _of(course: Course) -> dict[str, Path]:
     """Return the files of a course by their paths in the kit: as in the checkout, or below the name of its folder.
 
-    A course that extends another comes in its place. The solution, the notebooks' sources, the edits (known-bad ones,
-    and those of the patients) and held_back/ stay with the instructor.
+    The solution, the notebooks' sources, the edits (known-bad ones, and those of the patients) and held_back/ stay
+    with the instructor.
     """
-    home, notebooks = course.extends or course, course.notebooks
-    top = KIT if home.rubric == rubric.RUBRIC else home.folder.parent
+    notebooks = course.notebooks
+    top = KIT if course.rubric == rubric.RUBRIC else course.folder.parent
     pages = [*notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
     pages = [page for page in pages if page.name.count(".") == 1]  # not the folded copies of a lane
     pages += notebooks.glob("pictures/[0-9][0-9]*.png")
-    found = {home.notebooks / path.relative_to(notebooks): path for path in pages}
-    for layer in reversed(course.layers):
-        found |= {home.folder / path.relative_to(layer): path for path in files(layer) if path != course.rubric}
-    found |= {home.rubric: course.rubric, home.folder / reader.COURSE: home.folder / reader.COURSE}
-    if top == KIT:
-        found[_COURSES / "__init__.py"] = _COURSES / "__init__.py"
-    return {place.relative_to(top).as_posix(): path for place, path in found.items()}
+    found = {course.rubric, *pages, *files(course.folder), *([_COURSES / "__init__.py"] if top == KIT else [])}
+    return {path.relative_to(top).as_posix(): path for path in found}
 
 
 def files(folder: Path) -> list[Path]:

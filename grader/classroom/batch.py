@@ -204,7 +204,7 @@ def _prepared(
             notes=(*remarks, *found.notes),
             rubric=whole.sha256,
             title=whole.title,
-            kit=provenance.kit_hash(course.layers),
+            kit=provenance.kit_hash(course.folder),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
             made=dt.datetime.now().astimezone(),

@@ -96,7 +96,7 @@ def unzip(packed: bytes, into: Path) -> None:
 
 
 def _kit_hash(course: str) -> str:
-    return provenance.kit_hash(named(course).layers)
+    return provenance.kit_hash(named(course).folder)
 
 
 @contextmanager

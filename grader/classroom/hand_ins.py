@@ -153,7 +153,7 @@ def rescore(
                 before = _points(folder.report(record.id))
                 pairs = [(each, before.get(each, "none"), after.get(each, "none")) for each in before | after]
                 changes += [(record.id, *pair) for pair in pairs if pair[1] != pair[2]]
-                judge = provenance.kit_hash(course.layers)
+                judge = provenance.kit_hash(course.folder)
                 folder.keep(made[record.id], replace(record, rubric=whole.sha256, judge=judge))
             folder.write_facts(replace(facts, rubric=whole.sha256))
             write_atomically(folder.path / RUBRIC, text)

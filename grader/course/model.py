@@ -146,7 +146,6 @@ class Course:
         goal: the fields of the action by which trials send the robot to a place, None if there is no such action.
         demonstration: the path of the script that shows the nodes at work, "" for none.
         words: further names that code has from the contract, such as frames and states.
-        extends: the course that has whatever is not in `folder`, None for a course that has everything.
         language: of what students read, such as "de".
     """
 
@@ -165,7 +164,6 @@ class Course:
     rubric: Path = Path()
     solution: Path = Path()
     notebooks: Path = Path()
-    extends: Course | None = None
 
     @property
     def contract(self) -> Path:
@@ -177,22 +175,13 @@ class Course:
         """Return the folder of what students must not see, with folders `trials`, `checks` and `worlds`."""
         return self.folder / "held_back"
 
-    @property
-    def layers(self) -> tuple[Path, ...]:
-        """Return its folder, and after it that of the course that it extends."""
-        return (self.folder, *(self.extends.layers if self.extends else ()))
-
     def path(self, name: str) -> Path:
-        """Return the path of a file or a folder, which may not be there; its own comes before the extended course's."""
-        return next((found for layer in self.layers if (found := layer / name).exists()), self.folder / name)
+        """Return the path of a file or a folder of the course, which may not be there."""
+        return self.folder / name
 
     def files(self, kind: str, pattern: str) -> list[Path]:
-        """Return its "trials", "checks" or "worlds": those that students get, then those held back.
-
-        Its own file comes in place of the extended course's with the same name.
-        """
-        found = {path.name: path for layer in reversed(self.layers) for path in sorted((layer / kind).glob(pattern))}
-        return [*found.values(), *sorted((self.held_back / kind).glob(pattern))]
+        """Return its "trials", "checks" or "worlds": those that students get, then those held back."""
+        return [path for home in (self.folder, self.held_back) for path in sorted((home / kind).glob(pattern))]
 
     def world(self, name: str) -> str:
         """Return what `sim.load_world` takes for a world: a file of the course's own, or else its name."""

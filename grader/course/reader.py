@@ -103,7 +103,7 @@ def _kits() -> list[Path]:
 
 
 def _chosen(course: Course) -> Course:
-    words.speak(course.language, *course.layers)
+    words.speak(course.language, course.folder)
     return course
 
 
@@ -120,25 +120,20 @@ def load(folder: Path) -> Course:
 def loaded(folder: Path) -> Course:
     """Return the course in a folder, given by its resolved path, read once in a process; see `load`."""
     path, root = _compose(folder / COURSE)
-    reader = _Reader(path)
-    base = reader.extended(yaml_reader.value(root, "extends"))
-    places = ("solution", "notebooks")
-    needed = ("extends", "rubric") if base else ("title", "package", "rubric")
+    reader, places, wrong = _Reader(path), ("solution", "notebooks"), list[str]()
     named = yaml_reader.value(root, "package")
-    package = base.package if base else str(named.value) if isinstance(named, yaml.ScalarNode) else ""
-    parts: dict[str, Any] = {name: getattr(base, name) for name in ("title", "language", *places)} if base else {}
-    wrong: list[str] = []
+    package = str(named.value) if isinstance(named, yaml.ScalarNode) else ""
+    parts: dict[str, Any] = {}
     with yaml_reader.noted(wrong):
-        fields = reader.fields(root, root, needed, "a course", ("language", *places, *(("title",) if base else ())))
-        parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
-        parts |= {"title": reader.text(fields["title"])} if "title" in fields else {}
+        fields = reader.fields(root, root, ("title", "package", "rubric"), "a course", ("language", *places))
+        parts = {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
+        parts["title"] = reader.text(fields["title"])
         parts |= {"language": reader.language(fields["language"])} if "language" in fields else {}
-    own = folder / CONTRACT
     with yaml_reader.noted(wrong):
-        path, contract = _compose(base.folder / CONTRACT if base and not own.exists() else own)
+        path, contract = _compose(folder / CONTRACT)
         parts |= _Reader(path).contract(contract, package) if package else {}
     yaml_reader.require_none(wrong)
-    course = Course(folder=folder, package=package, extends=base, **parts)
+    course = Course(folder=folder, package=package, **parts)
     for type_ in course.interfaces:
         if not (file := course.contract / course.interface_file(type_)).is_file():
             raise GraderError(f"{path} names the interface {type_}, and there is no {file}. Write it.")
@@ -187,13 +182,6 @@ class _Reader(YamlReader):
         if not path.exists() and path.suffix:  # a students' kit leaves the folder of the solution out
             self.fail(node, f"there is no {path}; correct the path, which is relative to {COURSE}")
         return path
-
-    def extended(self, node: yaml.Node | None) -> Course | None:
-        """Return the course that this one extends."""
-        if node is None:
-            return None
-        self.one_of(node, ("kit",), "a course that can be extended")
-        return kits_own()
 
     def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
         """Return the fields of a Course that its contract decides."""

@@ -7,7 +7,7 @@ import hashlib
 import os
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -28,19 +28,19 @@ def environment() -> dict[str, str]:
     }
 
 
-def kit_hash(course: Sequence[Path]) -> str:
-    """Return a hash of the code that decides a grade by the folders of a course, 16 hexadecimal digits."""
+def kit_hash(course: Path) -> str:
+    """Return a hash of the code that decides a grade by the folder of a course, 16 hexadecimal digits."""
     found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
     engine = (path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
     kinds = ("checks", "contract", "extra-requirements.txt", "functions", "held_back", "trials", "worlds")
-    return _hash({KIT: engine} | {folder: _files(folder, *kinds) for folder in course})
+    return _hash({KIT: engine} | {course: _files(course, *kinds)})
 
 
-def checks_hash(course: Sequence[Path]) -> str:
-    """Return a hash of the code that judges evidence by the folders of a course, 16 hexadecimal digits."""
+def checks_hash(course: Path) -> str:
+    """Return a hash of the code that judges evidence by the folder of a course, 16 hexadecimal digits."""
     found = [path for room in ("checks", "scoring") for path in (KIT / "grader" / room).rglob("*.py")]
     kinds = ("checks", "contract", "functions", "held_back/checks")
-    return _hash({KIT: found} | {folder: _files(folder, *kinds) for folder in course})
+    return _hash({KIT: found} | {course: _files(course, *kinds)})
 
 
 def _files(course: Path, *folders: str) -> Iterable[Path]:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from grader.notebook.standing import Standing
     from sim import World
 
-__path__ += [str(layer / "lessons") for layer in course().layers]
+__path__ += [str(course().folder / "lessons")]
 """A module in the course's folder `lessons` is imported as `grader.notebook.NAME`."""
 
 __all__ = [

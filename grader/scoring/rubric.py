@@ -13,7 +13,6 @@ import yaml
 
 from grader import KIT, yaml_reader
 from grader.errors import GraderError
-from grader.scoring import rubric_changes
 from grader.words import say, spoken
 from grader.yaml_reader import YamlReader, line_of
 
@@ -155,49 +154,32 @@ def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
     Raises:
         GraderError: the file cannot be read, names something unknown, or its points do not add up.
     """
-    here = _text(path)
-    kit = "" if path == RUBRIC else _text(RUBRIC)
-    return _loaded(path, here, kit, None if checks is None else frozenset(checks), spoken())
+    return _loaded(path, text(path), None if checks is None else frozenset(checks), spoken())
 
 
 @lru_cache(32)
-def _loaded(path: Path, _here: str, _kit: str, checks: frozenset[str] | None, _language: str) -> Rubric:
-    """Return the rubric in `path`; the other arguments are all that it depends on. Reading one takes 10 ms."""
-    text, root = _read(path)
+def _loaded(path: Path, read: str, checks: frozenset[str] | None, _language: str) -> Rubric:
+    """Return the rubric in `path` with the text `read`, in the language in use. Reading one takes 10 ms."""
+    root = yaml_reader.compose(path, read)
+    if not isinstance(root, yaml.MappingNode):
+        raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
     reader = _Reader(path, checks)
-    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(text.encode()).hexdigest())
+    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(read.encode()).hexdigest())
     if problems := [f"line {reader.points_lines[name]}: {words}" for name, words in _problems(rubric)]:
         raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
     return rubric
 
 
 def text(path: Path) -> str:
-    """Return a rubric's text; of one that extends the kit's, the text of both in one.
+    """Return a rubric's text.
 
     Raises:
-        GraderError: the file cannot be read, or changes what the kit's rubric has not.
+        GraderError: the file cannot be read.
     """
-    return _read(path)[0]
-
-
-def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise GraderError(f"{path} cannot be read as a rubric ({error}). Compare it with the kit's own.") from error
-
-
-def _read(path: Path) -> tuple[str, yaml.Node]:
-    text = _text(path)
-    root = yaml_reader.compose(path, text)
-    if not isinstance(root, yaml.MappingNode):
-        raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
-    if (extends := yaml_reader.value(root, "extends")) is None:
-        return text, root
-    reader = YamlReader(path)
-    reader.require_known(reader.text(extends), extends, ("kit",), "a rubric that can be extended")
-    root = rubric_changes.changed(_read(RUBRIC)[1], path, root)
-    return yaml.serialize(root, allow_unicode=True, width=120), root
 
 
 class _Reader(YamlReader):

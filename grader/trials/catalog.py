@@ -51,8 +51,7 @@ def trials(course: Course) -> dict[str, TrialPlan]:
     """
     found: dict[str, TrialPlan] = {}
     problems = []
-    public = modules(*(layer / "trials" for layer in course.layers))
-    for module in (*public, *modules(course.held_back / "trials")):
+    for module in (*modules(course.folder / "trials"), *modules(course.held_back / "trials")):
         own = (item for item in vars(module).values() if getattr(item, "__module__", "") == module.__name__)
         for plan in (getattr(item, _PLAN) for item in own if hasattr(item, _PLAN)):
             node = plan.node or next(iter(course.nodes))
@@ -63,7 +62,7 @@ def trials(course: Course) -> dict[str, TrialPlan]:
     for plan in () if problems else stock.plans(course):
         found[plan.name] = replace(found[plan.name], kind=plan.kind) if plan.name in found else plan
     for plan in list(found.values()):
-        if plan.follows and plan.follows not in found:  # another file may have taken the place of its own
+        if plan.follows and plan.follows not in found:  # its file may be gone
             found[plan.name] = replace(plan, follows="")
         elif plan.follows and (wrong := _cannot_follow(plan, found, held_back_names(course))):
             problems.append(f"the trial {plan.name} cannot follow {plan.follows}: {wrong}.")

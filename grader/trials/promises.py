@@ -154,7 +154,7 @@ def promise(*serves: str) -> Callable[[Judges], Judges]:
 def hunts(course: Course) -> Hunts:
     """Return all that a course can hunt for, after importing its modules."""
     makings, promises = [], []
-    for module in modules(*(layer / "hunts" for layer in course.layers)):
+    for module in modules(course.folder / "hunts"):
         for name, item in vars(module).items():
             if getattr(item, "__module__", "") != module.__name__:
                 continue

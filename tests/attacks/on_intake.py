@@ -14,7 +14,8 @@ from grader.authoring.package_edits import put
 from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, Pack, attack
 
-PACKAGE = kits_own().package
+KITS = kits_own()
+PACKAGE = KITS.package
 
 _MIB = 1024 * 1024
 
@@ -128,8 +129,9 @@ ATTACKS: tuple[Attack, ...] = (
     attack(
         "brings_a_course",
         "The package is a course, with checks and trials that write on the host; who grades it stands in its folder.",
-        put("course.yaml", "extends: kit\nrubric: rubric.yaml\n"),
-        put("rubric.yaml", "extends: kit\n"),
+        put("course.yaml", f"title: Mine\npackage: {PACKAGE}\nrubric: rubric.yaml\n"),
+        put("rubric.yaml", KITS.rubric.read_text()),
+        put("contract/contract.yaml", (KITS.folder / "contract" / "contract.yaml").read_text()),
         put("checks/check_readme.py", _TAKES_OVER + _GENEROUS),
         put("trials/idle.py", _TAKES_OVER),
         *(put(f"{module}.py", _TAKES_OVER) for module in ("conftest", "rclpy", "yaml", "sitecustomize")),

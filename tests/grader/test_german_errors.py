@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import html
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -31,10 +32,9 @@ __all__ = ["workspace"]
 @pytest.fixture
 def german_course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The folder of the kit's own course in German, which `grader.course.find` finds."""
-    folder = tmp_path / "kurs"
-    folder.mkdir()
-    (folder / "course.yaml").write_text("extends: kit\nlanguage: de\nrubric: rubric.yaml\n")
-    (folder / "rubric.yaml").write_text("extends: kit\n")
+    folder = shutil.copytree(COURSE.folder, tmp_path / "kurs", ignore=shutil.ignore_patterns("__pycache__"))
+    places = f"rubric: {COURSE.rubric}\nsolution: {COURSE.solution}\nnotebooks: {COURSE.notebooks}\n"
+    (folder / "course.yaml").write_text(f"title: Kurs\npackage: {COURSE.package}\nlanguage: de\n{places}")
     monkeypatch.setenv(VARIABLE, str(folder))
     yield folder
     words.speak(words.ENGLISH, COURSE.folder)

@@ -30,8 +30,8 @@ def inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, text in {
         "package.xml": "<package format='3'><name>ros2_robot_controller</name></package>",
         "README.md": "# Nothing\n",
-        "course.yaml": "extends: kit\nrubric: rubric.yaml\n",
-        "rubric.yaml": "extends: kit\n",
+        "course.yaml": "title: Mine\npackage: ros2_robot_controller\nrubric: rubric.yaml\n",
+        "rubric.yaml": "title: Mine\n",
         "checks/check_readme.py": RUNS,
         "trials/idle.py": RUNS,
     }.items():

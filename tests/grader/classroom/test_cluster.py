@@ -52,7 +52,7 @@ def test_workers_with_another_kit_are_refused(scheduler):
 
 def test_a_scheduler_that_does_not_answer_is_a_sentence(monkeypatch):
     monkeypatch.setattr(cluster, "_CONNECT_S", 1)
-    nobody = cluster.workforce("tcp://127.0.0.1:9", provenance.kit_hash(kits_own().layers))
+    nobody = cluster.workforce("tcp://127.0.0.1:9", provenance.kit_hash(kits_own().folder))
     with pytest.raises(GraderError, match=r"does not answer .* `dask scheduler`"), nobody:
         pass
 
@@ -65,7 +65,7 @@ def grading(folder: Path) -> Iterator[tuple[Workforce, subprocess.Popen[bytes], 
     order = Order("t", str(package), str(folder / "out"), rubric.RUBRIC.read_text(), 0, fresh=True)
     with (
         dask_cluster(folder, 1, "--no-nanny") as (address, (worker,)),
-        cluster.workforce(address, provenance.kit_hash(kits_own().layers)) as found,
+        cluster.workforce(address, provenance.kit_hash(kits_own().folder)) as found,
     ):
         found.submit(order)
         # The grading's own process, and a sandbox that it has started.

@@ -14,6 +14,7 @@ from helpers import recordings
 from helpers.course import COURSE, PACKAGE
 
 from grader import KIT, building, evidence, notebook, pipeline
+from grader.authoring.release import profile_of
 from grader.host import procfs
 from grader.notebook import check_process, checking, checkpoints, prerequisites
 from grader.notebook.feedback import Progress
@@ -48,6 +49,15 @@ def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspac
     ]
     assert {answer.id for answer in checked.answers} == set(names)
     assert all("seen" in dict(note.rows) and "try" in dict(note.rows) for a in checked.answers for note in a.notes)
+
+
+def test_what_the_courses_rubric_has_dropped_is_said_not_to_be_graded(workspace, monkeypatch, tmp_path) -> None:
+    """`check("Q6")` ended the run of notebook 10 with ValueError."""
+    (tmp_path / "rubric.yaml").write_text(profile_of("core", COURSE.rubric.read_text()))
+    monkeypatch.setattr(checking, "course", lambda: replace(COURSE, rubric=tmp_path / "rubric.yaml"))
+    checked = checking.check(workspace, ["Q6"])
+    assert repr(checked) == "Q6 is not graded in this course."
+    assert checked.passed
 
 
 def test_a_package_of_interfaces_beside_the_package_is_checked_with_it(package: Path, monkeypatch) -> None:

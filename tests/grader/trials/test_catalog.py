@@ -50,7 +50,7 @@ def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, s
 
 
 def test_a_trial_begins_a_life_of_its_own_where_the_one_before_is_gone(tmp_path: Path):
-    """A file of a course that extends another may take the place of the file that had it."""
+    """It may be in a file that is gone."""
     (tmp_path / "trials").mkdir()
     script = "from grader.trials.catalog import trial\n@trial(follows='nowhere')\ndef one(stage): ...\n"
     (tmp_path / "trials" / "a.py").write_text(script)

@@ -100,4 +100,4 @@ def test_the_courses_hunts_are_found_in_its_folder(tmp_path: Path):
     assert {"F1", "F4", "F8", "F12", "I8"} <= {*found.requirements}
     assert {name for promise in found.promises for name in promise.serves} == {*found.requirements}
     assert all(promise.sentence.endswith(".") for promise in found.promises)
-    assert hunts(replace(COURSE, folder=tmp_path, extends=None)) == Hunts()
+    assert hunts(replace(COURSE, folder=tmp_path)) == Hunts()
