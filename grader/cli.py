@@ -118,7 +118,6 @@ _OTHERS = {
     "grader.authoring.course_command": {
         "check-course": "find what is wrong with a course before anything is graded by it",
         "new-course": "lay out a course of your own",
-        "new": "add a requirement to a course, to start from",
     },
     "grader.selftest.attacks.command": {
         "self-test": "attack the grader on this machine, and report what stopped each attack"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -48,17 +47,6 @@ def add(verbs: Any) -> None:
     parser.add_argument("folder", type=Path, help="a folder that does not exist yet, or is empty")
     parser.add_argument("--package", default="", metavar="NAME", help="the name of the package that students write")
     parser.set_defaults(run=_new_course)
-    parser = verbs.add_parser(
-        "new",
-        help="add a requirement to a course, to start from",
-        description="Write a trial, a check and a known-bad edit, and enter the requirement into the rubric.",
-        epilog="Example:  grader new requirement X1 --course mycourse",
-    )
-    parser.add_argument("what", choices=["requirement"])
-    parser.add_argument("id", help="its id, which no other requirement has")
-    parser.add_argument("--held-back", action="store_true", help="students see its title, text and points only")
-    parser.add_argument("--course", **of_course)
-    parser.set_defaults(run=_new, for_authors=True)
 
 
 def _check_course(options: argparse.Namespace) -> int:
@@ -100,19 +88,8 @@ def _new_course(options: argparse.Namespace) -> int:
         f"{folder} is a course in which students write the package {course.package}. Next:\n"
         f"    grader check-course --static {folder}    # reads its files\n"
         f"    grader check-course {folder}             # grades its solution, and edits of it\n"
-        f"    grader new requirement X1 --course {folder}\n"
         f"    grader handout --course {folder}\n"
         "No course is used because you stand in its folder: there, type --course . instead.\n"
         "docs/own-course.md of the kit leads from here to a graded class."
     )
-    return EXIT_GRADED
-
-
-def _new(options: argparse.Namespace) -> int:
-    from grader.authoring import new_requirement
-
-    course = find(options.course)
-    for path in new_requirement.add(course, options.id, held_back=options.held_back):
-        print(os.path.relpath(path))
-    print(f"Fill in what says TODO, then type: grader check-course {os.path.relpath(course.folder)}")
     return EXIT_GRADED

@@ -71,12 +71,11 @@ def test_a_notebook_in_somebody_elses_workspace_says_so_and_uses_the_kits_course
 def test_an_authors_verb_in_the_folder_of_a_course_says_what_to_type(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    """`grader new requirement X1` would have changed the kit's own course."""
     monkeypatch.delenv(VARIABLE, raising=False)
     mine = new_course.lay_out(tmp_path / "mine").folder
     before = kits_own().rubric.read_bytes()
     monkeypatch.chdir(mine / "checks")
-    for verb in (["new", "requirement", "X1"], ["release", "--out", "kit.zip"], ["check-course", "--static"]):
+    for verb in (["release", "--out", "kit.zip"], ["check-course", "--static"]):
         assert cli.main(verb) == 2
         assert f"{mine}/course.yaml is not used. If that course is yours, add: --course .." in capsys.readouterr().err
     assert cli.main(["check-course", "--static", "--course", ".."]) == 0

@@ -16,7 +16,7 @@ import yaml
 from helpers.course import COURSE
 
 from grader import KIT, cli
-from grader.authoring import export, new_course, new_requirement
+from grader.authoring import export, new_course
 
 
 @pytest.fixture
@@ -61,16 +61,15 @@ def test_the_template_repository_has_a_workflow_and_the_kit(tmp_path: Path):
 def test_a_course_of_ones_own_is_in_an_autograder_with_all_that_judges_it(tmp_path: Path):
     """`grader export` had no --course, so the autograder graded by the kit's own."""
     course = new_course.lay_out(tmp_path / "mine")
-    new_requirement.add(course, "X1")
     (course.folder / "held_back").mkdir()
-    (course.folder / "checks" / "check_x1.py").rename(course.folder / "held_back" / "check_x1.py")
+    (course.folder / "held_back" / "check_x1.py").touch()
     out = tmp_path / "autograder.zip"
     assert cli.main(["export", "gradescope", "--course", str(course.folder), "--out", str(out)]) == 0
     with zipfile.ZipFile(out) as opened:
         opened.extractall(tmp_path)
     folder = tmp_path / "kit" / "course"
     names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    assert {"trials/x1.py", "held_back/check_x1.py", "rubric.yaml", "contract/contract.yaml"} <= names
+    assert {"trials/patrol.py", "held_back/check_x1.py", "rubric.yaml", "contract/contract.yaml"} <= names
     assert not [name for name in names if name.startswith(("solution", "notebooks/", "known_bad"))]
     script = "from grader.course import find; print(find().package, find().folder)"
     found = subprocess.run(
