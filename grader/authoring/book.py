@@ -22,12 +22,11 @@ import nbformat
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import checkpoint_texts, nbgrader, notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, notebook_run, notebook_source
 from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
 from grader.notebook.workspace import course
 from grader.scoring.rubric import Rubric, load
-from grader.words import counted
 
 PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
 PAGE = KIT / "docs" / "course.md"
@@ -44,7 +43,6 @@ _VERBS = {
     "reword": "write both editions after a change of the prose alone: the published outputs stay, nothing is run",
     "pictures": "draw notebooks/pictures/NN.png",
     "check": "list the notebooks that differ from their source",
-    "nbgrader": "write the notebooks as an nbgrader assignment into an nbgrader course folder",
     "table": "write the table of requirements and sections into docs/course.md",
     "untouched": "run each notebook as students first see it, in an empty workspace; store nothing",
 }
@@ -62,10 +60,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             PAGE.write_text(with_table(PAGE.read_text(), rubric))
             return 0
         names = notebook_source.select(options.notebooks, folder)
-        if options.verb == "nbgrader":
-            written = nbgrader.write(names, rubric, options.out, folder)
-            print(f"{counted(len(written), 'file')} below {options.out}")
-            return 0
         done = [_run_verb(options.verb, Notebook(name, rubric, folder)) for name in names]
     except KitError as error:
         print(f"book: {error}", file=sys.stderr)
@@ -86,8 +80,6 @@ def _parser() -> argparse.ArgumentParser:
             "--course", type=Path, metavar="DIR", help="the folder of the course, unless the kit's own"
         )
         subparser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
-        if verb == "nbgrader":
-            subparser.add_argument("--out", type=Path, required=True, help="the nbgrader course folder")
     return parser
 
 

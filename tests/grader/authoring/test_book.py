@@ -162,20 +162,6 @@ def test_the_last_check_of_a_requirement_holds_its_points(example: Path, rubric:
     assert (first.metadata.nbgrader.grade, first.metadata.nbgrader.locked) == (False, True)
 
 
-def test_nbgrader_counts_the_points_of_a_check(example: Path, tmp_path: Path):
-    """A number as the last value is partial credit; the lines between the marks are hidden from students."""
-    assert book.main(["nbgrader", "02", "--folder", str(example), "--out", str(tmp_path)]) == 0
-    written = book.read_stored(tmp_path / "source" / "notebooks" / f"{NAME}.ipynb")
-    (checked,) = [cell for cell in written.cells if cell["id"] == "check-i3"]
-    assert checked.source.splitlines() == [
-        'answer = check("I3")',
-        "answer",
-        "### BEGIN HIDDEN TESTS",
-        "sum(float(found.points) for found in answer.answers if found.id in ['I3'])",
-        "### END HIDDEN TESTS",
-    ]
-
-
 def renamed(folder: Path, name: str) -> Path:
     source(folder).rename(folder / "source" / f"{name}.py")
     return folder
