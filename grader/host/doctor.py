@@ -200,18 +200,6 @@ def _rclpy(machine: Machine) -> list[Diagnosis]:
     return [_bad("import rclpy", _last_line(ran.output), REINSTALL)]
 
 
-def _launch(_machine: Machine) -> list[Diagnosis]:
-    """Look for the package index's `launch`, which is not ROS's and would hide the kit's replacement for it."""
-    try:
-        files = importlib.metadata.files("launch") or []
-    except importlib.metadata.PackageNotFoundError:
-        return [_ok("launch", "no foreign package of that name")]
-    if any(str(file) == "launch/launch_description.py" for file in files):
-        return [_ok("launch", "the one of ROS 2")]
-    found = "a package that only shares its name with ROS 2's launch is installed"
-    return [_bad("launch", found, _pip("uninstall -y launch"))]
-
-
 # -- the sandbox --------------------------------------------------------------------------------------------------
 
 
@@ -419,6 +407,6 @@ def _last_line(text: str) -> str:
 
 # In the order of the report. Two run at a time.
 _CHECKS: tuple[Callable[[Machine], list[Diagnosis]], ...] = (
-    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _launch, _sandbox, _user, _cgroups, _limits,
+    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _sandbox, _user, _cgroups, _limits,
     _resources, _ccache,
 )  # fmt: skip

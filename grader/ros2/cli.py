@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import importlib
 import os
 import re
@@ -49,8 +48,6 @@ ABSENT = {
 }
 MORE = "Call `ros2 <command> -h` for more detailed usage."
 
-KEEP_OWN = "ROS2_COURSE_KIT_OWN"  # set to 1, ours runs although there is a real one
-
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return the exit code."""
@@ -59,8 +56,6 @@ def main(argv: list[str] | None = None) -> int:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])  # see start_again
     words = sys.argv[1:] if argv is None else argv
     completing = "_ARGCOMPLETE" in os.environ
-    if not completing:
-        step_aside(words)
     complete_environment()
     typed = words
     if completing:  # the words so far, without the last one: it is being completed
@@ -193,21 +188,3 @@ def _prepend(name: str, paths: list[Path]) -> None:
     new = [str(path) for path in paths if path.is_dir() and str(path) not in there]
     if new:
         os.environ[name] = os.pathsep.join([*new, *there])
-
-
-# -- the real command -----------------------------------------------------------------------------------------------
-def step_aside(words: list[str]) -> None:
-    """Replace this process by the real command, if there is one; else return.
-
-    It is a program named ros2 on PATH that is not this one and whose text mentions ros2cli: a copy of ours in another
-    virtual environment does not.
-    """
-    if os.environ.get(KEEP_OWN) == "1":
-        return
-    mine = {Path(sys.argv[0]).resolve(), Path(sys.prefix).resolve() / "bin" / "ros2"}
-    for folder in os.environ.get("PATH", "").split(os.pathsep):
-        path = Path(folder or ".") / "ros2"
-        if path.is_file() and os.access(path, os.X_OK) and path.resolve() not in mine:
-            with contextlib.suppress(OSError):
-                if b"ros2cli" in path.read_bytes()[:4096]:
-                    os.execv(path, [str(path), *words])

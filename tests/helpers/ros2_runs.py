@@ -57,7 +57,6 @@ def environment(prefix: Path, home: Path, **more: str) -> dict[str, str]:
         "AMENT_PREFIX_PATH": f"{prefix}:{sys.prefix}",
         "ROS_LOG_DIR": str(home / "log"),
         "TMPDIR": str(home),
-        "ROS2_COURSE_KIT_OWN": "1",
         # Launching needs none of the wheels' libraries, so skip their second start of Python.
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
         "PYTHONDONTWRITEBYTECODE": "1",

@@ -1,4 +1,4 @@
-"""Make `launch` and `launch_ros` importable in this process, unless the real ones are installed.
+"""Make `launch` and `launch_ros` importable in this process.
 
 The table below lists what is supported. Any other name can be imported as well, and is refused, with the line of the
 launch file, when it is used.
@@ -137,19 +137,6 @@ def _missing(module: str, name: str) -> type:
     return _Refusing(name, (entities.Action,), own)
 
 
-def real_ones_installed() -> bool:
-    """Return whether the real launch and launch_ros can be imported.
-
-    A module of that name is not enough: PyPI has an unrelated `launch`, which may be installed beside this kit.
-    """
-    try:
-        return hasattr(importlib.import_module("launch"), "LaunchDescription") and hasattr(
-            importlib.import_module("launch_ros.actions"), "Node"
-        )
-    except ImportError:
-        return False
-
-
 class _Finder:
     """Finds the modules of the real packages, with the names in them: supported ones, and ones that refuse."""
 
@@ -193,11 +180,8 @@ def _snake(name: str) -> str:
     ).lower()
 
 
-def install() -> bool:
-    """Make the names importable in this process and return True; return False if the real ones are installed."""
-    if real_ones_installed():
-        return False
+def install() -> None:
+    """Make the names importable in this process, whatever is installed under them: PyPI has an unrelated `launch`."""
     for name in [name for name in sys.modules if name.split(".")[0] in ("launch", "launch_ros")]:
         del sys.modules[name]
     sys.meta_path.insert(0, _Finder())
-    return True

@@ -316,12 +316,6 @@ def test_wheels_that_differ_from_the_lock_are_found():
     ]
 
 
-def test_the_foreign_package_named_launch_is_found(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("importlib.metadata.files", lambda _: ["launch/__init__.py"])
-    launch = found(FakeMachine(), "launch")
-    assert (launch.state, launch.fix) == (State.BAD, ".venv/bin/python -m pip uninstall -y launch")
-
-
 def test_an_interpreter_without_wheels_is_bad(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sys, "version_info", (3, 15, 0))
     assert found(FakeMachine(), "Python").state is State.BAD

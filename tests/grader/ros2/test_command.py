@@ -154,17 +154,6 @@ def test_tab_completes_names(demo, tmp_path, line, expected):
     assert {word.strip() for word in (tmp_path / "answer").read_text().split("\n")} >= expected
 
 
-def test_the_real_command_runs_in_place_of_ours(ros2, tmp_path):
-    real = tmp_path / "opt" / "ros2"
-    real.parent.mkdir()
-    real.write_text("#!/bin/sh\n# from ros2cli\necho the real one: $*\n")
-    real.chmod(0o755)
-    path = f"{real.parent}:/usr/bin:/bin"
-    assert ros2("topic", "list", "-t", PATH=path, ROS2_COURSE_KIT_OWN="").stdout == "the real one: topic list -t\n"
-    real.write_text("#!/bin/sh\n# some other copy of ours\n")
-    assert "rclpy" in ros2("pkg", "list", PATH=path, ROS2_COURSE_KIT_OWN="").stdout
-
-
 def test_ctrl_c_that_was_blocked_while_python_started_reaches_the_node(demo, tmp_path):
     """The command blocks the signal when it restarts itself; nothing that it runs may inherit that."""
 
@@ -186,7 +175,7 @@ def test_ctrl_c_that_was_blocked_while_python_started_reaches_the_node(demo, tmp
 @pytest.mark.ros
 def test_sigint_ends_a_command_in_the_background_of_a_script(demo, tmp_path):
     """A shell starts what stands before an `&` with SIGINT ignored; `kill -INT` must end it all the same."""
-    env = {**environment(demo, tmp_path), **ros_env.environment(home=tmp_path), "ROS2_COURSE_KIT_OWN": "1"}
+    env = {**environment(demo, tmp_path), **ros_env.environment(home=tmp_path)}
     echo = [sys.executable, str(COMMAND), "topic", "echo", "/nothing", "std_msgs/msg/String"]
     with subprocess.Popen(echo, env=env, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN)) as process:
         # Before the command has set its own handler, the signal is ignored: so again and again.

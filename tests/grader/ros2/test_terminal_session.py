@@ -117,7 +117,7 @@ def window(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterato
     folder = tmp_path_factory.mktemp("session")
     (folder / "robot.py").write_text(blocks(PAGE.read_text(), "python")[0][1])
     install = building.build([reference], building.cache_folder(), COURSE).install
-    env = {**ros_env.environment(install, home=folder), "ROS2_COURSE_KIT_OWN": "1", "TERM": "xterm"}
+    env = {**ros_env.environment(install, home=folder), "TERM": "xterm"}
     with desk(folder, env) as open_one:
         yield open_one
 
@@ -172,9 +172,7 @@ def test_a_prepared_terminal_builds(tmp_path, shell):
     (source / "msg" / "Greeting.msg").write_text("string text\n")
     (source / "package.xml").write_text(TEXTS["PACKAGE"])
     (source / "CMakeLists.txt").write_text(TEXTS["CMAKE"])
-    with desk(
-        tmp_path, {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "ROS2_COURSE_KIT_OWN": "1"}, shell
-    ) as open_one:
+    with desk(tmp_path, {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}, shell) as open_one:
         terminal = open_one()
         terminal.run(f"source {COMMAND}/setup.bash")
         built = terminal.run("colcon build", limit_s=900)
