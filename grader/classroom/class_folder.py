@@ -202,8 +202,6 @@ class ClassFacts:
     added: tuple[str, ...] = ()
     course: str = ""
     """The course's name, as `grader.course.named` reads it."""
-    pattern: str = ""
-    """How the sources' files are named, "" if a platform says it."""
     ledger: tuple[str, ...] = ()
     """How the entries of the sources and the people add up."""
     claimed: tuple[Person, ...] = ()

@@ -101,10 +101,6 @@ def _add_batch(verbs: Any) -> None:
         help="when submissions were handed in: a grading worksheet of Moodle, a list of submissions of Canvas (JSON), "
         "or a CSV with a column submitted; a roster with such a column is enough",
     )  # fmt: skip
-    option(
-        "--pattern", metavar="NAMES",
-        help="how files are named where no platform is recognised, as {login}_{time}_{attempt} (docs/classes.md)",
-    )  # fmt: skip
     option("--rubric", type=Path, help="a rubric other than the course's own")
     option("--course", type=Path, metavar="DIR", help="the folder of the course, for a new class")
     option("--seed", type=int, help="decides speeds, places and noise (default 0)")

@@ -75,11 +75,10 @@ def find(
 
     Raises:
         GraderError: there is no submission.
-        UsageError: the pattern is none.
     """
     source = root if isinstance(root, Source) else Source(root)
     earlier = before.entries
-    exports = [platforms.read(each, before.pattern) for each in (source, *added)]
+    exports = [platforms.read(each) for each in (source, *added)]
     matches = matching.match([hand_in for export in exports for hand_in in export.hand_ins], roster)
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = _retained(earlier, drafts, roster)

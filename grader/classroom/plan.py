@@ -50,7 +50,6 @@ class Options:
         fresh: grade everything again, from nothing that is kept.
         despite_doubts: grade even where a doubt about whose the submissions are would stop the class.
         minutes: after which the grading of one submission is ended.
-        pattern: how the sources' files are named.
         zero_missing: whether missing, empty and damaged hand-ins get 0.
         scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
     """
@@ -66,7 +65,6 @@ class Options:
     regrade: bool = False
     fresh: bool = False
     despite_doubts: bool = False
-    pattern: str | None = None
     zero_missing: bool | None = None
     jobs: int = 0
     minutes: int = 60
@@ -100,7 +98,7 @@ def settle(
         "source": str(source) if source else None,
         "roster": None if people is None else tuple(people),
         "rubric": rubric,
-        **{name: getattr(options, name) for name in ("seed", "pattern", "deadline", "late_rule")},
+        **{name: getattr(options, name) for name in ("seed", "deadline", "late_rule")},
     }
     new: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     changed = [name for name, value in new.items() if before and getattr(had, name) != value]
