@@ -84,17 +84,8 @@ def fingerprint() -> str:
     """Return a hash of what the environment is made from: the lock, the packaging, and the path (scripts name it)."""
     packaging = tomllib.loads((ROOT / "pyproject.toml").read_text())
     packaging.pop("tool", None)  # the linters' settings change more often, and the environment does not depend on them
-    texts = [path.read_text() for path in (ROOT / "requirements.txt", *added())]
-    parts = [*texts, repr(packaging), str(ROOT)]
+    parts = [(ROOT / "requirements.txt").read_text(), repr(packaging), str(ROOT)]
     return hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
-
-
-def added() -> list[Path]:
-    """Return the files of the packages that the courses of this kit add; whatever else lies in its folder adds none."""
-    named = ROOT / "grader" / "course" / "installed.txt"  # in a kit for another course (grader.course.reader)
-    own = [ROOT / named.read_text(encoding="utf-8").strip()] if named.is_file() else []
-    folders = (ROOT, *own, *ROOT.glob("grader/courses/*"))
-    return sorted(path for folder in folders if (path := folder / "extra-requirements.txt").is_file())
 
 
 def ready() -> bool:
@@ -110,9 +101,6 @@ def set_up(machine: Machine) -> None:
     check_machine(machine)
     make_environment(machine)
     install_pinned()
-    for path in added():
-        say(f"Installing the packages of {path.relative_to(ROOT)}")
-        pip(f"the packages of {path.relative_to(ROOT)}", "install", "--no-deps", "-r", str(path))
     say("Installing the course kit itself")
     pip("the course kit itself", "install", "--no-deps", "--no-build-isolation", "--editable", ".")
     wanted = [tool for tool, program in (("bubblewrap", "bwrap"), ("ccache", "ccache")) if not machine.which(program)]

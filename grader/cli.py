@@ -288,7 +288,6 @@ def _add_handout(verbs: Any) -> None:
 
 def _add_doctor(verbs: Any) -> None:
     parser = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
-    add_course(parser)
     parser.set_defaults(run=_doctor)
 
 
@@ -438,14 +437,10 @@ def _handout(options: argparse.Namespace) -> int:
     return EXIT_GRADED
 
 
-def _doctor(options: argparse.Namespace) -> int:
+def _doctor(_options: argparse.Namespace) -> int:
     from grader.host import doctor
 
     diagnoses = doctor.examine()
-    with contextlib.suppress(ImportError):  # on a host on which nothing is installed yet
-        from grader.course import find, packages
-
-        diagnoses += doctor.of_course(packages.missing(course := find(options.course)), packages.install_line(course))
     print(doctor.render(diagnoses))
     return doctor.exit_status(diagnoses)
 

@@ -17,7 +17,7 @@ from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
 from grader.collect import explain as explain_jobs
-from grader.course import name_of, packages, reader
+from grader.course import name_of, reader
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.host import namespaces, provenance, shortage, submission_user, tempdir
@@ -104,7 +104,6 @@ def require_host(settings: Settings) -> None:
     """Check that this host can grade, and say as whom submissions run."""
     shortage.require_memory()
     sandbox.require(for_points=not settings.requirements)
-    packages.require(settings.course)
     if said := submission_user.notice():
         settings.progress(said)
 

@@ -125,33 +125,6 @@ def test_a_kit_that_belongs_to_another_user_is_refused_in_a_sentence(place: str,
     assert "Traceback" not in refused.stderr
 
 
-def test_setup_goes_by_what_a_course_of_the_kit_adds_and_by_nothing_else_in_its_folder(tmp_path: Path):
-    """A changed extra-requirements.txt is installed by the next `make`; one in a submission beside it was, too."""
-    (tmp_path / "requirements.txt").touch()
-    (tmp_path / "pyproject.toml").touch()
-    (tmp_path / "grader" / "course").mkdir(parents=True)
-    (tmp_path / "grader" / "course" / "installed.txt").write_text("hall_guard\n")
-    (tmp_path / "team07").mkdir()
-    (tmp_path / "team07" / "extra-requirements.txt").write_text("./evil\n")
-    extra = tmp_path / "hall_guard" / "extra-requirements.txt"
-    extra.parent.mkdir()
-    extra.write_text("scipy==1.14.1\n")
-    code = f"""
-setup.ROOT, asked = setup.Path({str(tmp_path)!r}), []
-setup.pip = lambda what, *command: asked.append(command)
-setup.STAMP, setup.VENV = setup.ROOT / "stamp", setup.ROOT
-for name in ("check_machine", "make_environment", "install_pinned", "permitted", "adjust_jupyter"):
-    setattr(setup, name, lambda *_: None)
-before = setup.fingerprint()
-setup.set_up(bare)
-print(asked[0])
-(setup.ROOT / "hall_guard" / "extra-requirements.txt").write_text("scipy==1.14.2")
-print(before != setup.fingerprint())
-"""
-    done = setup_with(code)
-    assert done.stdout == f"('install', '--no-deps', '-r', '{extra}')\nTrue\n", done.stderr
-
-
 def test_the_python_that_another_user_cannot_reach_is_named_by_its_path(tmp_path: Path):
     """`.venv/bin/python` is a link to `python3.12` beside it: set-up named that link, and no place."""
     base, kit = tmp_path / "private", tmp_path / "kit"

@@ -18,7 +18,7 @@ from packaging.utils import canonicalize_name
 
 from grader import KIT
 from grader.authoring import checkpoint_texts, held_back
-from grader.course import Course, handout, packages, reader
+from grader.course import Course, handout, reader
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.notebook import checkpoints, lanes
@@ -157,7 +157,7 @@ def _of(course: Course) -> dict[str, Path]:
 
 def files(folder: Path) -> list[Path]:
     """Return the files of a course's folder with which a student's package is checked."""
-    found = [p for p in folder.glob("*") if p.suffix in (".yaml", ".j2", ".py") or p.name == packages.EXTRA]
+    found = [p for p in folder.glob("*") if p.suffix in (".yaml", ".j2", ".py")]
     for name in ("contract", "trials", "checks", "functions", "worlds", "words", "lessons", "hunts"):
         found += [path for path in (folder / name).rglob("*") if path.is_file()]
     return [path for path in found if not any(part in path.as_posix() for part in _NO_SOURCE)]

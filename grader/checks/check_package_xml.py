@@ -65,10 +65,9 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
     manifest = _read_manifest(judge)
     missing = []
     for name, places in manifest.used.items():
-        also = [package.name for package in packages.extra(judge.course) if name in package.modules]
-        if not packages.is_declared(name, manifest.declared, also):
+        if not packages.is_declared(name, manifest.declared):
             missing.append(say("{name} (used in {places})", name=name, places=some(places, 2)))
-        elif not packages.is_declared(name, manifest.declared_to_run, also) and (running := _runs(places)):
+        elif not packages.is_declared(name, manifest.declared_to_run) and (running := _runs(places)):
             missing.append(
                 say("{name} (used in {running}, and declared for tests only)", name=name, running=some(running, 2))
             )

@@ -33,7 +33,7 @@ def render(rubric: Rubric, course: Course) -> str:
             parameters={name: node.defaults for name, node in course.nodes.items()},
             level=level,
             notebook=notebook,
-            imports=[_import(module, p) for p in packages.offered(course) for module in p.modules],
+            imports=[_import(module, p) for p in packages.offered() for module in p.modules],
             ros=packages.of_ros(course),
         )
         + "\n"

@@ -1,32 +1,22 @@
-"""What a submission can import: the packages that the kit installs, and those of a course's extra-requirements.txt.
-
-And what to say of one that is not here, and which key in package.xml declares one.
-"""
+"""What a submission can import, what to say of what is not here, and which key in package.xml declares a package."""
 
 from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
-from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from grader import KIT
 from grader.course.model import Course
-from grader.errors import GraderError
-from grader.words import mark, say
-
-EXTRA = "extra-requirements.txt"
-"""In a course's folder: a line `name==version` for each package that it adds, and for each that these need."""
+from grader.words import say
 
 _MORE_OF_ROS = ("rcl_interfaces", "ament_index_python", "launch", "launch_ros")
-_NO_REQUIREMENT = re.compile(r"\s--hash=\S+|#.*|\\\s*$")
 
 
 _CPP = re.compile(r"rclcpp\w*|\w+_cpp|ament_cmake_auto|pluginlib|class_loader|Eigen3|PCL|pcl_\w+|OpenCV|tf2_eigen")
@@ -80,19 +70,8 @@ class Package:
         return (alike,) if alike in found or not found else tuple(found)
 
 
-@cache
-def extra(course: Course) -> tuple[Package, ...]:
-    """Return the packages that a course adds.
-
-    Raises:
-        GraderError: a line does not name one version.
-    """
-    path = course.path(EXTRA)
-    return tuple(_pinned(path)) if path.is_file() else ()
-
-
-def offered(course: Course) -> list[Package]:
-    """Return the packages of Python that a submission can import, sorted: the kit's, and those that a course adds."""
+def offered() -> list[Package]:
+    """Return the packages of Python that a submission can import, sorted."""
     kits = {canonicalize_name(name) for name in (*_project()["dependencies"], "pytest")}
     pins: dict[str, list[str]] = {}
     for name, version in re.findall(
@@ -101,7 +80,7 @@ def offered(course: Course) -> list[Package]:
         if canonicalize_name(name) in kits:
             pins.setdefault(name, []).append(version)  # one for each of several versions of Python
     found = {name: Package(name, say(" or ").join(versions)) for name, versions in pins.items()}
-    return sorted((found | {package.name: package for package in extra(course)}).values(), key=lambda each: each.name)
+    return sorted(found.values(), key=lambda each: each.name)
 
 
 def of_ros(course: Course) -> list[str]:
@@ -114,61 +93,9 @@ def of_ros(course: Course) -> list[str]:
     return [name for name in (*(name.replace("-", "_") for name in names), *_MORE_OF_ROS) if name not in without]
 
 
-def names(course: Course) -> str:
+def names() -> str:
     """Return in words what a submission can import of Python's packages, as Python names it."""
-    return ", ".join(module for package in offered(course) for module in package.modules)
-
-
-def missing(course: Course) -> str:
-    """Return in words which packages that a course adds are not here as it says, and what they lack; "" if none."""
-    return "; ".join(words for package in extra(course) for words in _missing(package))
-
-
-def install_line(course: Course) -> str:
-    """Return the command that installs what a course adds."""
-    return f".venv/bin/python -m pip install --no-deps -r {course.path(EXTRA)}"
-
-
-def require(course: Course) -> None:
-    """Raise a GraderError if something that a course adds is not installed."""
-    if lacking := missing(course):
-        raise GraderError(f"{course.path(EXTRA)}: {lacking}.", say("Run: {command}", command=install_line(course)))
-
-
-def _pinned(path: Path) -> Iterator[Package]:
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        if text := _NO_REQUIREMENT.sub("", f" {line}").strip():
-            try:
-                wanted = Requirement(text)
-                (pin,) = wanted.specifier
-            except ValueError:  # not a requirement, or not one version
-                pin = None
-            if pin is None or pin.operator != "==" or pin.version.endswith("*"):
-                raise GraderError(f"{path}, line {number}: {text} names no single version; write it as name==1.2.3.")
-            if wanted.marker is None or wanted.marker.evaluate():
-                yield Package(wanted.name, pin.version)
-
-
-def _missing(package: Package) -> Iterator[str]:
-    here = _version(package.name)
-    if here != package.version:
-        words = mark("{name} {version} is not installed, but {here}")
-        here_not = mark("{name} {version} is not installed")
-        yield say(words if here else here_not, name=package.name, version=package.version, here=here)
-        return
-    for needed in map(Requirement, metadata.requires(package.name) or ()):
-        there = _version(needed.name)
-        met = there and needed.specifier.contains(there, prereleases=True)
-        if not met and (needed.marker is None or needed.marker.evaluate({"extra": ""})):
-            words = mark("{name} needs {other}, which is not here; add a line for it")
-            yield say(words, name=package.name, other=f"{needed.name}{needed.specifier}")
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return ""
+    return ", ".join(module for package in offered() for module in package.modules)
 
 
 @cache
@@ -195,12 +122,9 @@ def absent(name: str) -> tuple[str, str]:
     return f"it asks for `{name}`, which is not installed here", f"if the nodes do not use it, {remove}"
 
 
-def is_declared(name: str, declared: Sequence[str], packages: Sequence[str] = ()) -> bool:
-    """Return whether one of the `declared` keys declares the package or module `name`: python3-numpy does numpy.
-
-    `packages` are those of pip that have the module, where they have other names.
-    """
-    wanted = {_key(name), *_ALSO.get(name, ()), *map(_key, packages)}
+def is_declared(name: str, declared: Sequence[str]) -> bool:
+    """Return whether one of the `declared` keys declares the package or module `name`: python3-numpy does numpy."""
+    wanted = {_key(name), *_ALSO.get(name, ())}
     return bool(wanted & {_key(other) for other in declared})
 
 

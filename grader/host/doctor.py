@@ -79,11 +79,6 @@ def examine_sandbox(machine: Machine | None = None) -> list[Diagnosis]:
     return [*_sandbox(machine), *_user(machine), *_cgroups(machine)]
 
 
-def of_course(missing: str, fix: str) -> list[Diagnosis]:
-    """Return the diagnosis of the packages that a course adds, none if nothing is missing."""
-    return [_bad("the course's packages", missing, fix)] if missing else []
-
-
 def exit_status(diagnoses: list[Diagnosis]) -> int:
     """Return 0 if everything that grading needs is there, else 3."""
     return EXIT_OUR_FAULT if any(diagnosis.state is State.BAD for diagnosis in diagnoses) else EXIT_GRADED

@@ -116,8 +116,10 @@ def _elsewhere(sources: PackageSources, top: str) -> tuple[str, str] | None:
         cure = f"the package of interfaces is called {beside}: from {beside}.srv import ..." if beside else ONE_ZIP
         return f"it imports `{top}`, {NOT_BUILT}", cure
     text = f"it imports `{top}`, which is not among the packages that this course offers"
-    ask = f"ask your instructor to add it to {packages.EXTRA}"
-    return f"{text}: {packages.names(sources.course)}, and those of ROS in the handout", f"do without it, or {ask}"
+    return (
+        f"{text}: {packages.names()}, and those of ROS in the handout",
+        "do without it, or ask your instructor for it",
+    )
 
 
 def _is_known(name: str, sources: PackageSources) -> bool:

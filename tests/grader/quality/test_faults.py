@@ -59,7 +59,7 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
          "srv/SetSpeed.srv:2", "`float64 speed` should be `float32 speed`", "compare it with the contract"),
         ("ros2_robot_controller/extra.py", "", "import no_such_filters\n\nprint(no_such_filters)\n",
          "ros2_robot_controller/extra.py:1", "it imports `no_such_filters`, which is not among the packages that",
-         "ask your instructor to add it to extra-requirements.txt"),
+         "ask your instructor for it"),
         (NODE, "def main(", "de f main(",
          f"{NODE}:43", "it is not valid Python: invalid syntax", "look at that line"),
         ("scripts/robot_controller", "#!/usr/bin/env python3\n", "",
