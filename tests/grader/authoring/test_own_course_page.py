@@ -1,4 +1,4 @@
-"""docs/own-course.md: what it says to type works, from an empty folder to a graded class. And the reference."""
+"""docs/own-course.md: what it says to type works, from an empty folder to a graded class."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT, cli
-from grader.authoring import check_course, reference
+from grader.authoring import check_course
 from grader.course import load
 from grader.trials import catalog
 
@@ -79,25 +79,3 @@ def test_every_command_of_the_page_works_as_typed(tmp_path: Path):
     points = [float(row["total"]) for row in rows]
     assert points[0] == 105
     assert points[0] > points[1] > points[2] > 50
-
-
-# -- the reference -----------------------------------------------------------------------------------------------------
-
-
-def test_the_reference_is_up_to_date():
-    assert reference.PAGE.read_text() == reference.page(), "run `python -m grader.authoring.reference`"
-
-
-def test_every_option_of_a_trial_is_in_the_reference():
-    """`world` was missing."""
-    page = reference.PAGE.read_text()
-    assert [option for option in catalog._OPTIONS if f"- `{option}`: " not in page] == []
-
-
-@pytest.mark.parametrize(("file", "class_"), [("trials/stage.py", "Stage"), ("checks/judge.py", "Judge")])
-def test_every_method_has_an_example(file: str, class_: str):
-    name = class_.lower()
-    methods = {m: found for m, found in reference.public(file, class_).items() if m not in reference.OF_THE_ENGINE}
-    assert len(methods) > 20
-    lacking = [m for m, found in methods.items() if not re.search(rf"`[^`]*{name}\.{m}\b", reference.words(found))]
-    assert lacking == []

@@ -1,7 +1,7 @@
 """B3: the guard stops at the end of the hall.
 
 A check passes unless it fails; its docstring is the sentence that students read. `judge.trial` gives what a trial has
-recorded. All that a check can ask of `judge` is in docs/own-course-reference.md of the kit.
+recorded. All that a check can ask of `judge` is in the docstrings of grader.checks.judge.
 """
 
 from grader.checks.judge import Judge, NotReached

@@ -1,7 +1,7 @@
 """What the guard does when it is sent on patrol, and at the end of the hall.
 
 A trial runs one node in a simulated world, does something to it, and records what happens. It judges nothing: that is
-what checks do with the recording. All that a script can do with `stage` is in docs/own-course-reference.md of the kit.
+what checks do with the recording. All that a script can do with `stage` is in the docstrings of grader.trials.stage.
 """
 
 from __future__ import annotations
