@@ -1,9 +1,6 @@
 """The machines and containers in which the doctor and a grading have to agree, on this machine's own root.
 
-    PYTHONPATH=.:tests python -m containers.situations [NAME ...]
-
-runs the doctor and a whole grading of the reference in each, or in those whose names begin so, and prints the table of
-docs/containers.md, a line as soon as it is known. The exit status is 1 if they disagree anywhere. It takes an hour.
+test_containers.py runs the doctor and a whole grading of the reference in each.
 
 They need podman, runc and Docker's seccomp profile, which forbids what podman's own allows: on Debian and Ubuntu
 `apt-get install podman runc golang-github-docker-docker-dev`; ROS2_COURSE_KIT_SECCOMP names the profile elsewhere.
@@ -12,12 +9,9 @@ They need podman, runc and Docker's seccomp profile, which forbids what podman's
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
-import tempfile
-import time
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -211,41 +205,3 @@ def prepared_cache(folder: Path) -> Path:
     building.build_contract(cache, kits_own())
     subprocess.run(["chmod", "-R", "a+rX", str(folder)], check=True)
     return cache
-
-
-def _row(situation: Situation, said: Ended, did: Ended, seconds: float) -> str:
-    last = said.stdout.strip().splitlines()[-1]
-    advice = re.search(rf"fix: (.*{re.escape(situation.advice)}.*)", said.stdout) if situation.advice else None
-    doctor = last + (f" `{advice[1].strip().replace('`', '')}`" if advice else "")
-    points, _, how = did.stdout.strip().partition(" ")
-    if did.returncode == 0:
-        graded = f"{points} points ({how}), {seconds:.0f} s"
-    else:
-        checks = "; `grader check` works" if re.search(r"F1.*passed|passed.*F1", did.stdout, re.IGNORECASE) else ""
-        graded = f"refuses{checks}"
-    return f"| {situation.name} | {doctor} | {graded} |"
-
-
-def main(names: list[str]) -> int:
-    """Print the table; return 1 if the doctor and a grading disagree anywhere."""
-    if lacks := missing():
-        print(f"missing: {lacks}", file=sys.stderr)
-        return 1
-    print("| situation | `grader doctor` | `grader grade` of the reference |\n|---|---|---|", flush=True)
-    wrong = 0
-    with tempfile.TemporaryDirectory() as folder:
-        cache = prepared_cache(Path(folder))
-        for situation in SITUATIONS:
-            if names and not situation.name.startswith(tuple(names)):
-                continue
-            said, began = situation.doctor(), time.monotonic()
-            did = situation.grade(cache)
-            print(_row(situation, said, did, time.monotonic() - began), flush=True)
-            if why := situation.disagreement(said, did, expected(situation)):
-                wrong += 1
-                print(f"{situation.name}: {why}", file=sys.stderr, flush=True)
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

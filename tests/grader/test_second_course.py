@@ -1,7 +1,7 @@
 """A course of another package, with one node, one service and none of what else the kit's own course has.
 
-grader/authoring/template_course holds it. It takes every trip: grade, class, notebook, release and self-test;
-test_check_course.py grades its known-bad edits.
+grader/authoring/template_course holds it. It takes the trips of notebook, release and self-test here;
+test_check_course.py grades its solution and its known-bad edits, and test_own_course_page.py a class.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from grader import KIT, building, cli, pipeline
-from grader.authoring import checkpoint_texts, new_course, notebook_run, notebook_source, package_edits
+from grader.authoring import checkpoint_texts, new_course, notebook_run, notebook_source
 from grader.checks import checks_run
 from grader.course import find, handout, kits_own, load, reader
 from grader.course.reader import VARIABLE
@@ -69,44 +68,6 @@ def test_its_course_is_the_one_that_is_named(monkeypatch: pytest.MonkeyPatch):
     assert find(Path("..")) is COURSE
     monkeypatch.setenv(VARIABLE, "..")
     assert find() is COURSE
-
-
-# -- graded ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-@pytest.mark.slow  # a whole grading
-def test_its_solution_gets_all_points_and_the_report_says_nothing_of_what_it_lacks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    out = tmp_path / "out"
-    assert cli.main(["grade", str(COURSE.solution), "--course", str(HALL), "--out", str(out)]) == 0
-    report = json.loads((out / "report.json").read_text())
-    assert report["total"] == 100
-    assert {each["outcome"] for each in report["requirements"]} == {"passed"}
-    assert "launch" not in json.dumps(report["requirements"])
-    assert kits_own().package not in (out / "report.html").read_text()
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["gradebook", str(out)]) == 0
-    assert "B1" in (out / "gradebook.csv").read_text().partition("\n")[0].split(",")
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-@pytest.mark.slow  # two whole gradings
-def test_a_class_of_it_remembers_the_course(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """`grader rescore` judged by the checks of the kit's own course."""
-    for team in ("team01", "team02"):
-        package_edits.copy(COURSE.solution, tmp_path / "in" / team)
-    folder = tmp_path / "class"
-    assert cli.main(["batch", str(tmp_path / "in"), "--out", str(folder), "--course", str(HALL)]) == 0
-    assert yaml.safe_load((folder / "class.yaml").read_text())["course"] == str(HALL)
-    assert cli.main(["rescore", str(folder)]) == 0
-    assert "100" in (folder / "gradebook.csv").read_text()
-    capsys.readouterr()
-    assert cli.main(["batch", "--out", str(folder), "--course", str(kits_own().folder)]) == 2
-    assert "is a class of" in capsys.readouterr().err
 
 
 # -- notebook, release, self-test --------------------------------------------------------------------------------------
