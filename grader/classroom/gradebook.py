@@ -18,6 +18,7 @@ from grader.host.namespaces import Confinement
 from grader.scoring import rubric
 from grader.scoring.rubric import FLAGS, Rubric
 from grader.scoring.scorecard import hundredths
+from grader.words import counted
 
 HUNDREDTH, NOTHING = Decimal("0.01"), Decimal("0.00")
 
@@ -74,7 +75,7 @@ class Row:
     submission: str = ""
     requirements: tuple[RequirementPoints, ...] = ()
     max: Decimal = NOTHING
-    late_units: int = 0
+    late_days: int = 0
     late: str = ""
     deduction: Decimal = NOTHING
     total: Decimal | None = None
@@ -261,12 +262,12 @@ def _line_of(
 
     def line(person: Person, about: PersonDecision) -> Row:
         until = about.extension.until if about.extension else facts.deadline
-        units, late, deduction = 0, "", NOTHING
-        if rule and submitted and until and (units := rule.units(submitted, until)):
+        days, late, deduction = 0, "", NOTHING
+        if rule and submitted and until and (days := rule.days(submitted, until)):
             deduction = rounded(rule.deduction(submitted, until, shared.reached, shared.max))
             too = ", too late to be accepted" if rule.too_late(submitted, until) else ""
-            late = f"{rule.counted(units)} late{too}: {deduction} points deducted"
-        row = replace(shared, person=person, late_units=units, late=late, deduction=deduction)
+            late = f"{counted(days, 'started day')} late{too}: {deduction} points deducted"
+        row = replace(shared, person=person, late_days=days, late=late, deduction=deduction)
         decided = facts.zero_missing or on.points or state is not State.REFUSED
         return _decided(row, shared.reached - deduction if decided else None, about, on.adjustments, whole)
 

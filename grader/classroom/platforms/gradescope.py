@@ -58,7 +58,7 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
         "tests": tests,
         "extra_data": {
             "state": row.state.value,
-            "late": row.late_units,
+            "late": row.late_days,
             "flags": row.flags,
             "flags_do": FLAGS[rubric.withholds],
         },

@@ -26,7 +26,7 @@ def write(book: Gradebook, path: Path) -> None:
         points = {each.id: "withheld" if each.withheld else each.points for each in row.requirements}
         rows.append((
             *(getattr(row.person, field) for field in PERSON), row.submission, row.state.value,
-            row.submitted.isoformat(timespec="seconds") if row.submitted else "", row.late_units,
+            row.submitted.isoformat(timespec="seconds") if row.submitted else "", row.late_days,
             *(points.get(name) for name in ids), row.reached, row.deduction, row.total,
             *((row.grade,) if graded else ()), row.max, row.flags, row.kit, row.confinement, row.comment,
         ))  # fmt: skip
