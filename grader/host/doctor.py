@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import functools
-import importlib.metadata
 import re
 import sys
 import sysconfig
 import tempfile
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
@@ -21,8 +19,6 @@ from grader.host import namespaces, ros_env, shortage
 from grader.host.machine import Machine, install_line
 
 GB = 1024**3
-# CPython releases for which all the ROS 2 wheels exist.
-OLDEST, NEWEST = (3, 11), (3, 14)
 # Enough for a build with two compilers and for a trial.
 LOW_MEMORY, LOW_DISK = 2 * GB, 2 * GB
 NO_DISK = GB // 4
@@ -102,15 +98,6 @@ def render(diagnoses: list[Diagnosis]) -> str:
 # -- tools and packages -------------------------------------------------------------------------------------------
 
 
-def _python(_machine: Machine) -> list[Diagnosis]:
-    version = sys.version.split()[0]
-    if OLDEST <= sys.version_info[:2] <= NEWEST and sys.implementation.name == "cpython":
-        return [_ok("Python", version)]
-    wanted = f"CPython {'.'.join(map(str, OLDEST))} to {'.'.join(map(str, NEWEST))}"
-    found = f"{sys.implementation.name} {version}; the ROS 2 wheels are for {wanted}"
-    return [_bad("Python", found, "rm -rf .venv && make setup PYTHON=python3.11")]
-
-
 def _compilers(machine: Machine) -> list[Diagnosis]:
     return [
         _compiler(machine, "C compiler", ("cc", "gcc", "clang"), "c", "#include <stdio.h>"),
@@ -155,35 +142,6 @@ def _ccache(machine: Machine) -> list[Diagnosis]:
     if path:
         return [_ok("ccache", path)]
     return [_warn("ccache", "not found; first builds take twice as long", install_line(machine, ["ccache"]))]
-
-
-def _wheels(machine: Machine) -> list[Diagnosis]:
-    """Compare the ROS packages that are installed with the lock, in which they fit each other."""
-    name = "ROS 2 wheels"
-    installed = _installed()
-    if not any(package.startswith("ros-jazzy-") for package in installed):
-        return [_bad(name, "not installed", REINSTALL)]
-    problems = mismatches(installed, machine.read(str(KIT / "requirements.txt")) or "")
-    if problems:
-        more = f" and {len(problems) - 3} more" if len(problems) > 3 else ""
-        return [_bad(name, "; ".join(problems[:3]) + more, _pip("install -r requirements.txt"))]
-    return [_ok(name, f"{sum(package.startswith('ros-jazzy-') for package in installed)} ros-jazzy packages")]
-
-
-def mismatches(installed: Mapping[str, str], pins: str) -> list[str]:
-    """Return how the ROS packages among `installed` (versions by canonical name) differ from those in `pins`."""
-    pinned = re.findall(r"^(ros-[\w.-]+)==([^\s;]+)", pins, re.MULTILINE)
-    missing = [f"{name} {version} is missing" for name, version in pinned if name not in installed]
-    others = [(name, installed[name], version) for name, version in pinned if installed.get(name, version) != version]
-    return sorted([*missing, *(f"{name} is {found}, not {version}" for name, found, version in others)])
-
-
-@functools.cache
-def _installed() -> dict[str, str]:
-    names = (
-        (distribution.metadata["Name"], distribution.version) for distribution in importlib.metadata.distributions()
-    )
-    return {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in names if name}
 
 
 def _rclpy(machine: Machine) -> list[Diagnosis]:
@@ -402,6 +360,6 @@ def _last_line(text: str) -> str:
 
 # In the order of the report. Two run at a time.
 _CHECKS: tuple[Callable[[Machine], list[Diagnosis]], ...] = (
-    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _sandbox, _user, _cgroups, _limits,
+    _compilers, _build_tools, _headers, _rclpy, _sandbox, _user, _cgroups, _limits,
     _resources, _ccache,
 )  # fmt: skip
