@@ -27,6 +27,7 @@ from .entities import (
     truth,
 )
 from .errors import LaunchError
+from .guard import die_with_parent
 from .output import KINDS, LineReader
 
 # How long each signal has to work before the next one, as in the real launch; `sigterm_timeout:=` sets another limit.
@@ -162,7 +163,7 @@ class ExecuteProcess(Action):
                 stdout=theirs[0],
                 stderr=theirs[1],
                 start_new_session=True,
-                preexec_fn=runner.guard.joining(),
+                preexec_fn=die_with_parent(),
             )
         except OSError as error:
             for fd in (*ours, *theirs):
@@ -175,6 +176,7 @@ class ExecuteProcess(Action):
         self._started_s = time.monotonic()
         self._sent = []
         self.process_details["pid"] = self._process.pid
+        runner.groups.append(self._process.pid)
         self._readers = [reader for reader in self._readers if not reader.closed]
         for fd, channel in zip(ours, ("stdout", "stderr"), strict=True):
             written = partial(runner.output.lines, name, channel, self._output)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import itertools
 import os
 import shutil
@@ -17,7 +18,6 @@ from typing import Any
 from . import events
 from .entities import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from .errors import explain
-from .guard import Guard
 from .output import Output, Record
 
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -30,7 +30,7 @@ class LaunchService:
         self.context = LaunchContext()
         self.output = Output(debug=debug)
         self.record = Record(record)
-        self.guard: Guard
+        self.groups: list[int] = []  # the process groups that were started
         self._descriptions: list[LaunchDescription] = []
         self.next_number = itertools.count(1).__next__  # of a process, counted over the whole launch
         self._running: list[tuple[Any, asyncio.Event]] = []
@@ -51,7 +51,6 @@ class LaunchService:
         """Write a temporary parameter file and return its path; it is removed when the launch ends."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="launch_params_"))
-            self.guard.folder(self._folder)
         handle, name = tempfile.mkstemp(prefix="launch_params_", suffix=".yaml", dir=self._folder)
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
@@ -64,14 +63,11 @@ class LaunchService:
 
     def run(self) -> int:
         """Run everything and return the exit code: 1 for an error of the launch itself, else 0."""
-        self.guard = Guard()
         self.context.runner = self
         try:
             code = asyncio.run(self._run())
         finally:
-            if self._folder is not None:
-                shutil.rmtree(self._folder, ignore_errors=True)
-            self.guard.close()
+            self._clear_away()
             self.output.close()
         self.record.add("launch_ended", exit_code=code, error=self._error)
         self.record.close()
@@ -79,6 +75,14 @@ class LaunchService:
             signal.signal(self._signal, signal.SIG_DFL)
             os.kill(os.getpid(), self._signal)
         return code
+
+    def _clear_away(self) -> None:
+        """Kill what processes have started and left, and remove the parameter files."""
+        for group in self.groups:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(group, signal.SIGKILL)
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
 
     # -- the loop --------------------------------------------------------------------------------------------------
     async def _run(self) -> int:
@@ -161,9 +165,9 @@ class LaunchService:
 
     def _terminated(self, number: int) -> None:
         name = signal.Signals(number).name
-        if self._signal is not None:  # the second time: no more patience; the guard does the rest
+        if self._signal is not None:  # the second time: no more patience
             self.output.error("launch", f"{name} again: killing every process")
-            self.guard.close()
+            self._clear_away()
             os._exit(128 + number)
         self._signal = number
         self.output.warn("launch", f"{name}: ending every process")

@@ -6,15 +6,12 @@ import os
 import pty
 import re
 import signal
-import subprocess
 import sys
 import uuid
 from pathlib import Path
 
 import pytest
 from helpers.ros2_runs import COMMAND, environment, events, until, write
-
-from grader.ros2.launching.guard import Guard
 
 
 @pytest.fixture
@@ -46,7 +43,6 @@ def family(mark: str) -> str:
         (signal.SIGINT, 0),
         (signal.SIGTERM, -signal.SIGTERM),
         (signal.SIGHUP, -signal.SIGHUP),
-        (signal.SIGKILL, -signal.SIGKILL),
     ],
     ids=lambda value: value.name if isinstance(value, signal.Signals) else "",
 )
@@ -60,17 +56,11 @@ def test_no_orphan_after_a_signal(launch, tmp_path, mark, number, code):
     until(lambda: not list(tmp_path.glob("launch_params_*")))
 
 
-def test_no_orphan_of_a_launch_that_is_killed_as_it_starts_a_process(mark):
-    """Until the launch had noted the new process's group, nothing ended that process's children."""
-    killed = os.fork()
-    if killed == 0:
-        try:
-            shell = ["sh", "-c", f"sleep {mark} & wait"]
-            subprocess.Popen(shell, start_new_session=True, preexec_fn=Guard().joining())
-            until(lambda: alive(mark))
-        finally:
-            os.kill(os.getpid(), signal.SIGKILL)
-    os.waitpid(killed, 0)
+def test_a_launch_that_is_killed_takes_its_processes_with_it(launch, tmp_path, mark):
+    started = launch(write(tmp_path, f"ExecuteProcess(cmd=['sleep', '{mark}'])"))
+    until(lambda: alive(mark))
+    started.signal(signal.SIGKILL)
+    assert started.end().code == -signal.SIGKILL
     until(lambda: not alive(mark))
 
 
