@@ -25,7 +25,7 @@ from grader.errors import (
 from grader.host import namespaces, shortage, tempdir
 from grader.processes import supervised
 from grader.progress import Progress
-from grader.settings import MUTATION_BUDGET_S, Reuse
+from grader.settings import Reuse
 from grader.words import mark, say
 
 
@@ -192,13 +192,6 @@ def _add_grade(verbs: Any) -> None:
     seconds = _number(1, 3600, "seconds")
     parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
-        "--mutation-budget",
-        type=seconds,
-        default=MUTATION_BUDGET_S,
-        metavar="S",
-        help="time for trying mutants with the package's tests (default 180 s, as a quiet machine takes them)",
-    )
-    parser.add_argument(
         "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"
     )
     _add_seed_and_cache(parser)
@@ -323,7 +316,6 @@ def _grade(options: argparse.Namespace) -> int:
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
-        mutation_budget_s=options.mutation_budget,
         package_path=options.package_path or "",
         reuse=Reuse.unless(options.fresh),
         progress=progress.say,

@@ -20,9 +20,7 @@ from submissions.table import judged_by_trial
 
 from grader import cli, pipeline
 from grader.checks import checks_run
-from grader.errors import SubmissionError
 from grader.report import console
-from grader.settings import MUTATION_BUDGET_S
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
@@ -174,19 +172,6 @@ def test_what_is_not_a_submission_is_named(
     assert cli.main(["grade", str(tmp_path / "handed_in"), "--out", str(tmp_path / "out")]) == 1
     assert words in (said := capsys.readouterr().err)
     assert "Traceback" not in said
-
-
-@pytest.mark.parametrize(("words", "seconds"), [((), MUTATION_BUDGET_S), (("--mutation-budget", "300"), 300.0)])
-def test_the_mutation_budget_can_be_chosen(monkeypatch, tmp_path: Path, words: tuple[str, ...], seconds: float):
-    chosen = []
-
-    def grade(_source: Path, _out: Path, settings: pipeline.Settings, **_: object) -> None:
-        chosen.append(settings.mutation_budget_s)
-        raise SubmissionError("enough")
-
-    monkeypatch.setattr(pipeline, "grade", grade)
-    assert cli.main(["grade", str(tmp_path), "--out", str(tmp_path / "out"), *words]) == 1
-    assert chosen == [seconds]
 
 
 @pytest.mark.parametrize("value", ["abc", "nan", "0", "3601"])
