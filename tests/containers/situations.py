@@ -31,7 +31,7 @@ _RUN += ["--pids-limit=2048", "--memory=4g"]
 DOCKER = [f"--security-opt=seccomp={PROFILE}", "--cap-add=MKNOD,NET_RAW,AUDIT_WRITE"]
 _AS_USER = ["--user=1000:100", "--cap-drop=ALL", "--security-opt=no-new-privileges"]
 _NO_PROFILE = ["--security-opt=seccomp=unconfined"]
-UNCONFINED = [*_NO_PROFILE, "--security-opt=unmask=ALL"]
+_UNCONFINED = [*_NO_PROFILE, "--security-opt=unmask=ALL"]
 _READ_ONLY = ["--read-only", "--read-only-tmpfs=false", "--tmpfs=/media", "--env=TMPDIR=/media"]
 _NO_BUBBLEWRAP = "rm /usr/bin/bwrap; export ROS2_COURSE_KIT_UNSAFE_NO_SANDBOX=1; "
 # A file system of its own, as a container is thrown away with what was written.
@@ -65,14 +65,9 @@ class Shell(Protocol):
         """Return how it ended."""
 
 
-def command_line(options: list[str], command: str, network: str = "none") -> list[str]:
-    """Return the command line that runs a shell's command in a container with the options."""
-    return [*_RUN, f"--network={network}", *options, "--rootfs", "/:O", "sh", "-c", f"cd {KIT} && {command}"]
-
-
 def contained(options: list[str], command: str, *more: str, seconds: float = 300.0) -> Ended:
     """Run a command in a container with the options."""
-    line = command_line([*options, *more], command)
+    line = [*_RUN, "--network=none", *options, *more, "--rootfs", "/:O", "sh", "-c", f"cd {KIT} && {command}"]
     return subprocess.run(line, capture_output=True, text=True, timeout=seconds, check=False)
 
 
@@ -175,10 +170,10 @@ SITUATIONS = (
     _container("docker, few processes", [*DOCKER, "--pids-limit=60"], "refused", "--pids-limit=512"),
     _container("pod with a profile", [DOCKER[0], *_AS_USER], "none", "seccomp=unconfined"),
     _container("pod of Kubernetes", [*_NO_PROFILE, *_AS_USER], "none", "systempaths=unconfined"),
-    _container("pod, unmasked", [*UNCONFINED, *_AS_USER], "namespaces"),
-    _container("pod, few processes", [*UNCONFINED, *_AS_USER, "--ulimit=nproc=60:60"], "refused", "--ulimit"),
-    _container("as advised, and devcontainer", UNCONFINED, "namespaces"),
-    _container("devcontainer, read-only", [*UNCONFINED, *_READ_ONLY], "namespaces"),
+    _container("pod, unmasked", [*_UNCONFINED, *_AS_USER], "namespaces"),
+    _container("pod, few processes", [*_UNCONFINED, *_AS_USER, "--ulimit=nproc=60:60"], "refused", "--ulimit"),
+    _container("as advised, and devcontainer", _UNCONFINED, "namespaces"),
+    _container("devcontainer, read-only", [*_UNCONFINED, *_READ_ONLY], "namespaces"),
     _container("privileged", ["--privileged"], "namespaces"),
     _container("no bubblewrap, --unsafe-no-sandbox", DOCKER, "unsafe", "install -y bubblewrap", _NO_BUBBLEWRAP),
 )

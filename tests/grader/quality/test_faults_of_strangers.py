@@ -10,7 +10,6 @@ from helpers import beside
 from helpers.judging import ask, evidence_with
 from helpers.quality_examples import facts, written
 
-from grader.checks import check_build
 from grader.courses.robot_controller.checks import check_set_speed
 from grader.evidence import Build, Fault, Kind, ProcessEnd, Quality, Reason, Trial
 
@@ -106,16 +105,3 @@ def test_an_import_of_the_assignments_package_in_one_of_another_name_is_named(
         f for f in faults(lab(tmp_path / "lab", "", {"lab5_31/robot_controller.py": text})) if f.stops == "start"
     ]
     assert fault.text == "it imports `ros2_robot_controller`, and this package is called `lab5_31`"
-
-
-# -- ament_python beside CMakeLists.txt -------------------------------------------------------------------------------
-
-
-def test_a_package_with_cmake_that_calls_itself_ament_python_is_not_told_of_entry_points(tmp_path: Path):
-    cmake = "project(lab5_31)\ninstall(PROGRAMS scripts/robot_controller DESTINATION lib/${PROJECT_NAME})\n"
-    files = {"CMakeLists.txt": cmake, "lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
-    quality = facts(lab(tmp_path, "", files))
-    assert not any("entry point" in fault.text + fault.cure for fault in quality.faults)
-    said = ask(check_build.test_executables_are_installed, evidence_with(quality=quality))
-    assert "colcon ignores CMakeLists.txt" in said.seen
-    assert said.try_.startswith("<build_type>ament_cmake</build_type>")
