@@ -88,4 +88,4 @@ def test_its_version_and_pythons_are_those_of_the_kit(package: str):
         kits[key] for key in ("version", "requires-python", "license")
     ]
     named = {requirement for extra in kits["optional-dependencies"].values() for requirement in extra}
-    assert set(mine["dependencies"]) <= named | set(kits["dependencies"]) | {"argcomplete"}
+    assert set(mine["dependencies"]) <= named | set(kits["dependencies"])

@@ -55,22 +55,13 @@ def main(argv: list[str] | None = None) -> int:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # while there is nothing to tidy up, Ctrl-C just ends the process
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])  # see start_again
     words = sys.argv[1:] if argv is None else argv
-    completing = "_ARGCOMPLETE" in os.environ
     complete_environment()
-    typed = words
-    if completing:  # the words so far, without the last one: it is being completed
-        typed = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))].split(" ")[1:-1]
-    name = next((word for word in typed if not word.startswith("-")), None)
-    if not completing and name in ("action", "bag", "node", "param", "service", "topic") and not libraries_loaded():
+    name = next((word for word in words if not word.startswith("-")), None)
+    if name in ("action", "bag", "node", "param", "service", "topic") and not libraries_loaded():
         start_again()
     if hasattr(sys.stdout, "reconfigure"):
         sys.stdout.reconfigure(line_buffering=True)  # so that a pipe gets each message at once
     parser = _parser(name)
-    if completing:
-        import argcomplete
-
-        # Offer flags only after a dash, so that Tab completes a name that alone fits, without listing flags beside it.
-        argcomplete.autocomplete(parser, always_complete_options=False, exclude=["-h", "--help"])
     spoken = " ".join(word for word in words if not word.startswith("-")) + " "
     for absent, instead in ABSENT.items():
         if spoken.startswith(f"{absent} "):

@@ -1,7 +1,7 @@
 # Prepare a terminal for ROS 2 from wheels, in bash or zsh. Where a tutorial says `source /opt/ros/jazzy/setup.bash`,
 # source this file.
 #
-# It activates the kit's environment, lets a plain `colcon build` find what it needs, and completes names with Tab. The
+# It activates the kit's environment, lets a plain `colcon build` find what it needs. The
 # terminal hears the nodes of the notebooks, and knows the package in `ws` as it was built last.
 
 _kit="$(cd "$(dirname "${BASH_SOURCE[0]:-${(%):-%x}}")/../.." && pwd)"
@@ -21,7 +21,6 @@ if [ -n "${ZSH_VERSION:-}" ]; then
   _shell=zsh
   type compdef > /dev/null || { autoload -Uz compinit && compinit -u -D; }
 fi
-eval "$(register-python-argcomplete ros2)"
 eval "$(register-python-argcomplete colcon)"
 eval "$(python -P -c 'import sys; from grader.notebook import workspace; print(workspace.shell_lines(sys.argv[1]))' $_shell)"
 unset _kit _shell

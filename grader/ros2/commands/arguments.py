@@ -1,14 +1,13 @@
-"""Arguments that several commands share, and what the shell offers for them when Tab is pressed."""
+"""Arguments that several commands share."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from .graph import NamesAndTypes, graph
 
-Completer = Callable[..., list[str]]
 AddVerb = Callable[..., argparse.ArgumentParser]
 
 EXAMPLES = {"topic": "/chatter", "service": "/add_two_ints", "action": "/fibonacci"}
@@ -32,16 +31,6 @@ def verbs(parser: argparse.ArgumentParser, command: str) -> AddVerb:
         return verb
 
     return add_verb
-
-
-def add(parser: Any, name: str, completer: Completer, **rest: Any) -> None:
-    """Declare an argument that the shell completes."""
-    parser.add_argument(name, **rest).completer = completer  # read by argcomplete
-
-
-def offer(names: Callable[[], Iterable[str]]) -> Completer:
-    """Return a completer that offers names."""
-    return lambda prefix, **_: [name for name in names() if name.startswith(prefix)]
 
 
 def name_argument(parser: argparse.ArgumentParser, kind: str) -> None:

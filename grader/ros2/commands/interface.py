@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_type(parser: argparse.ArgumentParser, text: str) -> None:
-    arguments.add(parser, "type", arguments.offer(packages.interfaces), help=text)
+    parser.add_argument("type", help=text)
 
 
 def run_package(args: argparse.Namespace) -> None:

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _package(parser: argparse.ArgumentParser, **rest: Any) -> None:
-    arguments.add(parser, "package_name", arguments.offer(packages.names), help="Name of the package", **rest)
+    parser.add_argument("package_name", help="Name of the package", **rest)
 
 
 def _prefix(package: str) -> Path:

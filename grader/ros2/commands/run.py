@@ -5,25 +5,17 @@ from __future__ import annotations
 import argparse
 import signal
 import subprocess
-from typing import Any
 
 from ..launching.guard import die_with_parent  # noqa: TID252 - the folder has no fixed name
-from . import Refusal, arguments, packages
+from . import Refusal, packages
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
-    with_programs = arguments.offer(lambda: filter(packages.executables, packages.names()))
-    arguments.add(parser, "package_name", with_programs, help="Name of the ROS package")
-    arguments.add(parser, "executable_name", complete_executable, help="Name of the executable")
+    parser.add_argument("package_name", help="Name of the ROS package")
+    parser.add_argument("executable_name", help="Name of the executable")
     parser.add_argument("argv", nargs=argparse.REMAINDER, help="Pass arbitrary arguments to the executable")
     parser.set_defaults(run=run)
-
-
-def complete_executable(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
-    """Return the package's executables that begin with `prefix`."""
-    found = packages.executables(parsed_args.package_name) or []
-    return [path.name for path in found if path.name.startswith(prefix)]
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,7 +6,6 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..commands import arguments, packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import modules
 from .actions import OTHER_FORMATS, AnyLaunchDescriptionSource, IncludeLaunchDescription, read
 from .entities import LaunchDescription, describe
@@ -24,8 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "Write how each process started and ended to FILE, as JSON lines"
     parser.add_argument("--record", metavar="FILE", type=Path, help=text)
     text = "Name of the package, or path of the launch file"
-    arguments.add(parser, "package_name", arguments.offer(packages.names), help=text)
-    arguments.add(parser, "launch_file_name", _complete_files, nargs="?", help="Name of the launch file")
+    parser.add_argument("package_name", help=text)
+    parser.add_argument("launch_file_name", nargs="?", help="Name of the launch file")
     text = "Arguments to the launch file; '<name>:=<value>' (last one wins)"
     parser.add_argument("launch_arguments", nargs="*", help=text)
     parser.set_defaults(run=main)
@@ -120,10 +119,3 @@ def arguments_shown(description: LaunchDescription) -> str:
     if any(seen.values()):
         lines += ["", "* argument(s) which are only used if specific conditions occur"]
     return "\n".join(lines)
-
-
-def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
-    name = parsed_args.package_name
-    if (found := packages.prefix(name)) is None:
-        return []
-    return [path.name for path in launch_files(found / "share" / name) if path.name.startswith(prefix)]

@@ -1,4 +1,4 @@
-"""The `ros2` command without a graph: packages, interfaces, `run`, completion, and giving way to the real one."""
+"""The `ros2` command without a graph: packages, interfaces, `run`, and what is refused."""
 
 from __future__ import annotations
 
@@ -128,30 +128,6 @@ def test_a_new_package_passes_its_own_tests_and_builds(ros2, tmp_path):
     assert "The directory already exists" in again.stderr
     said = run(tmp_path, "colcon", "build", "--event-handlers", "console_direct-")
     assert (tmp_path / "install/my_pkg/share/my_pkg/package.xml").is_file(), said
-
-
-@pytest.mark.slow  # a shell for each line
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("ros2 run demo s", {"show", "stubborn"}),
-        ("ros2 launch demo ", {"one.launch.py"}),
-        ("ros2 topic e", {"echo"}),
-        ("ros2 interface show std_srvs/srv/Tr", {"std_srvs/srv/Trigger"}),
-        ("ros2 pkg prefix dem", {"demo"}),
-    ],
-)
-def test_tab_completes_names(demo, tmp_path, line, expected):
-    completing = {
-        "_ARGCOMPLETE": "1",
-        "_ARGCOMPLETE_IFS": "\n",
-        "_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "answer"),
-        "COMP_LINE": line,
-        "COMP_POINT": str(len(line)),
-        "COMP_TYPE": "9",
-    }
-    subprocess.run([sys.executable, COMMAND], env=environment(demo, tmp_path, **completing), check=False, timeout=60)
-    assert {word.strip() for word in (tmp_path / "answer").read_text().split("\n")} >= expected
 
 
 def test_ctrl_c_that_was_blocked_while_python_started_reaches_the_node(demo, tmp_path):

@@ -57,11 +57,6 @@ def test_the_terminal_hears_the_nodes_of_the_notebooks(shell: str, tmp_path: Pat
     assert prepared(shell, "echo $ROS_DOMAIN_ID", tmp_path) == f"{find(KIT).domain_id}\n"
 
 
-def test_names_are_completed(shell: str, tmp_path: Path):
-    asks = {"bash": "complete -p ros2 colcon", "zsh": "echo $_comps[ros2] $_comps[colcon]"}
-    assert prepared(shell, asks[shell], tmp_path).count("argcomplete") == 2
-
-
 @pytest.mark.slow  # a shell that starts the kit's Python several times
 def test_it_can_be_sourced_twice_and_where_unset_variables_are_errors(shell: str, tmp_path: Path):
     said = type_into(shell, f"set -u; source {COMMAND}/setup.bash; source {COMMAND}/setup.bash; echo done", tmp_path)
