@@ -1,8 +1,8 @@
 # Prepare a terminal for ROS 2 from wheels, in bash or zsh. Where a tutorial says `source /opt/ros/jazzy/setup.bash`,
 # source this file.
 #
-# It activates the kit's environment, lets a plain `colcon build` find what it needs. The
-# terminal hears the nodes of the notebooks, and knows the package in `ws` as it was built last.
+# It activates the kit's environment, and lets a plain `colcon build` find what it needs. The terminal hears the nodes
+# of the notebooks, and knows the package in `ws` as it was built last.
 
 _kit="$(cd "$(dirname "${BASH_SOURCE[0]:-${(%):-%x}}")/../.." && pwd)"
 if [ ! -f "$_kit/.venv/bin/activate" ]; then
