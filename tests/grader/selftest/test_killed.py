@@ -19,8 +19,8 @@ ROOT = KIT
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_killed_grading_leaves_nothing_and_the_next_is_right():
-    """Kill three gradings here; `kill_runs.py --runs 100` kills more."""
-    command = [sys.executable, "tests/helpers/kill_runs.py", "--runs", "3"]
+    """Kill three gradings here; `kill_runs.py 100` kills more."""
+    command = [sys.executable, "tests/helpers/kill_runs.py", "3"]
     ended = subprocess.run(
         command, cwd=ROOT, env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}, capture_output=True, text=True,
         check=False,
