@@ -92,7 +92,7 @@ def check_any(make: Callable[[Path], object]) -> Submission | None:
         return opened
 
 
-ANY = settings(max_examples=int(os.environ.get("KIT_EXAMPLES", "80")), suppress_health_check=[HealthCheck.too_slow])
+ANY = settings(max_examples=80, suppress_health_check=[HealthCheck.too_slow])
 
 
 @given(ENTRIES)
