@@ -17,7 +17,6 @@ from grader.report import data
 from grader.scoring import rubric
 from grader.settings import Reuse
 
-ROOT = KIT
 Graded = dict[str, Any]
 
 
@@ -30,7 +29,7 @@ def reference() -> Path:
 @pytest.fixture(scope="session")
 def settings() -> pipeline.Settings:
     """How the kit grades by default."""
-    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder())
+    return pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=building.cache_folder())
 
 
 @pytest.fixture(scope="session")

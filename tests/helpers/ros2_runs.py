@@ -15,8 +15,7 @@ from typing import Any
 
 from grader import KIT
 
-ROOT = KIT
-COMMAND = ROOT / "grader" / "ros2"  # a folder that Python runs, as in the grader's sandbox
+COMMAND = KIT / "grader" / "ros2"  # a folder that Python runs, as in the grader's sandbox
 FILES = KIT / "tests" / "grader" / "ros2" / "launch_files"
 
 

@@ -22,13 +22,12 @@ from grader.scoring.grading import Grading
 
 TEXTS = beside(__file__)
 
-ROOT = KIT
 MB = 1_000_000
 
 
 def grader(*arguments: object, before: tuple[object, ...] = (), **options: object) -> subprocess.CompletedProcess[str]:
     command = [*map(str, before), sys.executable, "-m", "grader.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600, cwd=ROOT, **options)  # type: ignore[call-overload, no-any-return]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600, cwd=KIT, **options)  # type: ignore[call-overload, no-any-return]
 
 
 def small_disk(at: Path, size: int) -> tuple[object, ...]:
@@ -106,7 +105,7 @@ def ungraded(monkeypatch: pytest.MonkeyPatch, settings: pipeline.Settings) -> Ca
     seen = evidence.Evidence(intake=intake, build=evidence.Build(True, False, 0.0, 0, False, ""))
     monkeypatch.setattr(pipeline, "_collected", lambda *_, **__: seen)
     monkeypatch.setattr(pipeline, "judge", lambda *_: Grading(None, seen, {}, "x", 0, 0.0))  # type: ignore[arg-type]
-    return lambda out, write: pipeline.grade(ROOT / "solution_pkg", out, settings, write)
+    return lambda out, write: pipeline.grade(KIT / "solution_pkg", out, settings, write)
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -140,7 +139,7 @@ def test_a_report_that_cannot_be_written_leaves_the_previous_results_and_the_nex
 @pytest.mark.sandbox
 def test_a_folder_that_cannot_be_written_is_reported_before_anything_is_graded(tmp_path: Path):
     (tmp_path / "file").write_text("")
-    done = grader("grade", ROOT / "solution_pkg", "--out", tmp_path / "file" / "out")
+    done = grader("grade", KIT / "solution_pkg", "--out", tmp_path / "file" / "out")
     assert done.returncode == 2
     out = tmp_path / "file" / "out"
     assert f"grader: Cannot write to {out}: Not a directory. Choose another --out." in message(done)
@@ -155,7 +154,7 @@ def test_a_folder_that_cannot_be_written_is_reported_before_anything_is_graded(t
 def test_a_disk_that_fills_up_is_not_blamed_on_the_submission(tmp_path: Path, size: int, words: str):
     """Otherwise a build that meets "No space left on device" would count as a package that does not build."""
     command = [*map(str, small_disk(tmp_path, size)), sys.executable, "-c", TEXTS["FILLS_DISK"], str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=KIT)
     assert done.stdout.startswith(("grader", "RunResult"))
     assert words in done.stdout
 
@@ -206,7 +205,7 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
 )
 def test_a_limit_on_the_graders_memory_is_reported_before_anything_is_graded(tmp_path: Path, limit: str, words: str):
     before = ("prlimit", f"--as={limit}")
-    done = grader("grade", ROOT / "solution_pkg", "--out", tmp_path / "out", before=before)
+    done = grader("grade", KIT / "solution_pkg", "--out", tmp_path / "out", before=before)
     assert done.returncode == 3
     assert words in message(done)
     assert not (tmp_path / "out").exists()

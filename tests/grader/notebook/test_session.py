@@ -21,7 +21,6 @@ from grader.notebook.workspace import VARIABLE, Workspace
 
 TEXTS = beside(__file__)
 
-ROOT = KIT
 Facts = dict[str, Any]
 pytestmark = pytest.mark.ros
 
@@ -31,7 +30,7 @@ def play(root: Path, script: str) -> Facts:
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "AMENT", "COLCON", "PYTEST"))}
     ran = subprocess.run(
         [sys.executable, "-W", "error::RuntimeWarning", "-c", TEXTS["BEGIN"] + script],
-        env=environment | {VARIABLE: str(root), "PYTHONPATH": str(ROOT)},
+        env=environment | {VARIABLE: str(root), "PYTHONPATH": str(KIT)},
         capture_output=True, text=True, check=False, timeout=240,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stdout + ran.stderr
@@ -261,7 +260,7 @@ def test_a_node_dies_with_a_kernel_that_is_killed(tmp_path: Path) -> None:
     root = tmp_path / "ws"
     checkpoints.start_at(Workspace(root), "10")
     script = "import signal\nreport(node=pid(run_node()))\nos.kill(os.getpid(), signal.SIGKILL)\n"
-    environment = dict(os.environ) | {VARIABLE: str(root), "PYTHONPATH": str(ROOT)}
+    environment = dict(os.environ) | {VARIABLE: str(root), "PYTHONPATH": str(KIT)}
     with subprocess.Popen(
         [sys.executable, "-c", TEXTS["BEGIN"] + script], env=environment, stdout=subprocess.PIPE, text=True
     ) as kernel:

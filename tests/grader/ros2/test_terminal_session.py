@@ -11,15 +11,15 @@ from pathlib import Path
 import pytest
 from helpers import beside
 from helpers.course import COURSE
-from helpers.ros2_runs import COMMAND, ROOT
+from helpers.ros2_runs import COMMAND
 from helpers.terminal import Terminal, desk, needs_zsh
 
-from grader import building
+from grader import KIT, building
 from grader.host import ros_env
 
 TEXTS = beside(__file__)
 
-PAGE = ROOT / "docs" / "ros2-session.md"
+PAGE = KIT / "docs" / "ros2-session.md"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 # On a busy machine a node may be discovered late and be missing from a list: a person would look again.
 LOOKS_AT_THE_GRAPH = re.compile(r"ros2 \w+ (list|info)\b")

@@ -26,8 +26,7 @@ from grader.selftest.attacks.attack import attack
 from grader.selftest.attacks.command import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 
-ROOT = KIT
-REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
+REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 KNOWN = 43  # the list of known attacks on autograders from which this one started
 NOT_APPLICABLE = {18}  # it edits or locks a gradebook's database; a grading here is a folder of files
 RUBRIC = rubric.load(COURSE.rubric)
@@ -37,7 +36,7 @@ F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_pub
 
 @pytest.fixture(scope="module")
 def settings() -> pipeline.Settings:
-    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder())
+    return pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=building.cache_folder())
 
 
 def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, ...] = ()) -> Grading:
@@ -190,7 +189,7 @@ def test_what_is_not_held_without_namespaces_is_named_and_no_other_attack(monkey
 
 
 def test_the_documentation_lists_what_the_users_sandbox_does_not_hold():
-    text = (ROOT / "docs" / "containers.md").read_text()
+    text = (KIT / "docs" / "containers.md").read_text()
     assert set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == {
         each.name for each in ATTACKS.values() if each.not_without_namespaces
     }

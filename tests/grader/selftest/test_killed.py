@@ -12,19 +12,14 @@ import pytest
 from grader import KIT
 from grader.host import tempdir
 
-ROOT = KIT
-
 
 @pytest.mark.slow  # four gradings
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_killed_grading_leaves_nothing_and_the_next_is_right():
     """Kill three gradings here; `kill_runs.py 100` kills more."""
-    command = [sys.executable, "tests/helpers/kill_runs.py", "3"]
-    ended = subprocess.run(
-        command, cwd=ROOT, env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
+    command, paths = [sys.executable, "tests/helpers/kill_runs.py", "3"], {"PYTHONPATH": f"{KIT}:{KIT / 'tests'}"}
+    ended = subprocess.run(command, cwd=KIT, env=os.environ | paths, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
