@@ -19,7 +19,7 @@ from grader.settings import Reuse, Settings
 HUNTED = 20
 """How many seeds a hunt makes up."""
 _TESTS_OF_ITS_OWN = ("student tests", "mutation")
-_BY_SEED = ("trials", "functions")
+_BY_SEED = ("trials", "functions", "hunt")
 
 
 @dataclass(frozen=True)

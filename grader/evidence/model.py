@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from grader.evidence.quality import Quality
+from grader.evidence.reasons import Reason
 from grader.evidence.trial import Trial
 
 
@@ -201,9 +202,35 @@ class FunctionAnswer:
 
 
 @dataclass(frozen=True)
+class BrokenPromise:
+    """A promise that was broken: its name and sentence, what was seen, and the case as the text of a file."""
+
+    name: str
+    sentence: str
+    seen: str
+    case: str
+
+
+@dataclass(frozen=True)
+class Hunt:
+    """How many made-up cases were tried, and the promise that was broken in the last of them, if one was.
+
+    `unsteady` is how many failed once and not again, which counts for nothing. `trial` is the name of the trial that
+    shows the broken promise. `ended` says why there was no hunt to the end.
+    """
+
+    cases: int
+    unsteady: int = 0
+    broken: BrokenPromise | None = None
+    trial: str = ""
+    ended: Reason | None = None
+
+
+@dataclass(frozen=True)
 class Evidence:
     """Everything that one grading recorded.
 
+    `hunts` are by the requirement that was hunted for.
     `kept` says of what was collected in an earlier grading of the same content when that was, local time.
     `origin` says by name how to get the same again: seed, versions, hashes of the kit and of the submission.
     """
@@ -218,3 +245,4 @@ class Evidence:
     mutation: Mutation | None = None
     origin: dict[str, str] = field(default_factory=dict)
     kept: dict[str, str] = field(default_factory=dict)
+    hunts: dict[str, Hunt] = field(default_factory=dict)

@@ -70,6 +70,8 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("known_bad/hits_the_wall.yaml", "{B3: 15}", "{B3: 16}", "known_bad/hits_the_wall.yaml, line N: B3 has 15 points; 16 is outside 0 to 15"),
         ("known_bad/hits_the_wall.yaml", "{B3: 15}", "{P8: 15}", "known_bad/hits_the_wall.yaml, line N: P8 is not a requirement of the rubric. Did you mean P"),
         ("known_bad/hits_the_wall.yaml", "hall_guard/guard.py", "hall_guard/gard.py", "known_bad/hits_the_wall.yaml, line N: hall_guard/gard.py is not a file of the solution. Did you mean hall_guard/guard.py?"),
+        # hunts
+        ("rubric.yaml", "title: Stops at the end", "hunt: {cases: 9, points: 1}\n        title: Stops at the end", "rubric.yaml, line M: B3 is not what a module of hunts/ makes up cases for"),
         # what is missing
         ("course.yaml", "solution/hall_guard", "solution/guard_hall", "course.yaml, line N: there is no package in solution/guard_hall"),
         ("contract/contract.yaml", "  - README.md", "  - launch/hall_launch.py", "contract/contract.yaml, line N: the solution has no launch/hall_launch.py"),
