@@ -240,5 +240,5 @@ def test_a_seed_with_which_an_edit_passes_by_luck_is_named_with_what_it_has_chos
     for path in (folder / "known_bad").glob("[!h]*.yaml"):
         path.unlink()
     found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None, (1, 7))
-    luck = "with seed 7 of 3: a package like this passes by luck (seed 7: seconds 9.603 in to_the_end)"
+    luck = "with seed 7 of 3: a package like this passes by luck (seed 7: seconds 9.602 in to_the_end)"
     assert found.problems == (f"known_bad/hits_the_wall.yaml: B3 is not lost {luck}",)
