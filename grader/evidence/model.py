@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from grader.evidence.quality import Quality
-from grader.evidence.reasons import Reason
 from grader.evidence.trial import Trial
 
 
@@ -216,14 +215,13 @@ class Hunt:
     """How many made-up cases were tried, and the promise that was broken in the last of them, if one was.
 
     `unsteady` is how many failed once and not again, which counts for nothing. `trial` is the name of the trial that
-    shows the broken promise. `ended` says why there was no hunt to the end.
+    shows the broken promise or, where none is broken, of one that says why not all cases could be judged.
     """
 
     cases: int
     unsteady: int = 0
     broken: BrokenPromise | None = None
     trial: str = ""
-    ended: Reason | None = None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from grader.processes.jobs import Job, Turn, Where
 from grader.scoring.rubric import Requirement
 from grader.settings import Settings
 from grader.source import Asked, Collected, Source, Subject
-from grader.trials.request import ALL_BEHIND_S
+from grader.trials.case import Case
+from grader.trials.request import ALL_BEHIND_S, not_started
 from grader.trials.source import integrity_flags, started_by
 from grader.words import mark, say
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 _SAYS = mark("hunting for {requirement}: {cases} made-up cases")
 Result = tuple[Hunt, list[Trial]]
-"""What a hunt has come to, and the trial that shows it if a promise was broken."""
+"""What a hunt has come to, and the trial that shows it if there is one."""
 
 
 class Hunts(Source):
@@ -44,7 +45,7 @@ class Hunts(Source):
             found.append(Job(
                 job_name(requirement.id), Where.NETWORK, Result, partial(_hunt, running, requirement, settings),
                 decided_by=(*started_by(subject), str(requirement.hunt)),
-                lasting=lambda result: result[0].ended is None,
+                lasting=lambda result: result[0].broken is not None or not result[1],
                 after=found[-1].name if found else "",
                 turn=Turn.PLACE, serves=frozenset({requirement.id}),
                 says=say(_SAYS, requirement=requirement.id, cases=requirement.hunt),
@@ -59,20 +60,23 @@ def job_name(requirement: str) -> str:
 
 def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before: object = None) -> Result:
     from grader.hunt import search
-    from grader.trials.promises import hunts
+    from grader.trials.promises import hunts, unjudged
 
-    of_requirement = hunts(settings.course).of([requirement.id])
+    of_requirement, name = hunts(settings.course).of([requirement.id]), f"hunt_{requirement.id}"
     try:
         hunted = search.hunt(running, *of_requirement, cases=requirement.hunt, seed=settings.seed)
     except SubmissionError:  # what its callbacks have waited in all cases is more than a grading waits
-        return Hunt(0, ended=Reason(Kind.WAITED, seconds=ALL_BEHIND_S)), []
+        ended = Reason(Kind.WAITED, seconds=ALL_BEHIND_S)
+        return Hunt(0, trial=name), [not_started(Case("", ()).plan(name), 0, ended=ended)]
     facts = Hunt(hunted.cases, len(hunted.unsteady))
-    if (found := hunted.finding) is None:
-        return facts, []
-    case = f"breaks: {found.promise.name}\n{found.case.text()}"
-    broken = BrokenPromise(found.promise.name, found.promise.sentence, found.broken.seen, case)
-    trial = replace(found.trial, name=f"hunt_{requirement.id}")
-    return replace(facts, broken=broken, trial=trial.name), [trial]
+    if (found := hunted.finding) is not None:
+        case = f"breaks: {found.promise.name}\n{found.case.text()}"
+        broken = BrokenPromise(found.promise.name, found.promise.sentence, found.broken.seen, case)
+        return replace(facts, broken=broken, trial=name), [replace(found.trial, name=name)]
+    for trial in running.known.values():
+        if trial.script_error or unjudged(trial):  # else a node that brings observers down keeps every promise
+            return replace(facts, trial=name), [replace(trial, name=name)]
+    return facts, []
 
 
 def _collected(results: Mapping[str, Result]) -> Collected:

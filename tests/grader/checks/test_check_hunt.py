@@ -48,10 +48,11 @@ def test_a_broken_promise_gets_none_and_is_said_with_the_case():
     ("found", "kind"),
     [
         (hunted(BROKEN, ready=False, ended=Reason(Kind.NOT_UP, "robot_controller", seconds=20.0)), Kind.NOT_UP),
-        (hunted(Hunt(0, ended=Reason(Kind.WAITED, seconds=300.0))), Kind.WAITED),
+        (hunted(Hunt(0, trial="hunt_F4"), ended=Reason(Kind.WAITED, seconds=300.0)), Kind.WAITED),
+        (hunted(Hunt(300, trial="hunt_F4"), ended=Reason(Kind.OBSERVER_CRASHED)), Kind.OBSERVER_CRASHED),
         (judging.evidence_with(build=Build.not_tried("p")), Kind.NOT_BUILT),
     ],
-    ids=["no node", "waits", "no build"],
+    ids=["no node", "waits", "brings observers down", "no build"],
 )
 def test_what_kept_the_hunt_from_judging_is_said(found: Evidence, kind: Kind):
     said = judged(found)

@@ -111,4 +111,13 @@ def test_a_node_that_never_comes_up_is_not_started_sixty_times(collects: Collect
 
 def test_a_package_that_keeps_the_hunt_waiting_has_a_reason_for_it(collects: Collects):
     found, _ = collects(lambda _: driven(0.0, ended=Reason(Kind.WAITED, seconds=300.0)), F1=5)
-    assert cast(Any, found.facts["hunts"])["F1"].ended.kind is Kind.WAITED
+    assert found.facts["hunts"] == {"F1": Hunt(0, trial="hunt_F1")}
+    assert cast(Any, found.facts["trials"])["hunt_F1"].ended.kind is Kind.WAITED
+
+
+@pytest.mark.parametrize("fate", [{"ended": Reason(Kind.OBSERVER_CRASHED)}, {"script_error": "ValueError: no"}])
+def test_a_case_that_could_not_be_judged_is_no_promise_kept(collects: Collects, fate: dict[str, Any]):
+    found, ran = collects(lambda case: driven(0.0, **(fate if len(case.steps) > 4 else {})), F1=20)
+    assert len(ran) == 20
+    assert found.facts["hunts"] == {"F1": Hunt(20, trial="hunt_F1")}
+    assert cast(Any, found.facts["trials"])["hunt_F1"] == replace(driven(0.0, **fate), name="hunt_F1")
