@@ -43,7 +43,8 @@ class Hunts(Source):
         found: list[Job[Any]] = []
         for requirement in hunted:
             found.append(Job(
-                job_name(requirement.id), Where.NETWORK, Result, partial(_hunt, running, requirement, settings),
+                job_name(requirement.id), Where.NETWORK, tuple[Hunt, list[Trial]],
+                partial(_hunt, running, requirement, settings),
                 decided_by=(*started_by(subject), str(requirement.hunt)),
                 lasting=lambda result: result[0].broken is not None or not result[1],
                 after=found[-1].name if found else "",

@@ -17,7 +17,7 @@ from grader.building import Built
 from grader.evidence import Build, Hunt, Intake, Kind, Reason, Trial, from_json, to_json
 from grader.hunt import runner
 from grader.hunt.runner import Runner
-from grader.hunt.source import Hunts, Result
+from grader.hunt.source import Hunts
 from grader.intake.submission import Submission
 from grader.processes import jobs
 from grader.scoring.rubric import Rubric, load
@@ -81,7 +81,9 @@ def test_a_broken_promise_is_kept_with_its_trial_and_a_case_that_can_be_run_agai
     (tmp_path / "case.yaml").write_text(hunt.broken.case)
     assert cases.read(tmp_path / "case.yaml", COURSE) in ran
     result = (hunt, [moves(ran[0])])
-    assert from_json(to_json(result), cast(Any, Result)) == result  # as it is kept for the next grading
+    assert (
+        from_json(to_json(result), cast(Any, tuple[Hunt, list[Trial]])) == result
+    )  # as it is kept for the next grading
 
 
 def test_the_same_seed_comes_to_the_same_and_another_one_tries_other_cases(collects: Collects):
