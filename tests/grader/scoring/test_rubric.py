@@ -104,6 +104,8 @@ def test_a_hunt_is_one_more_check_with_points_of_its_own(write):
     assert [(r.hunt, r.points, r.advanced) for r in (first, second)] == [(300, 5, 2), (50, 2, 2)]
     assert [r.checks[-1].id for r in (first, second)] == [f"{HUNT}[F1]", f"{HUNT}[F2]"]
     assert HUNT in checks_run.known(COURSE)
+    criterion["requirements"][0]["held_back"] = True
+    assert "F1 is held back, and students have the promises that a hunt is about" in refused(write(data))
 
 
 def test_a_requirement_without_checks_needs_its_points(write):
