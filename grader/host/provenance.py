@@ -15,7 +15,7 @@ from grader import KIT
 
 _DISTRIBUTIONS = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
 # What of the grader only calls a grading, and the courses.
-_ABOVE_GRADING = frozenset({"authoring", "classroom", "courses", "notebook", "selftest", "cli.py"})
+_ABOVE_GRADING = frozenset({"authoring", "classroom", "courses", "notebook", "selftest", "cli.py", "hunting.py"})
 
 
 def environment() -> dict[str, str]:
@@ -32,7 +32,7 @@ def kit_hash(course: Path) -> str:
     """Return a hash of the code that decides a grade by the folder of a course, 16 hexadecimal digits."""
     found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
     engine = (path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
-    kinds = ("checks", "contract", "functions", "held_back", "trials", "worlds")
+    kinds = ("checks", "contract", "functions", "held_back", "hunts", "trials", "worlds")
     return _hash({KIT: engine} | {course: _files(course, *kinds)})
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import errno
 import html
-import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from helpers.archives import NODE, XML, below, write, zipped
-from helpers.course import COURSE
+from helpers.course import COURSE, copied
 from helpers.notebook_fixtures import workspace
 
 from grader import cli, notebook, words
@@ -32,9 +31,7 @@ __all__ = ["workspace"]
 @pytest.fixture
 def german_course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The folder of the kit's own course in German, which `grader.course.find` finds."""
-    folder = shutil.copytree(COURSE.folder, tmp_path / "kurs", ignore=shutil.ignore_patterns("__pycache__"))
-    places = f"rubric: {COURSE.rubric}\nsolution: {COURSE.solution}\nnotebooks: {COURSE.notebooks}\n"
-    (folder / "course.yaml").write_text(f"title: Kurs\npackage: {COURSE.package}\nlanguage: de\n{places}")
+    folder = copied(tmp_path / "kurs", more="language: de\n")
     monkeypatch.setenv(VARIABLE, str(folder))
     yield folder
     words.speak(words.ENGLISH, COURSE.folder)

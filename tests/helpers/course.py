@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 from grader.course import kits_own, role
 
 COURSE = kits_own()
@@ -16,3 +19,12 @@ PARAMETERS = {name: node.defaults for name, node in COURSE.nodes.items()}
 def role_of(path: str) -> str:
     """Return what a file of the course's package is for."""
     return role(path, PACKAGE)
+
+
+def copied(folder: Path, rubric: str = "", more: str = "") -> Path:
+    """Copy the course to a folder, with another rubric if one is given and `more` lines of course.yaml."""
+    shutil.copytree(COURSE.folder, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "rubric.yaml").write_text(rubric or COURSE.rubric.read_text())
+    places = f"rubric: rubric.yaml\nsolution: {COURSE.solution}\nnotebooks: {COURSE.notebooks}\n"
+    (folder / "course.yaml").write_text(f"title: A copy\npackage: {PACKAGE}\n{places}{more}")
+    return folder

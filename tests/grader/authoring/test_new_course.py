@@ -8,6 +8,7 @@ import pytest
 
 from grader import KIT, building, cli, pipeline
 from grader.authoring import check_course, new_course
+from grader.host import provenance
 
 TEMPLATE = KIT / "grader" / "authoring" / "template_course"
 
@@ -64,3 +65,12 @@ def test_a_package_cannot_have_such_a_name(tmp_path: Path, capsys: pytest.Captur
     assert cli.main(["new-course", str(tmp_path / "mine"), "--package", name]) == 2
     assert why in capsys.readouterr().err
     assert not (tmp_path / "mine").exists()
+
+
+def test_what_a_hunt_makes_up_decides_the_evidence_and_not_what_is_made_of_it(tmp_path: Path):
+    folder = new_course.lay_out(tmp_path / "mine").folder
+    before = provenance.kit_hash(folder), provenance.checks_hash(folder)
+    (folder / "hunts").mkdir()
+    (folder / "hunts" / "more.py").write_text("LIMIT = 1\n")
+    assert provenance.kit_hash(folder) != before[0]
+    assert provenance.checks_hash(folder) == before[1]

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE
+import yaml
+from helpers.course import COURSE, copied
 from helpers.hunting import NODE
 from submissions.edits import EDITS, apply
 
-from grader import cli
-from grader.authoring.package_edits import replace
+from grader import cli, pipeline
+from grader.authoring import package_edits
+from grader.course import load
 from grader.hunt import report, search
-from grader.hunt.runner import runner
+from grader.hunting import runner
+from grader.scoring import rubric
+from grader.scoring.scorecard import Outcome
 from grader.settings import Settings
 from grader.trials.case import Case, Step
 from grader.trials.promises import LIVES, Run, hunts
@@ -44,10 +49,30 @@ def test_what_is_found_in_a_known_bad_edit_fails_again(tmp_path: Path, settings:
     assert cli.main(["hunt", "--again", str(file), "--package", str(COURSE.solution)]) == 0
 
 
+def test_a_course_grades_by_a_hunt(tmp_path: Path, settings: Settings):
+    """The reference keeps its point, an edit loses it, and the same edit loses it again by the same case."""
+    data = yaml.safe_load(COURSE.rubric.read_text())
+    for criterion in data["criteria"]:
+        criterion.pop("points", None)
+    (f5,) = (each for criterion in data["criteria"] for each in criterion["requirements"] if each["id"] == "F5")
+    f5.pop("points", None)
+    f5["hunt"] = {"cases": 3, "points": 1}
+    with_hunt = load(copied(tmp_path / "course", yaml.safe_dump(data)))
+    settings = replace(settings, course=with_hunt, rubric=rubric.load(with_hunt.rubric), requirements=("F5",))
+    bad, said = apply(EDITS["emergency_for_good"], tmp_path / "bad"), []
+    for package in (COURSE.solution, bad, bad):
+        card = pipeline.grade(package, tmp_path / "out", settings).scorecard
+        said.append(next(score for score in card.requirements if score.requirement.id == "F5").results[-1])
+    assert [each.outcome for each in said] == [Outcome.PASSED, Outcome.FAILED, Outcome.FAILED]
+    assert said[0].seen == "3 cases, no fault found"
+    assert "node: robot_controller\nsteps:\n" in said[1].seen
+    assert said[1] == said[2]
+
+
 def test_a_node_that_hangs_floods_or_exits_is_named_and_leaves_no_process(tmp_path: Path, settings: Settings):
     package = apply(None, tmp_path)
     line = "        self.get_logger().info(f\"{self._value('robot_name')} is ready\")\n"
-    replace("ros2_robot_controller/robot_controller.py", line, DOES)(package)
+    package_edits.replace("ros2_robot_controller/robot_controller.py", line, DOES)(package)
     cases = [
         Case(NODE, (Step("wait", 1.5),), parameters={"robot_name": does})
         for does in ("hangs", "floods", "exits", "lives")
