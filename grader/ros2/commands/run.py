@@ -6,8 +6,7 @@ import argparse
 import signal
 import subprocess
 
-from ..launching.guard import die_with_parent  # noqa: TID252 - the folder has no fixed name
-from . import Refusal, packages
+from . import Refusal, die_with_parent, packages
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -15,6 +15,7 @@ from functools import partial
 from signal import Signals as _Signals
 from typing import Any
 
+from ..commands import die_with_parent  # noqa: TID252 - the folder has no fixed name
 from . import events
 from .entities import (
     Action,
@@ -27,7 +28,6 @@ from .entities import (
     truth,
 )
 from .errors import LaunchError
-from .guard import die_with_parent
 from .output import KINDS, LineReader
 
 # How long each signal has to work before the next one, as in the real launch; `sigterm_timeout:=` sets another limit.
