@@ -101,7 +101,7 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
         if lane != lanes.WHOLE and path.suffix == ".ipynb":
             found[name] = _in_lane(path, lane)
         elif path == course.rubric:
-            found[name] = held_back.rubric_for_students(rubric.text(path), whole).encode()
+            found[name] = held_back.rubric_for_students(rubric.text(path), whole, course).encode()
         elif course.extends and path.name == reader.COURSE:
             title = f"title: {json.dumps(course.title, ensure_ascii=False)}"
             lines = path.read_text(encoding="utf-8").splitlines()

@@ -10,6 +10,7 @@ On disk the evidence of a grading is one folder:
     trials/NAME.json    Trial: one run of one node in a world
     flags.json          list of Flag: attempts at tampering and other things to look at
     functions.json      list of FunctionAnswer: what the package's functions returned
+    league.json         League: the handed-in cases, and which packages of a held-back pool each caught
     kept.json           what an earlier grading of the same content collected, and when; absent if nothing
     origin.json         seed, versions and hashes: all that is needed to run the same grading again
 
@@ -24,6 +25,8 @@ from grader.evidence.model import (
     Flag,
     FunctionAnswer,
     Intake,
+    League,
+    LeagueCase,
     Mutant,
     Mutation,
     StudentTests,

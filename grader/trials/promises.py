@@ -22,7 +22,8 @@ from grader.words import mark, say
 _MAKES, _PROMISES = "hunt_makes", "hunt_promises"
 NODE = "NODE"
 """The name in a module of `hunts/` of the node that its promises are about."""
-_OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)  # it may be this machine's doing that a trial ended so
+OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)
+"""How a trial may have ended by this machine's doing."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,12 @@ class Promise:
     judge: Judges
     serves: tuple[str, ...] = ()
     node: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return its sentence, with the requirements that say so."""
+        words = say(self.sentence)
+        return f"{words} ({', '.join(self.serves)})" if self.serves else words
 
 
 @dataclass(frozen=True)
@@ -177,7 +184,7 @@ def _lives(run: Run) -> Broken | None:
     if trial.dropped:
         return broken(run.end, mark("the node sent more messages than could be kept"))
     if ended is not None:
-        return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
+        return None if ended.kind in OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
     if tracebacks.BEGIN in output and run.trial.process is not None and run.trial.process.by != "interrupt":
         return broken(run.end, mark("a traceback: {said}"), said=tracebacks.last_words(output))
