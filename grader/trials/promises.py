@@ -22,8 +22,7 @@ from grader.words import mark, say
 _MAKES, _PROMISES = "hunt_makes", "hunt_promises"
 NODE = "NODE"
 """The name in a module of `hunts/` of the node that its promises are about."""
-OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)
-"""How a trial may have ended by this machine's doing."""
+_OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)  # it may be this machine's doing that a trial ended so
 
 
 @dataclass(frozen=True)
@@ -173,6 +172,11 @@ def hunts(course: Course) -> Hunts:
     return Hunts(tuple(makings), tuple(promises))
 
 
+def unjudged(trial: Trial) -> bool:
+    """Return whether a trial ended early in a way that breaks no promise."""
+    return trial.ended is not None and trial.ended.kind in _OURS
+
+
 def _lives(run: Run) -> Broken | None:
     trial, ended = run.trial, run.trial.ended
     if trial.foreign:
@@ -184,7 +188,7 @@ def _lives(run: Run) -> Broken | None:
     if trial.dropped:
         return broken(run.end, mark("the node sent more messages than could be kept"))
     if ended is not None:
-        return None if ended.kind in OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
+        return None if unjudged(trial) else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
     if tracebacks.BEGIN in output and run.trial.process is not None and run.trial.process.by != "interrupt":
         return broken(run.end, mark("a traceback: {said}"), said=tracebacks.last_words(output))

@@ -24,8 +24,8 @@ from grader.authoring.release import TOP
 from grader.course import Course, load
 from grader.course.reader import VARIABLE
 from grader.evidence import Kind, League, LeagueCase, Reason, Touch, Trial
-from grader.league import handed_in, pool, source
-from grader.league.source import CaseRun
+from grader.league import handed_in, pool, runs
+from grader.league.runs import CaseRun
 from grader.scoring import rubric
 from grader.trials.case import Case
 from grader.trials.observers import Observers
@@ -157,7 +157,7 @@ def test_students_get_the_requirement_without_checks_or_pool(
 def ran(course: Course, make: Callable[[Case], Trial]) -> tuple[CaseRun, int]:
     observers = FakeObservers(make)
     case = Case.of({"node": "guard", "steps": [{"wait": 1.0}]})
-    return source.run_case(case, "case", cast(Observers, observers), course), len(observers.ran)
+    return runs.run_case(case, "case", cast(Observers, observers), course), len(observers.ran)
 
 
 def guarding(**facts: Any) -> Trial:
