@@ -15,6 +15,7 @@ from grader.functions.source import FunctionCalls
 from grader.host import namespaces, provenance
 from grader.hunt.source import Hunts
 from grader.intake.submission import Submission
+from grader.league.source import LeagueCases
 from grader.mutation.source import Mutants
 from grader.processes import jobs
 from grader.processes.jobs import Job, Where
@@ -26,7 +27,9 @@ from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
 from grader.words import mark, say
 
-SOURCES: tuple[Source, ...] = (Trials(), Hunts(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
+SOURCES: tuple[Source, ...] = (
+    Trials(), Hunts(), StudentTestRuns(), FunctionCalls(), Mutants(), LeagueCases(), PackageText(),
+)  # fmt: skip
 """Every source of evidence. Flags are kept in this order."""
 
 _BUILDING = mark("building the package")
@@ -46,11 +49,13 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
         subject = Subject(submission, settings, folder, closing)
         text = _asked(Phase.TEXT, subject)
         built, contract = found.of(text, builds(subject)).get(BUILD, (None, None))
+        asked = _asked(Phase.DATA, subject)
         if built is not None and built.facts.ok:
             subject = replace(subject, built=built, contract=contract)
-            found.of(_asked(Phase.RUN, subject))
-            if left := {path: file for each in found.collected.values() for path, file in each.left.items()}:
-                found.of(_asked(Phase.TEXT, replace(subject, left=left)))
+            asked |= _asked(Phase.RUN, subject)
+        found.of(asked)
+        if left := {path: file for each in found.collected.values() for path, file in each.left.items()}:
+            found.of(_asked(Phase.TEXT, replace(subject, left=left)))
     facts = built.facts if built is not None else Build.not_tried(settings.course.package)
     return _merged(submission, facts, found)
 
@@ -98,10 +103,12 @@ def explain(submission: Submission, folder: Path, settings: Settings) -> list[tu
     kept = kept_evidence(settings)
     with ExitStack() as closing:
         subject = Subject(submission, settings, folder, closing)
-        listed = [*_jobs(_asked(Phase.TEXT, subject)), *builds(subject)]
+        before, later = _asked(Phase.TEXT, subject), _asked(Phase.DATA, subject)
+        listed = [*_jobs(before), *builds(subject)]
         built, contract = jobs.run(builds(subject), kept, settings.progress).results.get(BUILD, (None, None))
         if built is not None and built.facts.ok:
-            listed += _jobs(_asked(Phase.RUN, replace(subject, built=built, contract=contract)))
+            later |= _asked(Phase.RUN, replace(subject, built=built, contract=contract))
+        listed += _jobs(later)
         return [(job, (jobs.find(job, kept) or ("", ""))[1]) for job in listed]
 
 
@@ -139,10 +146,10 @@ def kept_evidence(settings: Settings) -> Kept:
 
 
 def needs_build(settings: Settings) -> bool:
-    """Return whether any wanted requirement needs the package built; the others are judged by its text alone."""
+    """Return whether any wanted requirement needs the package built; the others are judged by its text or data."""
     text, later = set[str](), set[str]()
     for source in SOURCES:
-        (text if source.phase is Phase.TEXT else later).update(source.serves(settings))
+        (later if source.phase is Phase.RUN else text).update(source.serves(settings))
     # What no source serves is judged by the build itself.
     return not settings.checked <= text - later
 

@@ -27,6 +27,7 @@ class Phase(Enum):
     TEXT = (
         "reads the package and runs nothing of it, so it goes on beside a build; again if that has made code that ran"
     )
+    DATA = "reads what was handed in beside the package's code, so it needs no build of it"
     RUN = "needs the build"
 
 
@@ -35,8 +36,8 @@ class Subject:
     """What a source collects evidence about, and how.
 
     `folder` is for what jobs write; `closing` closes what they use when all are done. `built` and `contract` (the
-    contract's own interfaces) are None in the phase TEXT. `left` has by their paths the files that the build has made
-    and of which code ran: with these the text is read again.
+    contract's own interfaces) are there in the phase RUN alone. `left` has by their paths the files that the build has
+    made and of which code ran: with these the text is read again.
     """
 
     submission: Submission

@@ -23,6 +23,8 @@ from grader.checks import checks_run
 from grader.course import Course, handout, load
 from grader.course.reader import CONTRACT, module_names, modules
 from grader.errors import GraderError
+from grader.league import pool
+from grader.league.source import LeagueCases
 from grader.notebook.checkpoints import Checkpoint
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
@@ -265,6 +267,9 @@ class _Reading:
     def _held_back(self) -> Iterator[str]:
         if self.whole is not None and self._plans is not None:
             yield from held_back.problems(self.course)
+        league = bool(self.whole and checks_run.served(self.course, self.whole, LeagueCases.name))
+        if league and self.course.solution.is_dir() and not any(package.broken for package in pool.read(self.course)):
+            yield f"{self.course.rubric}: a league needs broken packages to catch, in held_back/league/broken"
 
     def _worlds(self) -> Iterator[str]:
         for path in self.course.files("worlds", "*.yaml"):

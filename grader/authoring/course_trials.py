@@ -13,6 +13,8 @@ from grader.collect import SOURCES
 from grader.course import Course
 from grader.errors import SubmissionError
 from grader.host import tempdir
+from grader.league import handed_in
+from grader.league.source import LeagueCases
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, Scorecard
 from grader.settings import Reuse, Settings
@@ -70,12 +72,17 @@ class _Trying:
         self.lost: set[str] = set()
         self.notes: list[str] = []
         self._by_seed = self._served(_BY_SEED)
+        # A league judges what a student makes up. A solution that hands in no cases is not asked for them.
+        hands_in = (settings.course.solution / handed_in.FOLDER).is_dir()
+        self._left_out = frozenset() if hands_in else self._served((LeagueCases.name,))
+        checked = frozenset(requirement.id for requirement in settings.rubric.requirements if requirement.checks)
+        self._everything = checked - self._left_out
 
     def solution(self) -> Iterator[str]:
         """Yield where the solution loses points, and what depends on the seed."""
         solution = self.settings.course.solution
         try:
-            card = self._graded("the solution", solution, 0).scorecard
+            card = self._graded("the solution", solution, 0, self._everything if self._left_out else ()).scorecard
         except SubmissionError as error:
             yield f"the solution is refused: {error}"
             self.lost = {requirement.id for requirement in self.settings.rubric.requirements}
@@ -100,8 +107,7 @@ class _Trying:
 
     def edit(self, edit: check_course.KnownBad) -> Iterator[str]:
         """Yield how an edit's losses differ from what it says; what the solution itself loses is not compared."""
-        everything = {requirement.id for requirement in self.settings.rubric.requirements if requirement.checks}
-        judged = (everything - self._served(_TESTS_OF_ITS_OWN) | edit.loses.keys()) - self.lost
+        judged = (self._everything - self._served(_TESTS_OF_ITS_OWN) | edit.loses.keys()) - self.lost
         if left := sorted(edit.loses.keys() & self.lost):
             path = edit.path.relative_to(self.settings.course.folder)
             self.notes.append(f"{path} was not tried for {', '.join(left)}, of which the solution itself loses points")

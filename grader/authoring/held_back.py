@@ -13,8 +13,10 @@ from typing import Any
 
 import yaml
 
+from grader.checks import checks_run
 from grader.course import Course, reader
 from grader.errors import GraderError
+from grader.league.source import LeagueCases
 from grader.notebook import checkpoints
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
@@ -23,16 +25,20 @@ from grader.trials import catalog
 _PACKED = checkpoints.PACKED.name
 
 
-def rubric_for_students(text: str, whole: Rubric) -> str:
-    """Return the text of a rubric without the checks of requirements that are held back; it has their points."""
-    if not any(requirement.held_back for requirement in whole.requirements):
+def rubric_for_students(text: str, whole: Rubric, course: Course) -> str:
+    """Return the text of a rubric without the checks of requirements that are held back; it has their points.
+
+    Those of a league are judged at hand-in, too, though its report shows them: a student has no package to catch.
+    """
+    hidden = {r.id for r in whole.requirements if r.held_back} | checks_run.served(course, whole, LeagueCases.name)
+    if not hidden:
         return text
     data: dict[str, Any] = yaml.safe_load(text)
     for item in (item for criterion in data["criteria"] for item in criterion["requirements"]):
         requirement = whole.requirement(str(item["id"]))
-        if requirement.held_back:
+        if requirement.id in hidden:
             item.pop("checks", None)
-            item |= {"points": requirement.points, "advanced": requirement.advanced}
+            item |= {"points": requirement.points, "advanced": requirement.advanced, "held_back": True}
     return yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
 
 

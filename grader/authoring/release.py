@@ -102,7 +102,7 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
         if lane != lanes.WHOLE and path.suffix == ".ipynb":
             found[name] = _in_lane(path, lane)
         elif path == course.rubric:
-            found[name] = held_back.rubric_for_students(rubric.text(path), whole).encode()
+            found[name] = held_back.rubric_for_students(rubric.text(path), whole, course).encode()
     found["docs/handout.md"] = handout.render(whole, course).encode()
     found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()

@@ -264,8 +264,13 @@ class _Reader(YamlReader):
 
 @cache
 def held_back_names(course: Course) -> frozenset[str]:
-    """Return the names of the files that are held back, and of the trials and checks in them."""
+    """Return the names of the files that are held back, and of the trials and checks in them.
+
+    Of the packages of a league the names of their folders count, not those of the files in them.
+    """
     files = [path for path in course.held_back.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    packages = [*course.held_back.glob("league/*/*/")]
+    files = [path for path in files if not any(path.is_relative_to(package) for package in packages)] + packages
     return frozenset(name for path in files for name in (path.stem, *_functions(path)) if name != "__init__")
 
 

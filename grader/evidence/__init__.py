@@ -11,6 +11,7 @@ On disk the evidence of a grading is one folder:
     flags.json          list of Flag: attempts at tampering and other things to look at
     functions.json      list of FunctionAnswer: what the package's functions returned
     hunts.json          Hunt by requirement: what made-up cases have shown; absent if there was no hunt
+    league.json         League: the handed-in cases, and which packages of a held-back pool each caught
     kept.json           what an earlier grading of the same content collected, and when; absent if nothing
     origin.json         seed, versions and hashes: all that is needed to run the same grading again
 
@@ -27,6 +28,8 @@ from grader.evidence.model import (
     FunctionAnswer,
     Hunt,
     Intake,
+    League,
+    LeagueCase,
     Mutant,
     Mutation,
     StudentTests,

@@ -225,6 +225,28 @@ class Hunt:
 
 
 @dataclass(frozen=True)
+class LeagueCase:
+    """A file that was handed in for the league, by its path in the package.
+
+    `problem` is why it cannot be read or run, `unfair` which promise a right package broke in it, and how; both may be
+    "". `caught` are the names of the broken packages that broke one.
+    """
+
+    path: str
+    problem: str = ""
+    unfair: str = ""
+    caught: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class League:
+    """What was handed in for the league, and how many broken packages there are to catch."""
+
+    cases: list[LeagueCase]
+    pool: int
+
+
+@dataclass(frozen=True)
 class Evidence:
     """Everything that one grading recorded.
 
@@ -241,6 +263,7 @@ class Evidence:
     functions: list[FunctionAnswer] = field(default_factory=list)
     quality: Quality | None = None
     mutation: Mutation | None = None
+    league: League | None = None
     origin: dict[str, str] = field(default_factory=dict)
     kept: dict[str, str] = field(default_factory=dict)
     hunts: dict[str, Hunt] = field(default_factory=dict)

@@ -84,8 +84,7 @@ def rows(finding: Finding) -> list[tuple[str, str]]:
 
 def promised(promise: Promise) -> str:
     """Return the sentence of a promise with the requirements that say so."""
-    words = say(promise.sentence)
-    return f"{words} ({', '.join(promise.serves)})" if promise.serves else words
+    return promise.words
 
 
 def save(finding: Finding, folder: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -212,6 +213,7 @@ _NUMBERS = ("wait", "arrive", "battery", "interrupt")
 _LEAST: Mapping[str, float] = {
     "wait": 0.05, "arrive": 0.05, "interrupt": 0.05, "battery": 0, "distance": 0, "radius": 0.001, "every": 1,
 }  # fmt: skip
+_MOST, _DIGITS = 1e9, 30
 _INT, _FLOAT = "tag:yaml.org,2002:int", "tag:yaml.org,2002:float"
 _TYPES = {"bool": "tag:yaml.org,2002:bool", "string": "tag:yaml.org,2002:str", "float32": _FLOAT, "float64": _FLOAT}
 
@@ -222,15 +224,30 @@ def read(path: Path, course: Course) -> Case:
     Raises:
         GraderError: it cannot be read, or something in it is not as it should be; file and line are named.
     """
-    root = yaml_reader.read(path)
+    try:
+        return of_text(path, path.read_text(encoding="utf-8"), course)
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read ({error}).") from error
+
+
+def of_text(path: Path, text: str, course: Course) -> Case:
+    """Return the case in the text of a file.
+
+    Raises:
+        GraderError: something in it is not as it should be; file and line are named.
+    """
+    root = yaml_reader.compose(path, text)
     if root is None:
         raise GraderError(f"{path} is empty. A case needs node and steps.")
     _Reading(YamlReader(path), course).check(root)
     try:
         plain = SafeConstructor().construct_document(root)
-    except yaml.YAMLError as error:
+        json.dumps(plain)  # which has no dates, as YAML has
+    except (yaml.YAMLError, ValueError, TypeError) as error:
         raise GraderError(f"{path} cannot be read ({error}).") from error
-    return Case.of({name: value for name, value in plain.items() if name not in ("breaks", "seen")})
+    return Case.of(
+        {name: value for name, value in plain.items() if name not in ("breaks", "seen") and value is not None}
+    )
 
 
 class _Reading:
@@ -318,6 +335,7 @@ class _Reading:
     def _number(self, node: yaml.Node, name: str = "", *, whole: bool = False) -> None:
         if node.tag not in ((_INT,) if whole else (_INT, _FLOAT)):
             self._reader.fail(node, f"a {'whole number' if whole else 'number such as 0.5'} is expected here")
-        value = SafeConstructor().construct_document(node)
-        if not math.isfinite(value) or value < _LEAST.get(name, -math.inf) or (name == "battery" and value > 100):
-            self._reader.fail(node, f"{value} is out of range here")
+        text = self._reader.text(node)
+        value = SafeConstructor().construct_document(node) if len(text) < _DIGITS else math.inf
+        if not _LEAST.get(name, -_MOST) <= value <= (100 if name == "battery" else _MOST):
+            self._reader.fail(node, f"{text[:_DIGITS]} is out of range here")

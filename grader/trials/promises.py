@@ -84,6 +84,12 @@ class Promise:
     serves: tuple[str, ...] = ()
     node: str = ""
 
+    @property
+    def words(self) -> str:
+        """Return its sentence, with the requirements that say so."""
+        words = say(self.sentence)
+        return f"{words} ({', '.join(self.serves)})" if self.serves else words
+
 
 @dataclass(frozen=True)
 class Making:

@@ -73,7 +73,7 @@ def test_a_case_is_what_the_file_says(tmp_path: Path):
         ("- wait: 0.5", "- {wait: 0.5, remove: pole}", "line 3: a step has one name, such as `- wait: 1.0`"),
         ("wait: 0.5", "wait: soon", "line 3: a number such as 0.5 is expected here"),
         ("wait: 0.5", "wait: 1e1", "line 3: a number such as 0.5 is expected here"),
-        ("wait: 0.5", "wait: .nan", "line 3: nan is out of range here"),
+        ("wait: 0.5", "wait: .nan", "line 3: .nan is out of range here"),
         ("wait: 0.5", "wait: -1", "line 3: -1 is out of range here"),
         ("service: set_speed", "service: set_sped", "line 4: set_sped is not a service of this node. Did you mean set_speed?"),
         ("service: set_speed, ", "", "line 4: 'service' is missing; a call needs service"),
