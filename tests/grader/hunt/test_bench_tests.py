@@ -10,7 +10,7 @@ from helpers import judging
 from helpers.course import COURSE
 from helpers.hunting import NODE
 
-from grader.courses.robot_controller.hunts.bench_tests import as_test
+from grader.courses.robot_controller.hunts.bench_tests import _HOLDS, as_test
 from grader.evidence import Sample
 from grader.trials.case import READINGS, Case, Step
 from grader.trials.promises import Broken, Run, hunts
@@ -105,3 +105,4 @@ def test_other_steps_are_done_as_in_the_case():
 def test_what_has_no_test_on_the_bench_gets_none():
     assert body("ends_on_ctrl_c", 0.3, wait(0.3), Step("interrupt", 5.0)) == []
     assert PROMISES["publishes_in_time"].as_test is None
+    assert {name for names, _, _ in _HOLDS for name in names.split()} <= {*PROMISES}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from grader.trials.case import READINGS
@@ -18,32 +18,27 @@ _ENDED = "assert robot.goal.result.done()\n_, success, final = robot.outcome(rob
 _ARRIVED = f"""{_ENDED}assert success
 assert math.dist((robot.x, robot.y), robot.target) < {{tolerance:g}} + 0.05
 assert math.dist(final, (robot.x, robot.y)) < 0.05"""
+_TURNED = """turn = answer.pose.orientation
+assert math.cos(2 * math.atan2(turn.z, turn.w) - robot.yaw) > 0.98"""
+_REMAINING = """remaining = math.dist((robot.x, robot.y), robot.target)
+assert abs(robot.feedback[-1].distance_remaining - remaining) < 0.1"""
 _WHOLE = ("arrives_where_it_says", "arrives_in_the_end")
 """Promises about how a goal ends, for which the case is done to its end."""
-_HOLDS: Mapping[tuple[str, str], str] = {
-    ("never_touches", "touch"): _STOPPED,
-    ("stops_in_time", "late"): _STOPPED,
-    ("sees_what_is_real_among_bad_readings", "late"): _STOPPED,
-    ("stands_in_an_emergency", "late"): _ZERO,
-    ("stands_without_a_command", "v"): _ZERO,
-    ("drives_at_the_set_speed", "wanted"): _DRIVES,
-    ("drives_on", "wanted"): _DRIVES,
-    ("takes_no_bad_reading_for_an_obstacle", "wanted"): _DRIVES,
-    ("refuses_what_is_too_fast", "taken"): "assert answer.success is {right}",
-    ("status_is_true", "flag"): "assert answer.obstacle_detected is {right}",
-    ("status_is_true", "wanted"): "assert abs(answer.speed - {wanted:g}) < 0.01",
-    ("status_is_true", "turned"): "turn = answer.pose.orientation\n"
-    "assert math.cos(2 * math.atan2(turn.z, turn.w) - robot.yaw) > 0.98",
-    ("arrives_where_it_says", "off"): _ARRIVED,
-    ("arrives_in_the_end", "a"): _ARRIVED,
-    ("does_not_give_up", ""): "robot.drive(0.2)\nassert not robot.goal.result.done()",
-    ("feedback_is_true", "w"): "remaining = math.dist((robot.x, robot.y), robot.target)\n"
-    "assert abs(robot.feedback[-1].distance_remaining - remaining) < 0.1",
-    ("feedback_is_true", "gap"): "before = len(robot.feedback)\nrobot.drive(0.8)\nassert len(robot.feedback) > before",
-    ("cancels", "goal"): f"robot.drive(1.0)\n{_ENDED}assert not success",
-    ("cancels", "c"): _ZERO,
-}
-"""What holds at the moment of a break, by the promise and by a value in the words for how it was broken."""
+_HOLDS = (
+    ("never_touches stops_in_time sees_what_is_real_among_bad_readings", "touch late", _STOPPED),
+    ("stands_in_an_emergency stands_without_a_command cancels", "late v c", _ZERO),
+    ("drives_at_the_set_speed drives_on takes_no_bad_reading_for_an_obstacle", "wanted", _DRIVES),
+    ("refuses_what_is_too_fast", "taken", "assert answer.success is {right}"),
+    ("status_is_true", "flag", "assert answer.obstacle_detected is {right}"),
+    ("status_is_true", "wanted", "assert abs(answer.speed - {wanted:g}) < 0.01"),
+    ("status_is_true", "turned", _TURNED),
+    ("arrives_where_it_says arrives_in_the_end", "off a", _ARRIVED),
+    ("does_not_give_up", "", "robot.drive(0.2)\nassert not robot.goal.result.done()"),
+    ("feedback_is_true", "w", _REMAINING),
+    ("feedback_is_true", "gap", "before = len(robot.feedback)\nrobot.drive(0.8)\nassert len(robot.feedback) > before"),
+    ("cancels", "goal", f"robot.drive(1.0)\n{_ENDED}assert not success"),
+)
+"""What holds at the moment of a break, after the promises and the values of `Broken.fields` that it is for."""
 
 _TEST = '''"""
 {about}
@@ -112,7 +107,8 @@ def test_{name}(make_bench, published):
 
 def as_test(run: Run, promise: Promise, broken: Broken, done: str) -> str:
     """Return a test that does the case up to the break and asserts what should hold then, "" if that cannot be."""
-    holds = [text for (name, field), text in _HOLDS.items() if name == promise.name and field in {"", *broken.fields}]
+    about = [(values.split(), text) for names, values, text in _HOLDS if promise.name in names.split()]
+    holds = [text for values, text in about if not values or {*values} & {*broken.fields}]
     whole = promise.name in _WHOLE
     if not holds or (whole and any(step.do == "cancel" for step in run.case.steps)):
         return ""
@@ -155,12 +151,10 @@ def _line(do: str, to: Any, limits: tuple[float, float]) -> Iterator[str]:
     match do:
         case "call":
             yield f"robot.set_speed({_number(to['speed'])})" if "speed" in to else "robot.status()"
-        case "goal":
-            yield f"robot.go({given})"
+        case "goal" | "obstacle":
+            yield f"robot.{'go' if do == 'goal' else 'put'}({given})"
         case "cancel":
             yield "robot.bench.until(robot.goal.handle.cancel_goal_async())"
-        case "obstacle":
-            yield f"robot.put({given})"
         case "remove":
             yield f"robot.things.pop({to!r})"
         case "limits":
