@@ -55,7 +55,7 @@ known-bad: setup  ## Grade every known-bad submission and print what each loses 
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table
 
 hunt: setup  ## Hunt in the reference, its variants and every known-bad submission (takes hours)
-	@PYTHONPATH=.:tests $(BIN)/python -m submissions.hunted
+	@PYTHONPATH=.:tests $(BIN)/python -m submissions.hunted --again 20
 
 evidence: setup  ## Record the evidence in tests/evidence again (takes half an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.record

@@ -142,6 +142,8 @@ def _say(found: search.Hunted, out: Path) -> int:
     for name, text in report.rows(found.finding):
         print(f"  {name + ':':10} {text}")
     print(say("The replay: {page}. Again: grader hunt --again {file}", page=file.with_suffix(".html"), file=file))
+    if (test := report.test_of(file)).exists():
+        print(say("As a test of your package: {test}", test=test))
     return 1
 
 

@@ -14,14 +14,14 @@ from grader.report import figures, html
 from grader.sanitize import one_line
 from grader.trials import case as cases
 from grader.trials.case import Case, Step
-from grader.trials.promises import Promise
+from grader.trials.promises import Promise, Run
 from grader.words import mark, say
 
 _WORDS = {
     "call": mark("{service} {with_}"),
     "goal": mark("a goal {distance:g} m away, {where}"),
     "cancel": mark("the goal cancelled"),
-    "obstacle": mark("{what} {where}, {distance:.2f} m away{moving}"),
+    "obstacle": mark("{name}, round, {cm:g} cm wide, {where}, {distance:.2f} m away{moving}"),
     "remove": mark("{name} gone"),
     "limits": mark("scans that go from {least:g} to {most:g} m"),
     "readings": mark("{share} reading {kind}"),
@@ -30,6 +30,14 @@ _WORDS = {
     "set": mark("{with_}"),
     "battery": mark("the battery at {percent:g} %"),
     "interrupt": mark("Ctrl-C"),
+}
+_KINDS = {
+    "too near": mark("less than range_min"),
+    "least": mark("exactly range_min"),
+    "most": mark("exactly range_max"),
+    "too far": mark("more than range_max"),
+    "none": mark("nothing at all"),
+    "true": mark("what is there"),
 }
 
 
@@ -57,11 +65,12 @@ def _in_words(step: Step) -> str:
         fields["with_"] = ", ".join(f"{name} = {value}" for name, value in to.items())
     elif step.do == "readings":
         every = to.get("every", 1)
+        fields["kind"] = say(_KINDS.get(to["kind"], to["kind"]))
         fields["share"] = say("all beams") if every == 1 else say("every beam in {n}", n=every)
     if "bearing" in fields:
         fields["where"] = _where(to["bearing"])
     if step.do == "obstacle":
-        fields["what"] = say("something round of {cm:g} cm", cm=round(200 * to["radius"], 1))
+        fields["cm"] = round(200 * to["radius"], 1)
         fields["moving"] = say(", moving at {speed:g} m/s", speed=to["speed"]) if to.get("speed") else ""
     return say(_WORDS[step.do], **fields).strip()
 
@@ -88,7 +97,7 @@ def promised(promise: Promise) -> str:
 
 
 def save(finding: Finding, folder: Path) -> Path:
-    """Write the case and a page with its replay into a folder, and return the case's file."""
+    """Write the case, a page with its replay, and a test of it into a folder; return the case's file."""
     folder.mkdir(parents=True, exist_ok=True)
     name = "-".join([*finding.promise.serves[:1], finding.promise.name])
     file = folder / f"{name}.yaml"
@@ -96,7 +105,23 @@ def save(finding: Finding, folder: Path) -> Path:
     text = yaml.dump(head, sort_keys=False, allow_unicode=True, width=100) + finding.case.text()
     file.write_text(text, encoding="utf-8")
     file.with_suffix(".html").write_text(page(finding), encoding="utf-8")
+    test = test_of(file)
+    test.unlink(missing_ok=True)
+    if text := as_test(finding):
+        test.write_text(text, encoding="utf-8")
     return file
+
+
+def test_of(file: Path) -> Path:
+    """Return where the test of a case lies, if there is one, by the case's file."""
+    return file.with_name(f"test_found_{file.stem.partition('-')[2] or file.stem}.py")
+
+
+def as_test(finding: Finding) -> str:
+    """Return the finding as a test that the package can have itself, "" if there is no such test."""
+    write = finding.promise.as_test
+    run = Run(finding.case, finding.trial)
+    return write(run, finding.promise, finding.broken, in_words(finding.case)) if write else ""
 
 
 def read(file: Path, course: Course) -> tuple[Case, str]:
@@ -114,10 +139,10 @@ def read(file: Path, course: Course) -> tuple[Case, str]:
 
 def page(finding: Finding) -> str:
     """Return the finding as one self-contained HTML page: what was done, seen and promised, the picture, the replay."""
-    figure = figures.of_trial(finding.trial, finding.broken.seen)
+    figure = figures.of_trial(finding.trial, finding.broken.seen, finding.broken.t)
     return html.page_of(
         "found.html.j2",
-        title=say(finding.promise.sentence),
+        title=say("Not kept: {promise}", promise=say(finding.promise.sentence)),
         rows=rows(finding),
         figure=figure,
         case=finding.case.text(),

@@ -51,8 +51,8 @@ class Album:
         trial = _pictures().worth_drawing(self.trials.values())
         return None if trial is None or trial.name in self.drawn else self.draw(trial)
 
-    def draw(self, trial: Trial) -> Picture | None:
-        """Return the picture of a trial, None if there is nothing to see in it or enough is drawn."""
+    def draw(self, trial: Trial, at: float | None = None) -> Picture | None:
+        """Return the picture of a trial, None if there is nothing to see in it or enough is drawn; `at` is marked."""
         if trial.name in self.drawn:
             return self.drawn[trial.name]
         self.drawn[trial.name] = None
@@ -62,7 +62,7 @@ class Album:
                 pictures = _pictures()
                 if pictures.drawable(trial):
                     words = one_line(pictures.describe(trial), 1_000)
-                    self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial), words)
+                    self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial, at), words)
         return self.drawn[trial.name]
 
 
@@ -128,9 +128,11 @@ def choose(grading: Grading) -> Figures:
     return Figures(first, at, elsewhere)
 
 
-def of_trial(trial: Trial, seen: str) -> Figure | None:
-    """Return the figure of a trial in which `seen` was seen, None if there is nothing to see."""
-    return _figure("trial", trial, seen, Outcome.FAILED, Album({trial.name: trial}, most=1))
+def of_trial(trial: Trial, seen: str, at: float) -> Figure | None:
+    """Return the figure of a trial in which a promise was broken, None if there is nothing to see."""
+    album = Album({trial.name: trial}, most=1)
+    album.draw(trial, at)
+    return _figure("trial", trial, seen, Outcome.FAILED, album)
 
 
 def _figure(name: str, trial: Trial, seen: str, outcome: Outcome, album: Album) -> Figure | None:

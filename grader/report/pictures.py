@@ -21,7 +21,7 @@ from matplotlib.text import Text
 from grader.evidence import Trial
 from grader.report.recording import recording
 from grader.words import localized, mark, say
-from sim.views import draw_distances, draw_run, draw_speed
+from sim.views import draw_distances, draw_run, draw_speed, draw_turn_rate
 
 MARGIN_M = 0.9  # around the path driven, so that walls near it are visible
 STILL_M = 0.02  # a shorter path counts as standing still
@@ -31,6 +31,7 @@ RANGE_LIMIT = 4.0  # m, for drawing: anything farther away does not matter for s
 _LABELS = (
     mark("path"), mark("odometry"), mark("goal"), mark("contact"), mark("commanded"), mark("driven"),
     mark("closest reading"), mark("clearance of the hull"), mark("distance (m)"), mark("simulated time (s)"),
+    mark("promise broken"),
 )  # fmt: skip
 
 
@@ -40,9 +41,9 @@ def drawable(trial: Trial) -> bool:
     return len(trial.samples) > 1 and (commanded or bool(trial.touches) or _way(trial) > STILL_M)
 
 
-def data_uri(trial: Trial) -> str:
+def data_uri(trial: Trial, at: float | None = None) -> str:
     """Return the picture of a trial as a data URI for an HTML image."""
-    return "data:image/png;base64," + base64.b64encode(png(trial)).decode("ascii")
+    return "data:image/png;base64," + base64.b64encode(png(trial, at)).decode("ascii")
 
 
 def describe(trial: Trial) -> str:
@@ -65,8 +66,11 @@ def describe(trial: Trial) -> str:
     return " ".join(said)
 
 
-def png(trial: Trial) -> bytes:
-    """Return the picture of a trial that is `drawable`, as PNG."""
+def png(trial: Trial, at: float | None = None) -> bytes:
+    """Return the picture of a trial that is `drawable`, as PNG, with a line where a promise was broken, `at` s.
+
+    Of a robot that only turns it shows how fast that was.
+    """
     run = recording(trial)
     drawn = {name: np.clip(run.samples[name], -SPEED_LIMIT, SPEED_LIMIT) for name in ("v", "cmd_v")}
     drawn |= {name: np.where(run.samples[name] <= RANGE_LIMIT, run.samples[name], np.nan) for name in _RANGES}
@@ -87,9 +91,13 @@ def png(trial: Trial) -> bytes:
         x, y = ((max(values) + min(values)) / 2 for values in places)
         chart.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal", xlabel="x (m)", ylabel="y (m)")
         chart.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False)
-        draw_speed(speeds, run)
-        speeds.tick_params(labelbottom=False)
+        turns = not np.any(run.samples["cmd_v"][np.isfinite(run.samples["cmd_v"])]) and _way(trial) <= STILL_M
+        (draw_turn_rate if turns else draw_speed)(speeds, run)
         draw_distances(ranges, run, trial.thresholds)
+        for axes, t in itertools.product((speeds, ranges), () if at is None else (at,)):
+            axes.axvline(t, color="black", linewidth=1.2, linestyle=":", label="promise broken")
+        speeds.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, frameon=False, borderaxespad=0.2)
+        speeds.tick_params(labelbottom=False)
         ranges.set_xlabel("simulated time (s)")
         for text in figure.findobj(Text):
             text.set_text(say(text.get_text()) if text.get_text() in _LABELS else localized(text.get_text()))

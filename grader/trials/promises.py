@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -22,20 +22,23 @@ from grader.words import mark, say
 _MAKES, _PROMISES = "hunt_makes", "hunt_promises"
 NODE = "NODE"
 """The name in a module of `hunts/` of the node that its promises are about."""
+AS_TEST = "as_test"
+"""The name in such a module of what writes a found case as a test of that node; see `Writes`."""
 _OURS = (Kind.OBSERVER_CRASHED, Kind.SLOW)  # it may be this machine's doing that a trial ended so
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A promise that was not kept: when, in simulated s, and what was seen."""
+    """A promise that was not kept: when, in simulated s, what was seen, and the values that the words have."""
 
     t: float
     seen: str
+    fields: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
 
 def broken(t: float, words: str, **fields: Any) -> Broken:
     """Return that a promise was not kept at `t`; `words` (say `mark(...)`) are filled with the fields and with t."""
-    return Broken(t, say(words, t=t, **fields))
+    return Broken(t, say(words, t=t, **fields), fields)
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class Promise:
     """What a node promises in every case: the function returns where a run breaks it, None where it does not.
 
     `serves` are the requirements that say so; a promise without any belongs to every hunt. It is about cases of
-    the `node`, "" for any.
+    the `node`, "" for any, of which `as_test` writes a test.
     """
 
     name: str
@@ -83,12 +86,17 @@ class Promise:
     judge: Judges
     serves: tuple[str, ...] = ()
     node: str = ""
+    as_test: Writes | None = None
 
     @property
     def words(self) -> str:
         """Return its sentence, with the requirements that say so."""
         words = say(self.sentence)
         return f"{words} ({', '.join(self.serves)})" if self.serves else words
+
+
+Writes = Callable[[Run, Promise, Broken, str], str]
+"""Writes a found case, with what was done in words, as the text of a test; "" for a case that it cannot write."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +167,7 @@ def promise(*serves: str) -> Callable[[Judges], Judges]:
 @cache
 def hunts(course: Course) -> Hunts:
     """Return all that a course can hunt for, after importing its modules."""
-    makings, promises = [], []
+    makings, promises, writes = [], [], {}
     for module in modules(course.folder / "hunts"):
         for name, item in vars(module).items():
             if getattr(item, "__module__", "") != module.__name__:
@@ -169,7 +177,9 @@ def hunts(course: Course) -> Hunts:
             elif hasattr(item, _PROMISES):
                 sentence = (inspect.getdoc(item) or name).partition("\n")[0]
                 promises.append(Promise(name, sentence, item, getattr(item, _PROMISES), getattr(module, NODE, "")))
-    return Hunts(tuple(makings), tuple(promises))
+        if hasattr(module, AS_TEST):
+            writes[getattr(module, NODE)] = getattr(module, AS_TEST)
+    return Hunts(tuple(makings), tuple(replace(each, as_test=writes.get(each.node)) for each in promises))
 
 
 def unjudged(trial: Trial) -> bool:

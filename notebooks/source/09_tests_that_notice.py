@@ -1878,7 +1878,7 @@ hunt("F9", of="H3", cases=40)
 # </details>
 #
 # What it found is also a file in `ws/hunt`: a few lines that you can read and change.
-# Turn it into a test on the bench, see the test fail, correct the line, and see it pass.
+# Turn it into a test on the bench, see the test fail, correct the line, and see it pass; `test_found_….py` beside it is such a test.
 # `!grader hunt --again FILE --package DIR` then runs the case itself again.
 # `H1` breaks F7, `H2` breaks F10. [The hunt](../docs/hunt.md) lists every step of a case.
 #

@@ -81,7 +81,7 @@ def test_what_was_found_is_kept_when_it_is_interrupted_while_it_is_made_smaller(
         return moves(case)
 
     assert hunt(interrupted, "F1") == EXIT_INTERRUPTED
-    assert {path.suffix for path in (tmp_path / "hunt").iterdir()} == {".yaml", ".html"}
+    assert {path.suffix for path in (tmp_path / "hunt").iterdir()} == {".yaml", ".html", ".py"}
 
 
 @pytest.mark.parametrize(

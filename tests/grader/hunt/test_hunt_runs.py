@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+import sys
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,14 +15,18 @@ from helpers.course import COURSE, copied
 from helpers.hunting import NODE
 from submissions.edits import EDITS, apply
 
-from grader import cli, pipeline
+from grader import cli, collect, pipeline
 from grader.authoring import package_edits
 from grader.course import load
+from grader.host import ros_env
 from grader.hunt import report, search
 from grader.hunting import runner
+from grader.intake.submission import open_submission
+from grader.processes import jobs
 from grader.scoring import rubric
 from grader.scoring.scorecard import Outcome
 from grader.settings import Settings
+from grader.source import Subject
 from grader.trials.case import Case, Step
 from grader.trials.promises import LIVES, Run, hunts
 
@@ -47,6 +55,25 @@ def test_what_is_found_in_a_known_bad_edit_fails_again(tmp_path: Path, settings:
     file = report.save(found, tmp_path / "hunt")
     assert cli.main(["hunt", "--again", str(file), "--package", str(package)]) == 1
     assert cli.main(["hunt", "--again", str(file), "--package", str(COURSE.solution)]) == 0
+    test = report.test_of(file)
+    assert "1 failed" in on_the_bench(test, package, settings, tmp_path / "known bad")
+    assert "1 passed" in on_the_bench(test, COURSE.solution, settings, tmp_path / "solution")
+
+
+def on_the_bench(test: Path, package: Path, settings: Settings, folder: Path) -> str:
+    """Return what pytest says of a test in a package's folder of tests; nothing of the kit is on its path."""
+    with ExitStack() as closing:
+        submission = open_submission(package, folder / "submission", settings.course)
+        subject = Subject(submission, settings, folder, closing)
+        built, contract = jobs.run(collect.builds(subject)).results[collect.BUILD]
+        shutil.copytree(package / "test", folder / "test")
+        shutil.copy(test, folder / "test")
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test.name]
+        environment = ros_env.environment(built.install, contract.install, home=folder)
+        done = subprocess.run(
+            command, cwd=folder / "test", env=environment, capture_output=True, text=True, check=False
+        )
+    return done.stdout
 
 
 def test_a_course_grades_by_a_hunt(tmp_path: Path, settings: Settings):

@@ -31,11 +31,11 @@ FINDING = Finding(
         (("goal", {"bearing": 0, "distance": 1.5, "tolerance": 0.1}), "a goal 1.5 m away, straight ahead"),
         (("goal", {"bearing": 90, "distance": 1.5, "tolerance": 0.1}), "a goal 1.5 m away, 90 degrees to the left"),
         (("cancel", None), "the goal cancelled"),
-        (("obstacle", POLE), "something round of 3 cm 43 degrees to the right, 0.50 m away"),
-        (("obstacle", {**POLE, "bearing": 180, "speed": 0.1}), "something round of 3 cm right behind, 0.50 m away, moving at 0.1 m/s"),
+        (("obstacle", POLE), "pole 1, round, 3 cm wide, 43 degrees to the right, 0.50 m away"),
+        (("obstacle", {**POLE, "bearing": 180, "speed": 0.1}), "pole 1, round, 3 cm wide, right behind, 0.50 m away, moving at 0.1 m/s"),
         (("remove", "pole 1"), "pole 1 gone"),
         (("readings", {"kind": "nan"}), "all beams reading nan"),
-        (("readings", {"kind": "too far", "every": 7}), "every beam in 7 reading too far"),
+        (("readings", {"kind": "too far", "every": 7}), "every beam in 7 reading more than range_max"),
         (("limits", {"least": 0.25, "most": 10.0}), "scans that go from 0.25 to 10 m"),
         (("silence", "scan"), "no more messages of scan"),
         (("hear", "scan"), "messages of scan again"),
@@ -54,7 +54,7 @@ def test_each_step_has_words_or_shows_in_the_times():
 
 def test_a_case_is_one_sentence():
     assert report.in_words(CASE) == (
-        "at 0.3 s set_speed 0.375; at 0.3 s something round of 3 cm 43 degrees to the right, 0.50 m away"
+        "at 0.3 s set_speed 0.375; at 0.3 s pole 1, round, 3 cm wide, 43 degrees to the right, 0.50 m away"
     )
 
 
@@ -72,7 +72,8 @@ def test_the_page_shows_what_was_done_seen_and_promised_with_the_replay(tmp_path
     assert "touched &lt;pole&gt; at 3.2 s" in page
     assert "touched <pole>" not in page
     assert "It is slow. (F1)" in page
-    assert "something round of 3 cm 43 degrees to the right" in page
+    assert "<h1>Not kept: It is slow.</h1>" in page
+    assert "pole 1, round, 3 cm wide, 43 degrees to the right" in page
     assert "data-replay=" in page
     assert "default-src &#39;none&#39;" in page or "default-src 'none'" in page
     assert "set_speed, speed: 0.375" in page

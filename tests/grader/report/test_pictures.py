@@ -4,10 +4,11 @@ import math
 from dataclasses import replace
 
 import pytest
+from helpers import judging
 from helpers.course import COURSE
 from helpers.report_examples import drive_at_a_wall, drive_to_a_goal
 
-from grader.evidence import Command, Goal
+from grader.evidence import Command, Goal, Sample
 from grader.report import pictures
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -72,3 +73,14 @@ def test_the_words_tell_of_the_goal():
 def test_the_longest_drive_is_the_one_worth_drawing():
     assert pictures.worth_drawing([WALL, GOAL, replace(GOAL, name="still", samples=[])]) is GOAL
     assert pictures.worth_drawing([]) is None
+
+
+@pytest.mark.parametrize(("v", "shown"), [(0.0, "omega (rad/s)"), (0.2, "v (m/s)")])
+def test_a_robot_that_only_turns_is_shown_turning_and_the_break_is_marked(monkeypatch, v, shown):
+    axes = []
+    monkeypatch.setattr(pictures.Figure, "savefig", lambda figure, *_, **__: axes.extend(figure.axes))
+    samples = [Sample(t / 20, v * t / 20, 0, 0, v, 0.5, 0, 0, 0, 9.0) for t in range(21)]
+    pictures.png(judging.trial("turns", samples=samples, commands=[Command(0.0, v, 0.5)]), 0.75)
+    assert shown in [each.get_ylabel() for each in axes]
+    marked = [line.get_xdata()[0] for each in axes for line in each.lines if line.get_label() == "promise broken"]
+    assert marked == [0.75, 0.75]

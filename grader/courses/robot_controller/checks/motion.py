@@ -146,6 +146,6 @@ def closest_ahead(trial: Trial) -> float:
 
 
 def time_in(seen: str) -> float:
-    """Return the first time in s that words name as "0.35 s", 0 if they name none."""
-    found = re.search(r"(\d+(?:[.,]\d+)?) (?:to [\d.,]+ )?s\b", seen)
+    """Return the first time in s that words name as "0.35 s", of "1.6 to 2.0 s" the second, 0 if they name none."""
+    found = re.search(r"(\d+(?:[.,]\d+)?) s\b", seen)
     return float(found[1].replace(",", ".")) if found else 0.0

@@ -139,7 +139,10 @@ def status_is_true(run: Run) -> Broken | None:
         blocked = _blocked(run, call.t)
         flag, status = said["obstacle_detected"], said["status"]
         if blocked is not None and (flag is not blocked or status != ("OBSTACLE_DETECTED" if blocked else "ACTIVE")):
-            return broken(call.t, mark("obstacle_detected = {flag}, {status} at {t:.2f} s"), flag=flag, status=status)
+            words = mark("obstacle_detected = {flag}, {status} at {t:.2f} s, with nothing in the way")
+            if blocked:
+                words = mark("obstacle_detected = {flag}, {status} at {t:.2f} s, with something in the way")
+            return broken(call.t, words, flag=flag, status=status)
     return None
 
 
