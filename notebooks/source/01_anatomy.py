@@ -581,6 +581,7 @@ tries(
 # %% [markdown]
 # What does the grader say?
 # It builds a copy of your package, and looks for what `ros2 run` and `ros2 launch` would find.
+# The first check on a machine also builds the contract's interfaces, once: that takes a minute, and some on a busy machine.
 # One of I1's three points is for launch and config files; you write them in notebook 08.
 
 # %% tags=["check"]

@@ -1330,7 +1330,7 @@ print("fired by the wall:", len(fired["by the wall"]), "times")
 check("I7")
 
 # %% [markdown] tags=["whole"]
-# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()`, and run `check("F13")`. Read what it says, and change it back.
+# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()`, and run `check("F13")`. Read what it says, change it back, and run the check again.
 
 # %% tags=["whole"]
 for node in (by_clock, by_wall):

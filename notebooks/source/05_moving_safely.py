@@ -141,7 +141,7 @@ for start in STARTS:
     print(f"from x = {start:.2f} m: {clearance_left(0.5, start):.3f} m left")
 
 # %% [markdown] tags=["whole"]
-# Less is left each time: the lidar measures ten times a second, and after a scan of 0.501 m the robot drives on for another 0.1 s.
+# Each time less than 0.154 m is left: the lidar measures ten times a second, and after a scan of 0.501 m the robot drives on for another 0.1 s.
 # So the true delay lies between 0.3 s and **0.4 s**, by chance.
 #
 # **Predict:** at which speed does it touch the wall?
@@ -1230,7 +1230,7 @@ except (NameError, AttributeError):
 check("Q4")
 
 # %% [markdown] tags=["whole"]
-# "Passed so far": one of the parameters, `fusion_rate`, gets its use in notebook 07.
+# The line about `fusion_rate` goes away when the parameter gets its use, in notebook 07.
 #
 # **Break it:** put `time.sleep(0.2)` into a method of the temporary `robot_controller.py` above, run its cell, and ask again. Then take it out.
 

@@ -146,7 +146,8 @@ def test_what_was_given_is_named_in_what_is_handed_in(core: Workspace, tmp_path:
     assert RUNNING in note
     assert note.endswith(
         "5 functions were given by the course (a lane) and not changed since: "
-        "motion.py clearance, motion.py obstacle_in_way, motion.py ramp, motion.py speed_cap, motion.py speed_up_gently."
+        "motion.py clearance, motion.py obstacle_in_way, motion.py ramp, motion.py speed_cap, "
+        "motion.py speed_up_gently."
     )
     (core.package / MOTION).write_text("def ramp(): ...\n")
     notes = open_submission(core.package, tmp_path / "again", COURSE).intake.notes
