@@ -43,6 +43,16 @@ def test_the_lock_pins_everything_that_pyproject_asks_for():
     assert names - pins().keys() == set(), "run `make lock`"
 
 
+def test_everything_in_the_lock_is_there_for_something_else_that_is():
+    """What only a package needs that is left out of the lock does not reach the students' kit: once that was lark."""
+    lock = (ROOT / "requirements.txt").read_text()
+    reasons = re.findall(r"(?m)^([\w.-]+)==.*\n((?: +#.*\n)+)", lock)
+    known = {*pins(), "ros2-course-kit"}
+    orphans = {name for name, why in reasons if not {*re.findall(r"#(?: via)? +([\w.-]+)", why)} & known}
+    assert reasons
+    assert not orphans, "name them in pyproject.toml, and run `make lock`"
+
+
 def test_the_lock_has_what_builds_the_kit_itself():
     """`make setup` installs the kit without build isolation, so nothing more is fetched."""
     (version,) = pins()["setuptools"]

@@ -194,9 +194,10 @@ def _installed() -> dict[str, str]:
 def _rclpy(machine: Machine) -> list[Diagnosis]:
     with tempfile.TemporaryDirectory() as home:
         environment = ros_env.environment(home=Path(home))
-        ran = machine.run([sys.executable, "-P", "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
+        program = "import rclpy, std_msgs.msg, rosidl_parser.parser; print('fine')"
+        ran = machine.run([sys.executable, "-P", "-c", program], 20, environment)
     if ran.output.endswith("fine"):
-        return [_ok("import rclpy", "works in a clean process")]
+        return [_ok("import rclpy", "works in a clean process, and so does rosidl's parser")]
     return [_bad("import rclpy", _last_line(ran.output), REINSTALL)]
 
 

@@ -15,7 +15,6 @@ import pytest
 from helpers.course import COURSE, PACKAGE
 from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
-from grader import KIT
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
 from grader.errors import GraderError
 from grader.notebook import checkpoints, lanes
@@ -131,11 +130,6 @@ of-numpy==1.0
 """
     kept = [line.split("==")[0] for line in release.pins(pins).splitlines() if "==" in line]
     assert kept == ["numpy", "numpy", "of-numpy"]
-
-
-def test_the_kit_pins_what_the_parser_of_interfaces_imports():
-    """It asks for it by a name that `make lock` leaves out, so the kit could build no interface."""
-    assert "\nlark==" in release.pins((KIT / "requirements.txt").read_text())
 
 
 def test_the_links_of_the_kit_lead_to_files_in_it(kit: Path):

@@ -80,7 +80,9 @@ def _named(steps: list[Step]) -> tuple[Step, ...]:
 
 @st.composite
 def _case(draw: Any, first: Steps, later: Steps, last: Steps | None = None, *, least: int = 0, most: int = 5) -> Case:
-    steps = [Step("wait", 0.3), *draw(first)]
+    steps = list(draw(first))
+    if steps[0].do != "silence":  # which is to begin before the first scan
+        steps.insert(0, Step("wait", 0.3))
     for more in draw(st.lists(later, min_size=least, max_size=most)):
         steps += more
     steps += draw(last) if last is not None else [Step("wait", 1.0)]
@@ -104,6 +106,13 @@ def _drives() -> SearchStrategy[Case]:
     later = st.one_of(_PASSING, _PASSING, _OBSTACLE, _SPEED, _then_wait(_refused), _then_wait(_limits))
     first = st.one_of(_SPEED, _SPEED, _SPEED, st.just([Step("wait", 1.6)]), blind)
     return _case(first, later, least=1)
+
+
+@makes("F3")
+def _asked_on_the_way() -> SearchStrategy[Case]:
+    """Speeds that are set, or refused, while the robot goes to a place."""
+    goal = Step("goal", {"bearing": 0, "distance": 3.0, "tolerance": 0.1})
+    return _case(st.just([goal, Step("wait", 0.5)]), st.one_of(_then_wait(_refused), _SPEED), least=1, most=2)
 
 
 @makes("F4")
