@@ -1367,7 +1367,7 @@ Film(recording)
 # Its [guide](https://docs.ros.org/en/jazzy/Tutorials/Intermediate/RViz/RViz-User-Guide/RViz-User-Guide.html) has pictures of the window: the three-dimensional view in the middle, and to its left a list of displays, one for each topic that is drawn.
 # It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan in a frame that no transform mentions is simply not drawn (notebook 12).
 #
-# If both passed, try two of *your* robots, each in a namespace.
+# If I1 and I5 passed, try two of *your* robots, each in a namespace.
 # Write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
 #
 # > **On a real TurtleBot 4:** with `use_sim_time:=true` no timer ever fires, because there is no `/clock`; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.

@@ -588,7 +588,7 @@ for name in lost:
 #
 # `grader submit` packs the package: sources, tests, README, results, without `build/`, caches and hidden files.
 # Then it opens the archive as the grader will, and lists what it finds.
-# It marks files from `start_at` as the course's, not yours.
+# It names the files that the course has laid out, by `start_at` or in your lane: they do not count as your own work.
 #
 # With `--no-check` it does only that.
 # Without it, it also runs all public checks on the archive, which takes a few minutes; do that in a terminal.
