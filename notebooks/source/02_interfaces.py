@@ -279,6 +279,8 @@ tries(
 # %% [markdown]
 # ### Exercise 2: two services
 #
+# The core lane gives the second one.
+#
 # | file | request | response |
 # |---|---|---|
 # | `srv/SetSpeed.srv` | `speed`, a float of 32 bits | `success`, true or false; `message`, a text |

@@ -257,7 +257,7 @@ def measure_proximity(scan: LaserScan) -> Proximity:
 #
 # `enumerate(scan.ranges)` gives the number and the distance of each beam.
 # Ask "is it good?", never "is it bad?": NaN answers False to both.
-# Some drivers leave both limits at 0, or set the upper one to infinity, so a valid distance is also above 0 and below `math.inf`.
+# Some drivers leave both limits at 0, or set the upper one to infinity. Then 0 or `inf` is within the limits, so a valid distance is also above 0 and below `math.inf`.
 # Give the function a docstring, too.
 
 # %% tags=["piece"]

@@ -319,6 +319,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # **Change one thing:** one row is still grey, "12.0 became 24.0".
 # Which reading would show it?
 # Write a test for it into the cell below and draw the matrix again; it may call `closest` itself.
+# (If you run the cell twice, the file has the test twice, and the last one counts.)
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -546,7 +547,7 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 #
 # `make_safe(wanted, near, LIMITS)` keeps the robot off the walls: an obstacle in the way (below 0.5 m) stops *driving*, one that is too close (below 0.2 m, in *any* direction) stops *everything*.
 # `FORWARD`, `BACKWARD` and `TURN`, at the top of the file, are commands, `wall_ahead(0.49)` is a wall.
-# Each row says what is wanted, what is near, and what must come out.
+# Each row says what is wanted, what is near, and what must come out. (For rows of your own between 0.5 and 0.8 m, where the speed is computed, compare with `pytest.approx`.)
 
 # %% tags=["piece", "whole"]
 # %%into test/test_motion.py
@@ -1873,7 +1874,7 @@ hunt("F4", cases=20)
 # No fault in 20 cases is no proof. More cases, or another `seed`, look further.
 #
 # `H1`, `H2` and `H3` are packages with one small fault each; `of` hunts in them.
-# They have passed many tests.
+# They have passed many tests. The hunt takes a minute or more.
 
 # %% tags=["nbval-ignore-output", "whole"]
 # Not compared: how small the case becomes is no promise.
