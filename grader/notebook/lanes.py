@@ -261,11 +261,12 @@ def _with_given(source: str, number: str, lane: str) -> str:
     """Return a skeleton's cell, in which the functions that the lane gives say so."""
     magic, _, text = source.partition("\n")
     names = [name for path, each in given(lane, number).items() if magic == f"%%writefile {path}" for name in each]
-    lines = text.splitlines()
+    lines, words = text.splitlines(), f"the {lane} lane fills it in when the cell runs"
     for found in pieces.definitions(text) if names else ():
         if found.name in names:
-            words = rf"\1the {lane} lane gives it\2"
-            lines[found.start : found.end] = [_STUB.sub(words, line) for line in lines[found.start : found.end]]
+            stub = [_STUB.sub(rf"\1{words}\2", line) for line in lines[found.start : found.end]]
+            said = stub != lines[found.start : found.end]
+            lines[found.start : found.end] = stub if said else [*stub[:-1], f"{stub[-1]}  # {words}"]
     return "\n".join([magic, *lines]) if names else source
 
 

@@ -29,14 +29,14 @@
 # - say what a requirement of the contract is, and where to read it.
 
 # %% [markdown]
-# **Time:** 45 to 75 minutes, in the core lane 25 to 35.
+# **Time:** 45 to 75 minutes, in the core lane 20 to 32.
 #
 # **Two lanes** lead through notebooks 00 to 10; `begin` asks which one you take, and `begin("00", lane="core")` changes it at any time.
 #
 # | lane | hours | what you do |
 # |---|---|---|
 # | whole | 15 to 27 | everything: you write every file of the package that is not given |
-# | core | 5 to 8 | one or two exercises of each notebook: the nearest obstacle, what is safe, the control loop, a speed that may be refused, steering, a parameter file, a launch file, a test. The course gives the rest of the package; most experiments and what goes further are left out |
+# | core | 4 to 7 | one or two exercises of each notebook: the nearest obstacle, what is safe, the control loop, a speed that may be refused, steering, a parameter file, a launch file, a test. The course gives the rest of the package; most experiments and what goes further are left out |
 #
 # Both end with the same package, which is graded by the same rubric.
 #

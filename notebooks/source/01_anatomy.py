@@ -333,8 +333,8 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
 # %% [markdown]
 # ### Exercise 1: the passport
 #
-# Give the package a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
-# Then declare what today's files need, one tag for each:
+# Complete the file. In the end the package has a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
+# It also declares what today's files need, one tag for each:
 # `ament_cmake` to build (the table has the tag), `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
 # Its build type is `ament_cmake`: only CMake generates the code for the interfaces of notebook 02.
 

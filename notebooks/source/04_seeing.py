@@ -1117,7 +1117,7 @@ tries(
 # %% [markdown]
 # ### Exercise 9: wire it up
 #
-# `__init__` connects all this. What it remembers at the start is given; add
+# `__init__` connects all this. What it remembers at the start is given; add what the cell lacks of these:
 #
 # - the second publisher, `obstacle_distance`, a `Float32`;
 # - three subscriptions with the QoS for sensors (`qos_profile_sensor_data`): `raw_scan`, `imu/data` and `battery/state`;

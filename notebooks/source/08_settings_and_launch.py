@@ -876,7 +876,7 @@ with run_node("sensor_processor", world="open_field") as run:
 # They contain the defaults.
 # That looks useless, but people look here to find out what they can set.
 #
-# Begin with the smaller file.
+# Begin with the smaller file; names and defaults are in `SETTINGS`, in `sensor_processor.py`.
 
 # %% tags=["exercise"]
 # %%writefile config/sensor_params.yaml

@@ -60,7 +60,7 @@ def test_where_nobody_can_answer_it_is_the_whole_lane_and_one_line_says_so(works
     workspace.root.mkdir()
     said = lanes.choose(workspace, "05")
     assert said.startswith(
-        'Lane: whole. begin("05", lane=...) takes another: core (5 to 8 hours), whole (15 to 27 hours)'
+        'Lane: whole. begin("05", lane=...) takes another: core (4 to 7 hours), whole (15 to 27 hours)'
     )
     assert lanes.of(workspace) == "", "the next kernel, in which somebody may answer, asks"
     assert lanes.lay_out(workspace, "05") == ""
@@ -182,7 +182,7 @@ def test_what_a_lane_leaves_out_folds_and_the_rest_stays_as_it_is() -> None:
     folded = lanes.fold(new_notebook(cells=cells), "05", "core")
     title, note, first, closed, last = folded.cells
     assert title.source == "# 05 Moving"
-    assert "core lane: 33 to 55 minutes" in note.source
+    assert "core lane: 29 to 50 minutes" in note.source
     assert first.source == 'begin("05", lane="core")'
     assert closed.cell_type == "markdown", "it does not run"
     assert closed.source == (
@@ -205,7 +205,7 @@ def test_a_lane_has_more_of_an_exercise_than_the_whole_one_and_a_skeleton_says_w
     exercise, _, given = lanes.fold(new_notebook(cells=cells), "05", "core").cells
     assert exercise.source.startswith("%%into ros2_robot_controller/driver.py\nclass Driver:")
     assert "limits = self._limits()" in exercise.source
-    assert "def ramp(a, b, c):\n    return 0.0  # the core lane gives it" in given.source
+    assert "def ramp(a, b, c):\n    return 0.0  # the core lane fills it in when the cell runs" in given.source
     assert "def make_safe(a, b, c):\n    return 0.0  # step 4" in given.source
     assert "self.move()" in lanes.fold(new_notebook(cells=[solved]), "05", "core").cells[0].source
 
