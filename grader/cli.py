@@ -115,7 +115,7 @@ _OTHERS = {
         "similar": "write what Dolos and JPlag read, which find copies",
         "batch": "grade a class",
     },
-    "grader.hunt.command": {"hunt": "make up worlds until a package breaks a promise"},
+    "grader.hunting": {"hunt": "make up worlds until a package breaks a promise"},
     "grader.authoring.export": {"export": "write what a platform that grades by itself takes"},
     "grader.authoring.course_command": {
         "check-course": "find what is wrong with a course before anything is graded by it",

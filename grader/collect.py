@@ -13,6 +13,7 @@ from grader.building import Built
 from grader.evidence import Build, Evidence
 from grader.functions.source import FunctionCalls
 from grader.host import namespaces, provenance
+from grader.hunt.source import Hunts
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
 from grader.processes import jobs
@@ -25,7 +26,7 @@ from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
 from grader.words import mark, say
 
-SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
+SOURCES: tuple[Source, ...] = (Trials(), Hunts(), StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
 
 _BUILDING = mark("building the package")
@@ -179,6 +180,7 @@ def _merged(submission: Submission, facts: Build, found: _Found) -> Evidence:
     flags = [*submission.flags, *facts.flags]
     for source in SOURCES:
         if collected := found.collected.get(source.name):
-            fields |= collected.facts
+            for name, facts_ in collected.facts.items():  # two sources have trials
+                fields[name] = {**fields.get(name, {}), **facts_} if isinstance(facts_, dict) else facts_
             flags += collected.flags
     return Evidence(intake=submission.intake, build=facts, flags=flags, kept=found.since, **fields)

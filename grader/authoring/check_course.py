@@ -29,6 +29,7 @@ from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
 from grader.trials import catalog
 from grader.trials.plan import TrialPlan
+from grader.trials.promises import hunts
 from grader.yaml_reader import YamlReader, unknown
 from sim.world import WorldError, load_world, world_names
 
@@ -125,7 +126,7 @@ class _Reading:
             yield f"{place}: there is no package in {lacking}; what refers to its files is read when there is"
             of_solution = ()
         parts = (self._rubric, self._checks, self._trials, self._held_back, self._worlds)
-        for part in (*parts, self._functions, self._handout, *of_solution):
+        for part in (*parts, self._hunts, self._functions, self._handout, *of_solution):
             try:
                 yield from part()
             except GraderError as error:
@@ -286,6 +287,16 @@ class _Reading:
                 known_bad(path, self.course, self.worth)
             except GraderError as error:
                 yield str(error)
+
+    def _hunts(self) -> Iterator[str]:
+        """Yield which modules of hunts/ cannot be imported, and for which requirements they make up no cases."""
+        broken = list(self._imported(*(layer / "hunts" for layer in self.course.layers)))
+        yield from broken
+        known = () if broken else hunts(self.course).requirements
+        for requirement in () if broken or self.whole is None else self.whole.requirements:
+            if requirement.hunt and requirement.id not in known:
+                where = _line(self.course.rubric, f"id: {requirement.id}")
+                yield f"{where}: {unknown(requirement.id, known, 'what a module of hunts/ makes up cases for')}"
 
     def _functions(self) -> Iterator[str]:
         wanted = self.course.functions is not None

@@ -35,7 +35,7 @@ def add(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--hunt", action="store_true",
-        help="make up the seeds, 20 unless --seeds says how many, so that each run tries other worlds",
+        help="make the seeds up but for the first, so that each run tries other worlds (default: 20 seeds)",
     )  # fmt: skip
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     parser.set_defaults(run=_check_course, interrupted="the course was not tried to the end.", for_authors=True)

@@ -13,13 +13,14 @@ from grader.collect import SOURCES
 from grader.course import Course
 from grader.errors import SubmissionError
 from grader.host import tempdir
+from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, Scorecard
 from grader.settings import Reuse, Settings
 
-HUNTED = 20
-"""How many seeds a hunt makes up."""
+HUNTED = 19
+"""How many seeds a hunt makes up, beside seed 0."""
 _TESTS_OF_ITS_OWN = ("student tests", "mutation")
-_BY_SEED = ("trials", "functions")
+_BY_SEED = ("trials", "functions", "hunt")
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class _Trying:
         """Yield where the solution loses points, and what depends on the seed."""
         solution = self.settings.course.solution
         try:
-            card = self._graded("the solution", solution, 0)
+            card = self._graded("the solution", solution, 0).scorecard
         except SubmissionError as error:
             yield f"the solution is refused: {error}"
             self.lost = {requirement.id for requirement in self.settings.rubric.requirements}
@@ -84,17 +85,18 @@ class _Trying:
         for name, result in before.items():
             if result.outcome is not Outcome.PASSED:
                 yield f"the solution loses points: {name}: {_words(result)}"
-        others: dict[str, dict[int, CheckResult]] = {}
+        others: dict[str, dict[int, tuple[CheckResult, str]]] = {}
         for seed in self.seeds or (1,) if self._by_seed else ():
             again = self._graded(f"the solution, seed {seed}", solution, seed, self._by_seed)
-            for name, result in _results(again).items():
+            for name, result in _results(again.scorecard).items():
                 if result.outcome is not before[name].outcome:
-                    others.setdefault(name, {})[seed] = result
+                    others.setdefault(name, {})[seed] = result, _chosen(again, [result])
         for name, found in others.items():
-            result = next(iter(found.values()))
+            result, chosen = next(iter(found.values()))
             about = f"the trial {result.trial}" if result.trial else "what is asked"
             first = before[name].outcome.value.replace("_", " ")
-            yield f"{about} depends on the seed: {name}: {first} with seed 0, with {_seeds(found)} {_words(result)}"
+            then = f"with {_seeds(found)} {_words(result)}{chosen}"
+            yield f"{about} depends on the seed: {name}: {first} with seed 0, {then}"
 
     def edit(self, edit: check_course.KnownBad) -> Iterator[str]:
         """Yield how an edit's losses differ from what it says; what the solution itself loses is not compared."""
@@ -108,21 +110,21 @@ class _Trying:
         with tempdir.folder("known-bad") as folder:
             package = edit.made(self.settings.course.solution, folder)
             try:
-                card = self._graded(edit.path.name, package, 0, judged)
+                card = self._graded(edit.path.name, package, 0, judged).scorecard
                 yield from self._compared(edit, card, judged)
-                passed: dict[str, list[int]] = {}
+                passed: dict[str, dict[int, str]] = {}
                 wanted = {name for name, points in edit.loses.items() if points} & self._by_seed & judged
                 for seed in self.seeds if wanted else ():
                     again = self._graded(f"{edit.path.name}, seed {seed}", package, seed, wanted)
-                    for score in again.requirements:
+                    for score in again.scorecard.requirements:
                         if score.requirement.id in wanted and score.outcome is Outcome.PASSED:
-                            passed.setdefault(score.requirement.id, []).append(seed)
+                            passed.setdefault(score.requirement.id, {})[seed] = _chosen(again, score.results)
             except SubmissionError as error:
                 yield f"{edit.path}: it is refused, which loses everything: {error}"
                 return
         for name, lucky in passed.items():
             luck = f"with {_seeds(lucky)} of {1 + len(self.seeds)}: a package like this passes by luck"
-            yield f"{edit.path}: {name} is not lost {luck}"
+            yield f"{edit.path}: {name} is not lost {luck}{next(iter(lucky.values()))}"
 
     def _compared(self, edit: check_course.KnownBad, card: Scorecard, judged: Collection[str]) -> Iterator[str]:
         self.failed |= {n for n, r in _results(card).items() if r.outcome in (Outcome.FAILED, Outcome.PARTIAL)}
@@ -138,16 +140,24 @@ class _Trying:
         found = (source.serves(self.settings) for source in SOURCES if source.name in sources)
         return frozenset(name for names in found for name in names)
 
-    def _graded(self, what: str, package: Path, seed: int, only: Iterable[str] = ()) -> Scorecard:
+    def _graded(self, what: str, package: Path, seed: int, only: Iterable[str] = ()) -> Grading:
         settings = replace(
             self.settings, seed=seed, requirements=tuple(only), progress=lambda words: self.progress(f"{what}: {words}")
         )
         with tempdir.folder("check-course") as out:
-            return pipeline.grade(package, out, settings).scorecard
+            return pipeline.grade(package, out, settings)
 
 
 def _results(card: Scorecard) -> dict[str, CheckResult]:
     return {result.id: result for score in card.requirements for result in score.results}
+
+
+def _chosen(grading: Grading, results: Iterable[CheckResult]) -> str:
+    """Return in words what the seed has chosen in the trials of these results, "" if nothing."""
+    read = {result.trial for result in results}
+    trials = [trial for name, trial in grading.evidence.trials.items() if name in read]
+    chosen = [f"{name} {value:g} in {trial.name}" for trial in trials for name, value in trial.choices.items()]
+    return f" (seed {grading.seed}: {', '.join(chosen)})" if chosen else ""
 
 
 def _words(result: CheckResult) -> str:

@@ -39,7 +39,7 @@ _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/", "grad
 # Sections about what the kit has not: the published edition, the sources, the tests, the developers' tools.
 _LEFT_OUT = (
     "## Only look\n", "## How they are made\n", "## How it is tested\n", "## Pinned versions\n",
-    "## Continuous integration\n", "## What it finds\n",
+    "## Continuous integration\n", "## What it finds\n", "## Points by a hunt\n",
 )  # fmt: skip
 _NO_EXTRAS = ("dev", "cluster")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")

@@ -56,6 +56,13 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Give a check with an argument `requirement` each that is wanted: "check_hunt::test_keeps_its_promises[F4]"."""
+    if "requirement" in metafunc.fixturenames:
+        ids = (arg.partition(f"::{metafunc.function.__name__}[")[2] for arg in metafunc.config.args)
+        metafunc.parametrize("requirement", [id_.removesuffix("]") for id_ in ids if id_])
+
+
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Read the evidence once."""
     session.config.stash[_EVIDENCE] = evidence.load(session.config.getoption("--evidence"))

@@ -10,6 +10,7 @@ On disk the evidence of a grading is one folder:
     trials/NAME.json    Trial: one run of one node in a world
     flags.json          list of Flag: attempts at tampering and other things to look at
     functions.json      list of FunctionAnswer: what the package's functions returned
+    hunts.json          Hunt by requirement: what made-up cases have shown; absent if there was no hunt
     kept.json           what an earlier grading of the same content collected, and when; absent if nothing
     origin.json         seed, versions and hashes: all that is needed to run the same grading again
 
@@ -17,12 +18,14 @@ Times `t` are simulated seconds since the trial began, unless a name says wall.
 """
 
 from grader.evidence.model import (
+    BrokenPromise,
     Build,
     EquivalentMutant,
     Evidence,
     FileCoverage,
     Flag,
     FunctionAnswer,
+    Hunt,
     Intake,
     Mutant,
     Mutation,

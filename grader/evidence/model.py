@@ -201,9 +201,34 @@ class FunctionAnswer:
 
 
 @dataclass(frozen=True)
+class BrokenPromise:
+    """A promise that was broken: its name and sentence, what was seen, and the case as the text of a file."""
+
+    name: str
+    sentence: str
+    seen: str
+    case: str
+
+
+@dataclass(frozen=True)
+class Hunt:
+    """How many made-up cases were tried, and the promise that was broken in the last of them, if one was.
+
+    `unsteady` is how many failed once and not again, which counts for nothing. `trial` is the name of the trial that
+    shows the broken promise or, where none is broken, of one that says why not all cases could be judged.
+    """
+
+    cases: int
+    unsteady: int = 0
+    broken: BrokenPromise | None = None
+    trial: str = ""
+
+
+@dataclass(frozen=True)
 class Evidence:
     """Everything that one grading recorded.
 
+    `hunts` are by the requirement that was hunted for.
     `kept` says of what was collected in an earlier grading of the same content when that was, local time.
     `origin` says by name how to get the same again: seed, versions, hashes of the kit and of the submission.
     """
@@ -218,3 +243,4 @@ class Evidence:
     mutation: Mutation | None = None
     origin: dict[str, str] = field(default_factory=dict)
     kept: dict[str, str] = field(default_factory=dict)
+    hunts: dict[str, Hunt] = field(default_factory=dict)

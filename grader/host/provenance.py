@@ -16,7 +16,7 @@ from grader.host import ros_env
 
 _DISTRIBUTIONS = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
 # What of the grader only calls a grading, and the courses.
-_ABOVE_GRADING = frozenset({"authoring", "classroom", "courses", "notebook", "selftest", "cli.py"})
+_ABOVE_GRADING = frozenset({"authoring", "classroom", "courses", "notebook", "selftest", "cli.py", "hunting.py"})
 
 
 def environment() -> dict[str, str]:
@@ -34,7 +34,7 @@ def kit_hash(course: Sequence[Path]) -> str:
     """Return a hash of the code that decides a grade by the folders of a course, 16 hexadecimal digits."""
     found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
     engine = (path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
-    kinds = ("checks", "contract", "extra-requirements.txt", "functions", "held_back", "trials", "worlds")
+    kinds = ("checks", "contract", "extra-requirements.txt", "functions", "held_back", "hunts", "trials", "worlds")
     return _hash({KIT: engine} | {folder: _files(folder, *kinds) for folder in course})
 
 

@@ -1,4 +1,4 @@
-"""Run cases on a package: it is built once, and each case is a trial of its nodes in lockstep."""
+"""Run cases on a package that is built: each case is a trial of its nodes in lockstep."""
 
 from __future__ import annotations
 
@@ -6,17 +6,9 @@ import itertools
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
 
-from grader import collect, pipeline
-from grader.checks import build_log
 from grader.errors import SubmissionError
 from grader.evidence import Kind, Trial
-from grader.host import submission_user, tempdir
-from grader.intake.submission import open_submission
-from grader.processes import jobs
-from grader.settings import Settings
 from grader.source import Subject
 from grader.trials.case import Case
 from grader.trials.observers import Observers
@@ -64,31 +56,15 @@ class Runner:
         return trial
 
 
-@contextmanager
-def runner(package: Path, settings: Settings, at_once: int = AT_ONCE) -> Iterator[Runner]:
-    """Build a package, or take its build, and yield what runs cases on it, `at_once` of them together.
-
-    Raises:
-        SubmissionError: it cannot be read, or does not build.
-        GraderError: this host cannot build or run it.
-    """
-    pipeline.require_host(settings)
-    with tempdir.folder("hunt") as folder, submission_user.readable_by_sandboxes(), ExitStack() as closing:
-        submission = open_submission(package, folder / "submission", settings.course, package=settings.package_path)
-        subject = Subject(submission, settings, folder, closing)
-        built, contract = jobs.run(collect.builds(subject), progress=settings.progress).results[collect.BUILD]
-        if not built.facts.ok:
-            said = build_log.find_error(built.facts.log_tail).said or say("`colcon build` failed")
-            raise SubmissionError(
-                say("{package} does not build: {error}", package=package.name, error=said),
-                say("Build it first; `grader check` shows the whole message."),
-            )
-        (folder / "trials").mkdir()
-        observing = Observers(
-            settings.course, install=built.install, contract=contract.install, folder=folder / "trials",
-            seed=settings.seed, package=submission.package, ros_name=built.facts.package,
-            best_effort=settings.best_effort,
-        )  # fmt: skip
-        threads = closing.enter_context(ThreadPoolExecutor(at_once))
-        closing.callback(threads.shutdown, cancel_futures=True)
-        yield Runner(closing.enter_context(observing), threads)
+def of_build(subject: Subject, at_once: int = AT_ONCE) -> Runner:
+    """Return what runs cases on a subject's build, `at_once` of them together, until the subject is closed."""
+    assert subject.contract is not None
+    settings, folder = subject.settings, subject.folder / "cases"
+    folder.mkdir()
+    observing = Observers(
+        settings.course, install=subject.install, contract=subject.contract.install, folder=folder,
+        seed=0, package=subject.submission.package, ros_name=subject.ros_name, best_effort=settings.best_effort,
+    )  # fmt: skip
+    threads = subject.closing.enter_context(ThreadPoolExecutor(at_once))
+    subject.closing.callback(threads.shutdown, cancel_futures=True)
+    return Runner(subject.closing.enter_context(observing), threads)

@@ -82,6 +82,8 @@ def hunt(
             unsteady.append(finding)
             continue
         found(finding)
+        if number == 1 and not trial.ready:  # it never comes up, each time after a wait
+            shrinks = 0
         spoilt = {each.case for each in unsteady}
         smallest = _shrunk(runner, making, finding, spoilt, cases, seed, shrinks, found)
         return Hunted(number, seed, smallest, tuple(unsteady))

@@ -19,6 +19,8 @@ from grader.yaml_reader import YamlReader, line_of
 
 RUBRIC = KIT / "rubric.yaml"
 """The kit's own rubric."""
+HUNT = "check_hunt::test_keeps_its_promises"
+"""The check that judges a hunt; for each requirement it is another, with the requirement's id in brackets."""
 FLAGS = ("note", "withhold")
 """What integrity flags do by a rubric: nothing to the points, or keep what they concern until a person decides."""
 
@@ -42,6 +44,7 @@ class Requirement:
     """One requirement of the contract. `advanced` of its `points` are advanced; without checks a person grades it.
 
     Its `section`, "notebook#heading", is where the course teaches it, "" if no notebook does.
+    Its `hunt` is in how many made-up cases it is hunted for a broken promise, 0 if it is not.
     What judges one that is `held_back` is not for students to see; their kit's rubric has no checks of it.
     """
 
@@ -54,6 +57,7 @@ class Requirement:
     advanced: float = 0.0
     title: str = ""
     held_back: bool = False
+    hunt: int = 0
 
     @property
     def can_be_checked(self) -> bool:
@@ -252,10 +256,17 @@ class _Reader(YamlReader):
         )
 
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
-        needed, optional = ("id", "text"), ("section", "points", "title", "advanced", "checks", "held_back")
+        needed, optional = ("id", "text"), ("section", "points", "title", "advanced", "checks", "held_back", "hunt")
         given = self.fields(node, node, needed, "a requirement", optional)
         name = self._id(given)
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
+        held_back = "held_back" in given and self._is_true(given["held_back"], "held_back")
+        hunt = 0
+        if "hunt" in given and held_back:
+            self.fail(given["hunt"], f"{name} is held back, and students have the promises that a hunt is about")
+        if "hunt" in given:
+            hunt, check = self._hunt(given["hunt"], name)
+            checks = (*checks, check)
         if not checks and "points" not in given:
             self.fail(node, f"{name} has no checks to sum its points from; write its `points`")
         advanced = [check for check in checks if check.level == "advanced"]
@@ -268,7 +279,8 @@ class _Reader(YamlReader):
             checks=checks,
             advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
             title=self._said(given["title"]) if "title" in given else name,
-            held_back="held_back" in given and self._is_true(given["held_back"], "held_back"),
+            held_back=held_back,
+            hunt=hunt,
         )
 
     def _said(self, node: yaml.Node) -> str:
@@ -281,12 +293,23 @@ class _Reader(YamlReader):
     def _check(self, node: yaml.Node) -> Check:
         given = self.fields(node, node, ("id", "points"), "a check", ("level",))
         name = self._id(given)
+        if name == HUNT:
+            self.fail(given["id"], "write `hunt: {cases: 300, points: 2}` beside `checks` instead")
         if self._checks is not None and name not in self._checks:
             module = name.partition("::")[0]
             same = [each for each in self._checks if each.partition("::")[0] == module]
             self.require_known(name, given["id"], sorted(same or self._checks), "a check of the kit")
-        level = self.one_of(given["level"], ("core", "advanced"), "a level") if "level" in given else "core"
-        return Check(name, self._points(given["points"]), level)
+        return Check(name, self._points(given["points"]), self._level(given))
+
+    def _hunt(self, node: yaml.Node, requirement: str) -> tuple[int, Check]:
+        """Return the number of cases of a hunt, and the check that gives all of its points or none."""
+        given = self.fields(node, node, ("cases", "points"), "a hunt", ("level",))
+        if not (cases := self.text(given["cases"])).isdecimal() or int(cases) < 1:
+            self.fail(given["cases"], f"{cases} is not a number of cases")
+        return int(cases), Check(f"{HUNT}[{requirement}]", self._points(given["points"]), self._level(given))
+
+    def _level(self, given: dict[str, yaml.Node]) -> str:
+        return self.one_of(given["level"], ("core", "advanced"), "a level") if "level" in given else "core"
 
     def _id(self, given: dict[str, yaml.Node]) -> str:
         name = self.text(given["id"])

@@ -166,6 +166,11 @@ def hunts(course: Course) -> Hunts:
     return Hunts(tuple(makings), tuple(promises))
 
 
+def unjudged(trial: Trial) -> bool:
+    """Return whether a trial ended early in a way that breaks no promise."""
+    return trial.ended is not None and trial.ended.kind in _OURS
+
+
 def _lives(run: Run) -> Broken | None:
     trial, ended = run.trial, run.trial.ended
     if trial.foreign:
@@ -177,7 +182,7 @@ def _lives(run: Run) -> Broken | None:
     if trial.dropped:
         return broken(run.end, mark("the node sent more messages than could be kept"))
     if ended is not None:
-        return None if ended.kind in _OURS else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
+        return None if unjudged(trial) else Broken(run.end, f"{ended}{first_cause.last_output(trial)}")
     output = trial.process.output_tail if trial.process else ""
     if tracebacks.BEGIN in output and run.trial.process is not None and run.trial.process.by != "interrupt":
         return broken(run.end, mark("a traceback: {said}"), said=tracebacks.last_words(output))

@@ -39,11 +39,9 @@ class Trials(Source):
                 best_effort=settings.best_effort,
             )
         )  # fmt: skip
-        reliability = "best effort" if settings.best_effort else "reliable"
-        decided_by = (subject.seen_by_nodes, reliability, os.environ.get(LATE_VARIABLE, ""))
         return Asked(
             [
-                replace(job, decided_by=decided_by, lasting=went_well, serves=serves(plan, settings))
+                replace(job, decided_by=started_by(subject), lasting=went_well, serves=serves(plan, settings))
                 for plan, job in observers.jobs(running, plans.values())
             ],
             lambda results: self._collected(subject, {name: results[observers.job_name(name)] for name in plans}),
@@ -57,6 +55,12 @@ class Trials(Source):
         every = {name: what_ran.in_package(trial, places) for name, trial in every.items()}
         left = {path: subject.install / where for path, where in places.left.items()}
         return Collected({"trials": every}, tuple(integrity_flags(every)), left)
+
+
+def started_by(subject: Subject) -> tuple[str, ...]:
+    """Return the hashes and texts that decide what any trial of a subject shows, beside the trial itself."""
+    reliability = "best effort" if subject.settings.best_effort else "reliable"
+    return subject.seen_by_nodes, reliability, os.environ.get(LATE_VARIABLE, "")
 
 
 def wanted(settings: Settings) -> dict[str, TrialPlan]:

@@ -46,7 +46,7 @@ def running(make: Makes, threads: int = 2) -> Iterator[tuple[Runner, list[Case]]
 
 
 def replacing(make: Makes) -> Any:
-    """Return what may stand in the place of `grader.hunt.runner.runner`, for any package."""
+    """Return what may stand in the place of `grader.hunting.runner`, for any package."""
 
     @contextmanager
     def runner(_package: Path, _settings: object) -> Iterator[Runner]:

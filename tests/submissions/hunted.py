@@ -23,7 +23,7 @@ from grader import building, pipeline
 from grader.course import kits_own
 from grader.errors import SubmissionError
 from grader.hunt import report, search
-from grader.hunt.runner import runner
+from grader.hunting import runner
 from grader.scoring import rubric
 from grader.trials.promises import hunts
 from submissions.edits import EDITS, apply

@@ -8,9 +8,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from helpers import judging
 from helpers.course import COURSE
 
-from grader import KIT, cli
+from grader import KIT, building, cli
 from grader.authoring import check_course, course_trials
 from grader.authoring.package_edits import replace
 from grader.course import load
@@ -70,6 +71,8 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("known_bad/hits_the_wall.yaml", "{B3: 15}", "{B3: 16}", "known_bad/hits_the_wall.yaml, line N: B3 has 15 points; 16 is outside 0 to 15"),
         ("known_bad/hits_the_wall.yaml", "{B3: 15}", "{P8: 15}", "known_bad/hits_the_wall.yaml, line N: P8 is not a requirement of the rubric. Did you mean P"),
         ("known_bad/hits_the_wall.yaml", "hall_guard/guard.py", "hall_guard/gard.py", "known_bad/hits_the_wall.yaml, line N: hall_guard/gard.py is not a file of the solution. Did you mean hall_guard/guard.py?"),
+        # hunts
+        ("rubric.yaml", "title: Stops at the end", "hunt: {cases: 9, points: 1}\n        title: Stops at the end", "rubric.yaml, line M: B3 is not what a module of hunts/ makes up cases for"),
         # what is missing
         ("course.yaml", "solution/hall_guard", "solution/guard_hall", "course.yaml, line N: there is no package in solution/guard_hall"),
         ("contract/contract.yaml", "  - README.md", "  - launch/hall_launch.py", "contract/contract.yaml, line N: the solution has no launch/hall_launch.py"),
@@ -151,7 +154,9 @@ def graded(monkeypatch: pytest.MonkeyPatch) -> dict[str, Callable[[str, int], bo
             else CheckResult(check.id, Outcome.PASSED, 1.0)
             for check in settings.rubric.checks
         ]
-        return SimpleNamespace(scorecard=score(settings.rubric, results))
+        return SimpleNamespace(
+            scorecard=score(settings.rubric, results), seed=settings.seed, evidence=judging.evidence_with()
+        )
 
     monkeypatch.setattr(course_trials.pipeline, "grade", grade)
     return fails
@@ -227,3 +232,18 @@ def test_that_no_edit_was_tried_is_noted(folder: Path, graded: dict[str, Fails])
 def test_the_template_gets_the_points_that_it_should(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["check-course", str(GOOD)]) == 0
     assert capsys.readouterr().out == f"{GOOD}: nothing is wrong\n"
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow  # six gradings
+def test_a_seed_with_which_an_edit_passes_by_luck_is_named_with_what_it_has_chosen(folder: Path):
+    """A trial that may end before the guard, which does not stop, comes to the wall."""
+    edit(folder, "trials/patrol.py", "stage.run(14.0)", 'stage.run(stage.between("seconds", 8.5, 14.0))')
+    whole = (folder / "rubric.yaml").read_text()
+    (folder / "rubric.yaml").write_text(whole.partition("  # All these checks are stock")[0])
+    for path in (folder / "known_bad").glob("[!h]*.yaml"):
+        path.unlink()
+    found = course_trials.run(load(folder), building.cache_folder(), lambda _words: None, (1, 7))
+    luck = "with seed 7 of 3: a package like this passes by luck (seed 7: seconds 9.602 in to_the_end)"
+    assert found.problems == (f"known_bad/hits_the_wall.yaml: B3 is not lost {luck}",)

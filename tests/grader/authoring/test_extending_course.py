@@ -96,6 +96,11 @@ def test_what_either_folder_has_decides_a_grade(course: Course):
     (course.folder / "checks" / "more.py").write_text("LIMIT = 1\n")
     assert provenance.kit_hash(course.layers) != before[0]
     assert provenance.checks_hash(course.layers) != before[1]
+    before = provenance.kit_hash(course.layers), provenance.checks_hash(course.layers)
+    (course.folder / "hunts").mkdir()
+    (course.folder / "hunts" / "more.py").write_text("LIMIT = 1\n")
+    assert provenance.kit_hash(course.layers) != before[0]  # the evidence, not what is made of it
+    assert provenance.checks_hash(course.layers) == before[1]
 
 
 def test_the_kits_rubric_and_the_changes_both_decide_its_hash(course: Course, monkeypatch: pytest.MonkeyPatch):

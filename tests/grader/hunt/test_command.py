@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 from helpers.hunting import NODE, driven, replacing
 
-from grader import cli
+from grader import cli, hunting
 from grader.errors import EXIT_INTERRUPTED
 from grader.evidence import Trial
-from grader.hunt import command
 from grader.trials.case import Case, Step
 
 Hunt = Callable[..., int]
@@ -22,7 +21,7 @@ def hunt(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Hunt:
     """Return a function that hunts in a package whose trials `make` makes."""
 
     def run(make: Callable[[Case], Trial], *arguments: str) -> int:
-        monkeypatch.setattr(command, "runner", replacing(make))
+        monkeypatch.setattr(hunting, "runner", replacing(make))
         return cli.main(["hunt", "--out", str(tmp_path / "hunt"), *arguments])
 
     return run

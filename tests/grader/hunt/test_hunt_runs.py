@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,13 @@ from helpers.course import COURSE
 from helpers.hunting import NODE
 from submissions.edits import EDITS, apply
 
-from grader import cli
-from grader.authoring.package_edits import replace
+from grader import cli, pipeline
+from grader.authoring import package_edits
+from grader.course import load
 from grader.hunt import report, search
-from grader.hunt.runner import runner
+from grader.hunting import runner
+from grader.scoring import rubric
+from grader.scoring.scorecard import Outcome
 from grader.settings import Settings
 from grader.trials.case import Case, Step
 from grader.trials.promises import LIVES, Run, hunts
@@ -44,10 +48,29 @@ def test_what_is_found_in_a_known_bad_edit_fails_again(tmp_path: Path, settings:
     assert cli.main(["hunt", "--again", str(file), "--package", str(COURSE.solution)]) == 0
 
 
+def test_a_course_grades_by_a_hunt(tmp_path: Path, settings: Settings):
+    """The reference keeps its point, an edit loses it, and the same edit loses it again by the same case."""
+    course = tmp_path / "course"
+    course.mkdir()
+    (course / "course.yaml").write_text("extends: kit\ntitle: With a hunt\nrubric: rubric.yaml\n")
+    hunt = "{id: F5, hunt: {cases: 3, points: 1}}"
+    (course / "rubric.yaml").write_text(f"extends: kit\ncriteria: [{{id: functionality, requirements: [{hunt}]}}]\n")
+    with_hunt = load(course)
+    settings = replace(settings, course=with_hunt, rubric=rubric.load(with_hunt.rubric), requirements=("F5",))
+    bad, said = apply(EDITS["emergency_for_good"], tmp_path / "bad"), []
+    for package in (COURSE.solution, bad, bad):
+        card = pipeline.grade(package, tmp_path / "out", settings).scorecard
+        said.append(next(score for score in card.requirements if score.requirement.id == "F5").results[-1])
+    assert [each.outcome for each in said] == [Outcome.PASSED, Outcome.FAILED, Outcome.FAILED]
+    assert said[0].seen == "3 cases, no fault found"
+    assert "node: robot_controller\nsteps:\n" in said[1].seen
+    assert said[1] == said[2]
+
+
 def test_a_node_that_hangs_floods_or_exits_is_named_and_leaves_no_process(tmp_path: Path, settings: Settings):
     package = apply(None, tmp_path)
     line = "        self.get_logger().info(f\"{self._value('robot_name')} is ready\")\n"
-    replace("ros2_robot_controller/robot_controller.py", line, DOES)(package)
+    package_edits.replace("ros2_robot_controller/robot_controller.py", line, DOES)(package)
     cases = [
         Case(NODE, (Step("wait", 1.5),), parameters={"robot_name": does})
         for does in ("hangs", "floods", "exits", "lives")

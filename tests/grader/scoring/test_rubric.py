@@ -10,7 +10,7 @@ from helpers.course import COURSE
 from grader import KIT
 from grader.checks import checks_run
 from grader.errors import GraderError
-from grader.scoring.rubric import load
+from grader.scoring.rubric import HUNT, load
 
 POINTS = """
 F1:3 F2:4 F3:3 F4:5 F5:2 F6:3 F7:2 F8:6 F9:2 F10:2 F11:3 F12:3 F13:1 F14:1
@@ -94,6 +94,20 @@ def test_points_that_are_not_typed_are_sums(write):
     assert rubric.criteria == load(write(small())).criteria
 
 
+def test_a_hunt_is_one_more_check_with_points_of_its_own(write):
+    data = small()
+    criterion = data["criteria"][0]
+    del criterion["points"], criterion["requirements"][0]["points"], criterion["requirements"][0]["advanced"]
+    criterion["requirements"][0]["hunt"] = {"cases": 300, "points": 2}
+    criterion["requirements"][1] |= {"hunt": {"cases": 50, "points": 2, "level": "advanced"}, "advanced": 2}
+    first, second = load(write(data), ["test_a::test_one", "test_a::test_two"]).requirements
+    assert [(r.hunt, r.points, r.advanced) for r in (first, second)] == [(300, 5, 2), (50, 2, 2)]
+    assert [r.checks[-1].id for r in (first, second)] == [f"{HUNT}[F1]", f"{HUNT}[F2]"]
+    assert HUNT in checks_run.known(COURSE)
+    criterion["requirements"][0]["held_back"] = True
+    assert "F1 is held back, and students have the promises that a hunt is about" in refused(write(data))
+
+
 def test_a_requirement_without_checks_needs_its_points(write):
     data = small()
     del data["criteria"][0]["requirements"][1]["points"]
@@ -127,6 +141,10 @@ def change(data, where, key, value):
         ("requirement", "advanced", 1, "F1 has 1 advanced points, its checks 2"),
         ("check", "id", "test_a::test_two", "test_a::test_two is listed twice, first in line"),
         ("requirement", "id", "F2", "F2 is listed twice, first in line"),
+        ("check", "id", HUNT, "write `hunt: {cases: 300, points: 2}` beside `checks` instead"),
+        ("requirement", "hunt", {"cases": 0, "points": 1}, "0 is not a number of cases"),
+        ("requirement", "hunt", {"cases": "60 s", "points": 1}, "60 s is not a number of cases"),
+        ("requirement", "hunt", {"cases": 300}, "'points' is missing; a hunt needs cases, points"),
         ("check", "level", "cor", "cor is not a level. Did you mean core? There are: core, advanced."),
         ("check", "points", -1, "-1 is not a number of points"),
         ("check", "points", float("nan"), ".nan is not a number of points"),

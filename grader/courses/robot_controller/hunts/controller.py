@@ -69,9 +69,9 @@ def stands_without_a_command(run: Run) -> Broken | None:
     return None
 
 
-@promise("F2")
+@promise("F2", "F3")
 def drives_at_the_set_speed(run: Run) -> Broken | None:
-    """With nothing in the way it drives at the speed that was set."""
+    """With nothing in the way it drives at the speed that was set, whatever was refused since."""
     return next((broken for broken, why in _off_speed(run) if why == "F2"), None)
 
 
@@ -95,7 +95,7 @@ def sees_what_is_real_among_bad_readings(run: Run) -> Broken | None:
     return broken if broken and broken.t > spoilt[0] else None
 
 
-@promise("F3")
+@promise("F2", "F3")
 def refuses_what_is_too_fast(run: Run) -> Broken | None:
     """`set_speed` takes what is finite and within the limit, and refuses the rest with a message that states it."""
     for call in _calls(run, "set_speed"):

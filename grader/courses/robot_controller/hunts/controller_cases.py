@@ -108,6 +108,19 @@ def _drives() -> SearchStrategy[Case]:
     return _case(first, later, least=1)
 
 
+@makes("F2")
+def _changes_its_speed() -> SearchStrategy[Case]:
+    """One speed after another, zero among them, and nothing in the way."""
+    return _case(_AFTER_SPEED, _then_wait(_set_speed(st.one_of(st.just(0.0), _speed))), most=3)
+
+
+@makes("F5")
+def _drives_past() -> SearchStrategy[Case]:
+    """A robot that drives, and something that is not in its way, or no longer."""
+    aside = _obstacle(st.one_of(st.integers(66, 180), st.integers(-180, -66)), st.integers(12, 23), moves=False)
+    return _case(_AFTER_SPEED, st.one_of(_PASSING, aside.map(lambda step: [step, Step("wait", 1.5)])), least=1, most=3)
+
+
 @makes("F3")
 def _asked_on_the_way() -> SearchStrategy[Case]:
     """Speeds that are set, or refused, while the robot goes to a place."""
