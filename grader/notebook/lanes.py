@@ -319,7 +319,9 @@ def _what(run: list[Any]) -> str:
     titles = [title for text in prose for title in re.findall(r"(?m)^#{2,6} +(.+)$", text)]
     asked = re.match(r"<details>\s*<summary>(.*?)</summary>", prose[0]) if prose else None
     plain = [line for text in prose for line in text.splitlines() if line.strip() and not line.startswith(("<", "`"))]
-    sentence = [re.split(r"(?<=[.:?!])\s", line)[0].replace("*", "").lstrip("> -(").rstrip(".:") for line in plain[:1]]
+    sentence = [re.split(r"(?<=[.?!])\s", line)[0].replace("*", "").lstrip("> -(").rstrip(".:") for line in plain[:1]]
+    written = re.match(r"%%writefile (?:-a )?(\S+)", run[0]["source"])
+    alone = f"the file `{written[1]}`" if written else "code alone"
     first = titles[:3] or ([asked[1]] if asked else sentence)
-    shown = re.sub(r"`([^`]+)`", r"<code>\1</code>", "; ".join(first) or "code alone")
+    shown = re.sub(r"`([^`]+)`", r"<code>\1</code>", "; ".join(first) or alone)
     return shown if len(shown) <= _LINE or titles else shown[:_LINE].rsplit(" ", 1)[0] + " ..."
