@@ -6,6 +6,7 @@ import ast
 import contextlib
 import difflib
 import importlib
+import json
 import re
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -322,12 +323,17 @@ class _Reading:
                         self._solved(reader, reader.text(file), file)
         for _, key, value in reader.mapping(parts["lanes"]) if "lanes" in parts else ():
             with yaml_reader.noted(wrong):
-                lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "gives"))
+                lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "gives", "frames"))
                 for asked in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
                     reader.require_known(reader.text(asked), asked, self.worth, "a requirement of the rubric")
                 for _, _, files in reader.mapping(lane["gives"]) if "gives" in lane else ():
                     for path_, file, _ in reader.mapping(files):
                         self._solved(reader, path_, file)
+                for number, _, cells in reader.mapping(lane["frames"]) if "frames" in lane else ():
+                    ids = [cell.get("id") for found in self.course.notebooks.glob(f"{number}_*.ipynb")
+                           for cell in json.loads(found.read_text(encoding="utf-8"))["cells"]]  # fmt: skip
+                    for id_, cell, _ in reader.mapping(cells):
+                        reader.require_known(id_, cell, ids, f"a cell of notebook {number}")
         yield from wrong
 
     def _solved(self, reader: YamlReader, name: str, node: yaml.Node) -> None:

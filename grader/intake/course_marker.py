@@ -42,9 +42,10 @@ def _files(found: list[str]) -> str:
     if not found:
         return ""
     return say_count(
-        "{n} file was laid out by the course (start_at) and not changed since, so not the student's own work: {names}.",
-        "{n} files were laid out by the course (start_at) and not changed since, so not the student's own work: "
-        "{names}.",
+        "{n} file was laid out by the course (start_at, or a lane) and not changed since, so not the student's own "
+        "work: {names}.",
+        "{n} files were laid out by the course (start_at, or a lane) and not changed since, so not the student's own "
+        "work: {names}.",
         len(found),
         names=some(found, _MAX_SHOWN),
     )

@@ -1,7 +1,8 @@
 """The lanes through the course: which one a workspace is in, what the course gives in it, and how a notebook looks.
 
 A cell tagged `whole` is left out of every shorter lane. In one of those the course writes what such cells would have
-written, never over a learner's own text, and `fold` puts each run of them into one cell that is closed.
+written, never over a learner's own text, and `fold` puts each run of them into one cell that is closed. Where a lane
+has a frame for an exercise, its cell has more in it than the whole lane's.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ WHOLE = "whole"
 FILE = ".lane"
 """The file of the workspace that names its lane."""
 _LINE = 90  # characters of the line that says what a folded run of cells does
+_STUB = re.compile(r'(# |""")(?:exercise|step|piece) \d+\b.*?("""|$)', re.IGNORECASE | re.MULTILINE)
+"""What a skeleton says in a function of which a later cell is the exercise."""
 
 
 def table() -> Mapping[str, Any]:
@@ -232,14 +235,39 @@ def fold(notebook: Any, number: str, lane: str) -> Any:
     first, last = minutes(lane)[number]
     note = (
         f"> **The {lane} lane: {first} to {last} minutes.** What is folded below belongs to the whole lane; "
-        f"the course gives what you need of it later."
+        f"the course gives what you need of it later. Exercises and steps have the whole lane's numbers."
     )
     cells.insert(1, new_markdown_cell(note, id=f"lane-{lane}"))
     for cell in cells:
         if cell["cell_type"] == "code":
-            cell["source"] = re.sub(rf'\bbegin\("{number}"\)', f'begin("{number}", lane="{lane}")', cell["source"])
+            source = re.sub(rf'\bbegin\("{number}"\)', f'begin("{number}", lane="{lane}")', cell["source"])
+            cell["source"] = _framed(_with_given(source, number, lane), frames(lane, number).get(cell["id"], ""))
     notebook["cells"] = cells
     return notebook
+
+
+def frames(lane: str, notebook: str) -> Mapping[str, str]:
+    """Return what a lane has in the cells of a notebook's exercises in place of their stubs, by the cells' ids."""
+    found: Mapping[str, str] = table().get(lane, {}).get("frames", {}).get(notebook, {})
+    return found
+
+
+def _framed(source: str, frame: str) -> str:
+    """Return an exercise's cell with a lane's frame below its first line; one that is solved stays as it is."""
+    return f"{source.partition(chr(10))[0]}\n{frame.rstrip()}" if frame and "TODO" in source else source
+
+
+def _with_given(source: str, number: str, lane: str) -> str:
+    """Return a skeleton's cell, in which the functions that the lane gives say so."""
+    magic, _, text = source.partition("\n")
+    names = [name for path, each in given(lane, number).items() if magic == f"%%writefile {path}" for name in each]
+    lines, words = text.splitlines(), f"the {lane} lane fills it in when the cell runs"
+    for found in pieces.definitions(text) if names else ():
+        if found.name in names:
+            stub = [_STUB.sub(rf"\1{words}\2", line) for line in lines[found.start : found.end]]
+            said = stub != lines[found.start : found.end]
+            lines[found.start : found.end] = stub if said else [*stub[:-1], f"{stub[-1]}  # {words}"]
+    return "\n".join([magic, *lines]) if names else source
 
 
 def write_folded(notebooks: Path, lane: str) -> str:
@@ -289,7 +317,11 @@ def _what(run: list[Any]) -> str:
     """Return what a run of cells does: its first headings, or the first sentence."""
     prose = [cell["source"] for cell in run if cell["cell_type"] == "markdown"]
     titles = [title for text in prose for title in re.findall(r"(?m)^#{2,6} +(.+)$", text)]
+    asked = re.match(r"<details>\s*<summary>(.*?)</summary>", prose[0]) if prose else None
     plain = [line for text in prose for line in text.splitlines() if line.strip() and not line.startswith(("<", "`"))]
-    first = titles[:3] or [re.split(r"(?<=[.:?!])\s", line)[0].replace("*", "").strip("> -") for line in plain[:1]]
-    shown = re.sub(r"`([^`]+)`", r"<code>\1</code>", "; ".join(first) or "code alone")
+    sentence = [re.split(r"(?<=[.?!])\s", line)[0].replace("*", "").lstrip("> -(").rstrip(".:") for line in plain[:1]]
+    written = re.match(r"%%writefile (?:-a )?(\S+)", run[0]["source"])
+    alone = f"the file `{written[1]}`" if written else "code alone"
+    first = titles[:3] or ([asked[1]] if asked else sentence)
+    shown = re.sub(r"`([^`]+)`", r"<code>\1</code>", "; ".join(first) or alone)
     return shown if len(shown) <= _LINE or titles else shown[:_LINE].rsplit(" ", 1)[0] + " ..."

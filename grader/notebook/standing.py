@@ -191,8 +191,12 @@ def of(workspace: Workspace) -> Standing:
         if name in kept or (not name and boxes and not alone):
             shown = hours(spent[name[:2]]) if name[:2] in spent else ""
             rows.append(Row(name or say("elsewhere"), boxes, shown, bool(name) and name[:2] == here))
-    lines = [] if alone else [_so_far(requirements, answers, sum(spent.values()))]
-    lines += filter(None, (_behind(rows, answers), _next(rows, names, requirements)))
+    counted = [r for r in requirements if not asked or r.id in asked]
+    lines = [] if alone else [_so_far(counted, answers, sum(spent.values()))]
+    # A shorter lane asks for these in the notebook that has their points, and not before.
+    later = {name for name, row in course().notebook_table["stand_ins"].items() if asked and row["notebook"] > here}
+    due = [r for r in counted if r.id not in later or r.id in answers]
+    lines += filter(None, (_behind(rows, answers), _next(rows, names, due)))
     page = (course().notebooks / GLOSSARY).resolve()
     return Standing(tuple(rows), tuple(lines), GLOSSARY if page.is_file() else "")
 
@@ -250,7 +254,7 @@ def _next(rows: Sequence[Row], names: Sequence[str], requirements: Sequence[Requ
         return ""
     sections = {r.id: r.section.partition("#")[2] for r in requirements}
     for box in sorted(row.boxes, key=lambda box: box.state != "part"):
-        if box.state in ("open", "part"):
+        if box.state in ("open", "part") and box.id in sections:
             words = mark('Next: {id} {title}, in the section "{section}" of this notebook.')
             return say(words, id=box.id, title=box.title, section=sections[box.id])
     after = next((name for name in names if name > row.name), "")

@@ -18,7 +18,8 @@
 # By the end of this course you will have written what is drawn in blue: two programs that drive this robot safely through these offices.
 # Today you meet the robot.
 # You drive it by hand, look at what its sensors see, and listen to what its parts say to each other.
-#
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - drive a robot by sending it messages, from Python and from a terminal;
@@ -26,15 +27,16 @@
 # - read a laser scan: which beam looks where, and what `inf` means;
 # - explain why a program that never spins hears nothing;
 # - say what a requirement of the contract is, and where to read it.
-#
-# **Time:** 45 to 75 minutes, in the core lane 30 to 45.
+
+# %% [markdown]
+# **Time:** 45 to 75 minutes, in the core lane 20 to 32.
 #
 # **Two lanes** lead through notebooks 00 to 10; `begin` asks which one you take, and `begin("00", lane="core")` changes it at any time.
 #
 # | lane | hours | what you do |
 # |---|---|---|
 # | whole | 15 to 27 | everything: you write every file of the package that is not given |
-# | core | 7 to 13 | one exercise of each kind. The course gives the rest of the package: reading a battery's alarms, slowing down and speeding up gently, the last zero, steering, refusing parameter values, most tests, the demonstration. Left out, too, are most experiments and what goes further |
+# | core | 4 to 7 | one or two exercises of each notebook: the nearest obstacle, what is safe, the control loop, a speed that may be refused, steering, a parameter file, a launch file, a test. The course gives the rest of the package; most experiments and what goes further are left out |
 #
 # Both end with the same package, which is graded by the same rubric.
 #
@@ -277,14 +279,14 @@ robot
 # %%
 # !ros2 topic echo --once --field pose.pose.position /odom
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # And one scan, without the 360 numbers:
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # !ros2 topic echo --once --no-arr /scan
 # The stamp is the moment at which the scan was taken; it differs each time.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # These are the fields that you used above, under the same names.
 # The stamp is in simulated time, which begins at 100 s here: in ROS, time 0 means that no clock has been heard yet.
 # The ranges are sent as 32-bit numbers, so `range_min` is no longer exactly 0.15.
@@ -299,7 +301,8 @@ robot
 #
 # `ROS_DOMAIN_ID` keeps apart the systems on one network: nodes with different numbers never hear each other.
 # `begin` has chosen a number for your workspace, and the first line above sets it in the terminal as well.
-#
+
+# %% [markdown]
 # ## Three lines to drive it
 #
 # A node of your own takes three lines: switch ROS on, make a node, and let it publish.
@@ -329,15 +332,15 @@ while hand.get_subscription_count() == 0 and time.monotonic() < deadline:
     time.sleep(0.01)
 print(hand.get_subscription_count(), "subscriber")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # This is a `Twist` message:
 
-# %%
+# %% tags=["whole"]
 # !ros2 interface show geometry_msgs/msg/Twist
 
 # %% [markdown]
-# Six numbers, for drones and submarines too.
-# Your robot uses two of them: `linear.x` is v, `angular.z` is ω.
+# A `Twist` has six numbers, for drones and submarines too.
+# Your robot uses two of them: `linear.x` is v, the speed forward in m/s, and `angular.z` is ω, the turning speed in rad/s, positive to the left.
 #
 # **Predict:** you send *one* message with v = 0.2 m/s.
 # How far has the robot come after 5 s?
@@ -356,8 +359,7 @@ print(f"{simulator.pose.x - simulator.world.start.x:.1f} m")
 # This robot keeps the last command until it gets another one.
 # So what happens if your program crashes now?
 #
-# (`lambda: X` is a function without a name that returns X; with `lambda robot: X` it takes one argument.
-# Here `run` calls it after each step, until it returns something true. `def touched(): return simulator.contacts` and `until=touched` would do the same.)
+# (`lambda: X` is a function without a name that returns X. Here `run` calls it after each step, until it returns something true.)
 
 # %%
 robot.set_rate(8.0)
@@ -368,24 +370,26 @@ for contact in simulator.contacts:
 # %% [markdown]
 # The robot got no command to stop.
 # A safe program sends a *zero* before it ends (notebook 05), and looks at the scan before it drives.
-#
+
+# %% [markdown] tags=["whole"]
 # Reset the robot, and drive it from the shell.
 # The text in braces is the message; fields that you leave out are zero.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 robot.reset()
 robot.set_rate(1.0)
 # !ros2 topic pub --once /cmd_vel geometry_msgs/msg/Twist "{linear: {x: 0.1}, angular: {z: 0.4}}"
 # How often it says that it waits for a subscriber depends on the machine.
 
-# %%
+# %% tags=["whole"]
 robot.run(15.7)
 print(f"x = {simulator.pose.x:.1f} m, y = {simulator.pose.y:.1f} m")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The robot drives one circle, with a radius of 0.25 m.
 # The robot cannot tell whether a message comes from Python, from a shell or from a planner on another computer.
-#
+
+# %% [markdown]
 # ## Three lines to listen
 #
 # Now the other direction: subscribe to the odometry, with a function that ROS calls for every message.
@@ -431,18 +435,17 @@ len(heard)
 # So spin *while* it drives.
 # A real node does nothing else.
 
-# %%
+# %% tags=["whole"]
 def listen(seconds):
     end = simulator.time + seconds  # simulated seconds, however busy this machine is
     while simulator.time < end and robot.is_running:
         rclpy.spin_once(node, timeout_sec=0.05)
 
-
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Now the robot stands for a second, drives for two, and stands for one.
 # `command` still holds 0.2 m/s, and a new `Twist()` is zero everywhere.
 
-# %%
+# %% tags=["whole"]
 heard.clear()
 robot.reset()
 robot.set_rate(1.0)
@@ -454,7 +457,7 @@ hand.publish(Twist())
 listen(1.0)
 robot.pause()
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 
 t = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in heard]
@@ -481,7 +484,6 @@ def route():
     return [
         (0.2, 0.0, 2.0),  # TODO: only two seconds straight on; where to from there?
     ]
-
 
 # %% tags=["whole"]
 robot.reset()
@@ -538,7 +540,7 @@ rclpy.try_shutdown()
 # %% [markdown]
 # ## What you will build
 #
-# You have just driven without looking, by counting seconds.
+# So far you have driven without looking, by counting seconds.
 # The package `ros2_robot_controller`, which you write from the next notebook on, does better.
 # It has two nodes:
 #
@@ -548,6 +550,8 @@ rclpy.try_shutdown()
 # | `sensor_processor` | `raw_scan`, `imu/data`, `battery/state` | `sensor_fusion_data`, `obstacle_distance` | |
 #
 # It drives at a set speed, stops before whatever is in its way, goes to the places that it is given, and can be interrupted at any time.
+
+# %% [markdown] tags=["whole"]
 # Each notebook adds a file or an ability:
 #
 # | notebook | what comes |
@@ -564,11 +568,21 @@ rclpy.try_shutdown()
 # | 10 Show and hand in | the demonstration, the README, the hand-in |
 # | 11 A clinic | nothing: ten broken packages to diagnose and to cure, without points |
 # | 12 Frames | adds no file; you write what tf2 does; without points, any time after 05 |
-#
+
+# %% [markdown]
 # ### The contract
 #
 # The contract says what the package must do, in 31 numbered sentences called **requirements**.
-# Their letters show what they are about:
+# Their letters show what they are about: **F** is functionality, **I** integration with other ROS programs, **Q** the quality of the code, **T** tests.
+# They are worth 100 points in all, and nothing else is graded. You find the same sentences in the [handout](../docs/handout.md), each with the notebook that teaches it.
+# From now on a cell such as `check("F4")` asks the grader about one requirement.
+# It answers "passed" or "not yet", and "not yet" comes with what was *seen*, what was *expected*, and what to *try*.
+# Ask as often as you like: it helps you to work, and is not an exam.
+# Each notebook ends with `progress()`, which shows where you stand: each requirement as your last check found it, your minutes (counted in your workspace, and sent nowhere), and what is next. In the core lane it shows the requirements that the lane checks, 64 points of the 100.
+# Words and `ros2` commands are explained in one sentence each in the [glossary and cheat sheet](../docs/glossary.md).
+
+# %% [markdown] tags=["whole"]
+# One requirement of each kind:
 #
 # | | about | for example |
 # |---|---|---|
@@ -576,44 +590,26 @@ rclpy.try_shutdown()
 # | I1 to I8 | **i**ntegration: a good neighbour among other ROS programs | I8: Ctrl-C ends each node, and the last command is zero |
 # | Q1 to Q6 | **q**uality: code that others can read | Q5: a README that is true |
 # | T1 to T3 | **t**ests that notice when something breaks | T1: tests exist for both nodes, and pass |
-#
-# They are worth 100 points in all.
-# Nothing else is graded. You find the same sentences in the [handout](../docs/handout.md), each with the notebook that teaches it.
-# From now on a cell such as `check("F4")` asks the grader about one requirement.
-# It answers "passed" or "not yet", and "not yet" comes with what was *seen*, what was *expected*, and what to *try*.
-# Ask as often as you like: it helps you to work, and is not an exam.
-# Each notebook ends with `progress()`, which shows where you stand: each requirement as your last check found it, your minutes (counted in your workspace, and sent nowhere), and what is next.
-# Words and `ros2` commands are explained in one sentence each in the [glossary and cheat sheet](../docs/glossary.md).
-#
+
+# %% [markdown] tags=["whole"]
 # ### The workspace
 #
 # The package grows in a **workspace**, a folder of which only `src` is written by hand.
 # `begin` has made it beside the notebooks, and changed into the package's folder:
 
-# %%
+# %% tags=["whole"]
 # !cd ../.. && find . -maxdepth 2 -type d -not -path "*/.*" | sort
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # > **On a real TurtleBot 4:** a command carries its time, the top speed is 0.306 m/s, and the lidar is turned by 90°; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 #
 # ## Go further
 #
 # In a terminal, `ros2 bag record -o drive /odom /scan` writes the messages into a file, and `ros2 bag play drive` sends them again.
 # Record a drive, restart the kernel, and play it: the messages come, but there is no robot.
-#
+
+# %% [markdown]
 # ## Recall
-#
-# <details><summary>A beam reads <code>inf</code>. What do you know?</summary>
-#
-# That nothing sent an echo within `range_max` in that direction. It is a measurement, not a fault.
-#
-# </details>
-#
-# <details><summary>Beam 270 of this lidar looks where?</summary>
-#
-# At -180° + 270 · 1° = +90°: to the left.
-#
-# </details>
 #
 # <details><summary>You publish one command directly after you have made the publisher, and nothing happens. Why?</summary>
 #
@@ -632,6 +628,19 @@ rclpy.try_shutdown()
 # None. Publishers do not know who listens.
 #
 # </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>A beam reads <code>inf</code>. What do you know?</summary>
+#
+# That nothing sent an echo within `range_max` in that direction. It is a measurement, not a fault.
+#
+# </details>
+#
+# <details><summary>Beam 270 of this lidar looks where?</summary>
+#
+# At -180° + 270 · 1° = +90°: to the left.
+#
+# </details>
 #
 # <details><summary>A check says "I3 not yet". What is it about, and where do you read what is asked?</summary>
 #
@@ -639,7 +648,8 @@ rclpy.try_shutdown()
 # The sentence itself is in the handout, and the check's answer quotes what was expected.
 #
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [01 Anatomy of a package](01_anatomy.ipynb). Two lines in the wrong file, and ROS does not find your program; you write the right ones.
 
 # %%

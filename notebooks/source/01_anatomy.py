@@ -17,7 +17,10 @@
 #
 # A ROS 2 package is a folder, and most of it is not code.
 # Two files say what it is and where its parts go. If one of them is wrong, even a perfect program cannot be built, found or started.
-# Today you make a package whose nodes do nothing yet. It builds, it starts, its files are correct, and at the end it drives for ten seconds.
+# Today you make a package whose nodes do nothing yet. It builds, it starts, and its files are correct.
+
+# %% [markdown] tags=["whole"]
+# At the end it drives for ten seconds.
 #
 # **You will be able to**
 #
@@ -53,7 +56,7 @@ from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("01")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -71,7 +74,7 @@ begin("01")
 # No: nothing within its range sent an echo in that direction.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## What makes a folder a package?
 #
 # Less than you think.
@@ -83,7 +86,7 @@ begin("01")
 # The same holds for `launch` and `launch_ros` in notebook 08.
 # `colcon`, CMake and all libraries are the real ones.)
 
-# %%
+# %% tags=["whole"]
 import tempfile
 from pathlib import Path
 
@@ -92,20 +95,21 @@ trial = Path(tempfile.mkdtemp())
 # !cd {trial}/src && ros2 pkg create greeter --build-type ament_python --license MIT >/dev/null
 # !cd {trial} && find src -type f | sort
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Eight files. (ROS's own command writes a ninth, `LICENSE`.)
 # **Predict:** one of these files, copied alone into an empty folder, is enough for the build tool `colcon` to find a package there. Which one?
 
-# %%
+# %% tags=["whole"]
 # !cd {trial} && mkdir -p alone/copy && cp src/greeter/package.xml alone/copy
 # !cd {trial} && colcon list --base-paths src
 # !cd {trial} && colcon list --base-paths alone && rm -r alone
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `package.xml` makes a folder a package.
 # `colcon` read the name and the build type, `ros.ament_python`, from this one file.
 # You write yours in a moment.
-#
+
+# %% [markdown]
 # ## A place for everything
 #
 # The contract of this course says where each file belongs, and requirement **Q3** checks that.
@@ -119,17 +123,20 @@ trial = Path(tempfile.mkdtemp())
 # | `msg/  srv/  action/` | interfaces (notebook 02) | rosidl, the generator |
 # | `launch/  config/` | launch and parameter files (08) | `ros2 launch` |
 # | `test/` | tests (09) | pytest, `colcon test` |
-#
+
+# %% [markdown] tags=["whole"]
 # Q3 also asks that no function is too complex and that nothing is written twice.
 # You check it in "Build and install", for the files that belong here by then; each later notebook adds its own.
-#
+
+# %% [markdown]
 # The package and its module folder have the same name, one inside the other.
 # ROS builds the outer one, the *package*; `import` finds the inner one, the *Python package*.
 #
-# Some files are given.
 # `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder, and makes the folders that it needs.
 # It overwrites without asking. If you have changed the file in an editor meanwhile, it keeps a copy in `ws/kept` and prints a line about it.
-# The first two are for Python tools, such as an editor or a linter. ROS itself builds with the `CMakeLists.txt` that you write below.
+
+# %% [markdown] tags=["whole"]
+# Some files are given. The first two are for Python tools, such as an editor or a linter. ROS itself builds with the `CMakeLists.txt` that you write below.
 
 # %% tags=["given", "whole"]
 # %%writefile setup.py
@@ -283,7 +290,7 @@ rclpy.try_shutdown()
 # | `<name>` | colcon, `ros2 run` | the package goes by another name |
 # | `<version>` | release tools | must be three numbers, `1.0.0` |
 # | `<maintainer email=…>` | people | a malformed address stops the build |
-# | `<license>` | lawyers, tools | see below |
+# | `<license>` | lawyers, tools | a name that tools know: `Apache-2.0` |
 # | `<buildtool_depend>` | colcon, rosdep | needed *to build*: `ament_cmake` |
 # | `<exec_depend>` | rosdep | needed *to run*: `rclpy`. Missing: it works here, and fails on another machine |
 # | `<depend>` | both | needed for both |
@@ -326,10 +333,10 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
 # %% [markdown]
 # ### Exercise 1: the passport
 #
-# Give the package a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
-# Then declare what today's files need, one tag for each:
+# Complete the file. In the end the package has a description, one sentence that says what the robot does with it (such as "Drives a TurtleBot 4 safely."), version 1.0.0, *you* as the maintainer, and Apache-2.0 as its licence.
+# It also declares what today's files need, one tag for each:
 # `ament_cmake` to build (the table has the tag), `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
-# Its build type is `ament_cmake`; "The build that succeeds and does nothing" below shows why.
+# Its build type is `ament_cmake`: only CMake generates the code for the interfaces of notebook 02.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -350,10 +357,10 @@ for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: Li
   </export>
 </package>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # What does ROS's own reader make of it?
 
-# %%
+# %% tags=["whole"]
 from catkin_pkg.package import parse_package
 
 passport = parse_package("package.xml")
@@ -367,8 +374,7 @@ print("type     ", passport.get_build_type())
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# Look at the file that `ros2 pkg create` made: `!cat {trial}/src/greeter/package.xml`.
-# Yours needs the same lines, another build type, and more dependencies.
+# In the table above: its first column has the tags.
 #
 # </details>
 #
@@ -394,10 +400,10 @@ print("type     ", passport.get_build_type())
 # and in `<export>` the build type that the package really has.
 #
 # </details>
-#
-# So far you have checked only the form of the file.
-# I2 also compares the dependencies with what your files *use*, and the build type with the files of your package.
-# So its check comes below, after `CMakeLists.txt`.
+
+# %% [markdown]
+# I2 compares the dependencies with what your files *use*, and the build type with the files of your package.
+# So its check comes below, when all files are there.
 #
 # ## Build and install
 #
@@ -411,8 +417,10 @@ print("type     ", passport.get_build_type())
 # | `launch/ config/` | `share/ros2_robot_controller/` | `ros2 launch` |
 # | `package.xml` | `share/ros2_robot_controller/package.xml` | everything else |
 #
-# Requirement **I1** checks that the build succeeds, and looks at the second and third of these places.
-# `CMakeLists.txt` says what goes where. It is a list of commands in CMake's own language, with spaces between the arguments.
+# `CMakeLists.txt` says what goes where. Requirement **I1** checks that the build succeeds, and looks at the second and third of these places.
+
+# %% [markdown] tags=["whole"]
+# `CMakeLists.txt` is a list of commands in CMake's own language, with spaces between the arguments.
 #
 # | command | does |
 # |---|---|
@@ -439,7 +447,7 @@ print("type     ", passport.get_build_type())
 # Write the same for your package: its modules, and its two scripts.
 # The parts that come later are given: `OPTIONAL` makes CMake skip a missing folder, such as `launch` and `config`; notebook 08 fills them.
 
-# %% tags=["exercise"]
+# %% tags=["exercise", "whole"]
 # %%writefile CMakeLists.txt
 cmake_minimum_required(VERSION 3.20)
 project(ros2_robot_controller)
@@ -471,13 +479,13 @@ endif()
 
 ament_package()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Exercise 3: what `ros2 run` starts
 #
 # An installed script has no `.py`, because its file name is the name of the command.
 # One of the two is given.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile scripts/sensor_processor
 #!/usr/bin/env python3
 """Run the sensor_processor node."""
@@ -487,13 +495,13 @@ from ros2_robot_controller.sensor_processor import main
 
 sys.exit(main())
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The first line tells the system which program runs the script: `python3`, wherever it is found on the path.
 # `sys.exit(main())` passes the exit code on to the program that started it.
 #
 # Write the other script. It has two lines.
 
-# %% tags=["exercise"]
+# %% tags=["exercise", "whole"]
 # %%writefile scripts/robot_controller
 #!/usr/bin/env python3
 """Run the robot_controller node."""
@@ -508,7 +516,7 @@ sys.exit('not yet: scripts/robot_controller starts no node')
 # %% tags=["check"]
 check("I2", "Q3")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The three lines for `lamp`: which words are its name, which its folders?
@@ -536,7 +544,8 @@ check("I2", "Q3")
 # ```
 #
 # </details>
-#
+
+# %% [markdown]
 # Now build.
 # You always call `colcon` in the **workspace**, the folder that contains `src`, so go there first.
 
@@ -546,10 +555,11 @@ check("I2", "Q3")
 
 # %% [markdown]
 # If something is wrong, read the *first* error: it often causes the others.
-#
+
+# %% [markdown] tags=["whole"]
 # What did the build install?
 
-# %%
+# %% tags=["whole"]
 INSTALL = Path("../../install/ros2_robot_controller").resolve()
 
 
@@ -571,12 +581,13 @@ tries(
 # %% [markdown]
 # What does the grader say?
 # It builds a copy of your package, and looks for what `ros2 run` and `ros2 launch` would find.
+# The first check on a machine also builds the contract's interfaces, once: that takes a minute, and some on a busy machine.
 # One of I1's three points is for launch and config files; you write them in notebook 08.
 
 # %% tags=["check"]
 check("I1")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The first row of the table above that is not right, and the line of `CMakeLists.txt` that installs it.
@@ -596,7 +607,7 @@ check("I1")
 #
 # </details>
 
-# %%
+# %% tags=["whole"]
 # !ros2 pkg executables ros2_robot_controller
 
 # %% [markdown]
@@ -604,8 +615,7 @@ check("I1")
 # Your notebook does that by itself after each build.
 # In a new terminal of this kit, go to the kit's folder before that and type `source grader/ros2/setup.bash`.
 #
-# If your files are right, both executables are there.
-# I1 asks only whether they exist. You see only at the start whether a node can import its module.
+# I1 asks only whether the two executables exist. You see only at the start whether a node can import its module.
 # So start one: `ros2 run` lets it run until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds, and `--preserve-status` passes on how the node ended.
 
 # %% tags=["nbval-ignore-output"]
@@ -722,29 +732,17 @@ run.close()
 # - `!ros2 pkg xml ros2_robot_controller` prints the installed passport. Where does it find it?
 # - Look into `log/latest_build/` in the workspace: every build records there what it did and printed.
 
-# %%
+# %% tags=["whole"]
 import shutil
 
-shutil.rmtree(trial)
+shutil.rmtree(trial, ignore_errors=True)
 
 # %% [markdown]
 # ## Recall
 #
-# <details><summary>Which single file makes a folder a package?</summary>
-#
-# `package.xml`.
-#
-# </details>
-#
 # <details><summary>Your node imports <code>nav_msgs</code>. It runs on your machine and fails on the robot. What did you forget?</summary>
 #
 # `<exec_depend>nav_msgs</exec_depend>` (or `<depend>`) in `package.xml`: `rosdep` installs only what is named there.
-#
-# </details>
-#
-# <details><summary><code>ros2 run</code> says that there is no such executable, though the build succeeded. Where do you look?</summary>
-#
-# In `install/PACKAGE/lib/PACKAGE/`: is the script there, and is it executable? If not, the `install(PROGRAMS …)` line is missing or has another destination.
 #
 # </details>
 #
@@ -759,7 +757,21 @@ shutil.rmtree(trial)
 # Because it will hold interfaces, and only CMake runs the generator for them.
 #
 # </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>Which single file makes a folder a package?</summary>
 #
+# `package.xml`.
+#
+# </details>
+#
+# <details><summary><code>ros2 run</code> says that there is no such executable, though the build succeeded. Where do you look?</summary>
+#
+# In `install/PACKAGE/lib/PACKAGE/`: is the script there, and is it executable? If not, the `install(PROGRAMS …)` line is missing or has another destination.
+#
+# </details>
+
+# %% [markdown]
 # **Next:** [02 Interfaces](02_interfaces.ipynb). You write four short files that define the messages of your nodes, and see what two swapped lines can do.
 
 # %%

@@ -17,9 +17,10 @@
 #
 # Two programs by different people exchange bytes.
 # What the bytes mean is defined in an **interface**: a short file from which ROS generates code for both programs.
-# Today you write the four interfaces of your package.
+# Today your package gets its four interfaces.
 # They are short, but all later notebooks use them, and two swapped lines can make a robot believe that the wall is 80 metres away.
-#
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - choose between a topic, a service and an action;
@@ -48,7 +49,7 @@ from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("02")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -66,14 +67,14 @@ begin("02")
 # On its name and on its type; and on the quality of service, which comes in notebook 04.
 # </details>
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Types that everyone knows
 #
 # ROS comes with a few hundred interfaces for what most robots need.
 # You have used some: `Twist`, `Odometry`, `LaserScan`.
 # `ros2 interface show` prints one:
 
-# %%
+# %% tags=["whole"]
 # !ros2 interface show geometry_msgs/msg/Pose
 
 # %% [markdown] tags=["whole"]
@@ -225,6 +226,7 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # int32[] partial_sequence
 # ```
 #
+# `float32` is a float of 32 bits, `bool` is true or false, and `string` is a text.
 # For a type of another package, write the package and the type, without `msg`: `geometry_msgs/Pose pose`.
 #
 # Now write yours, with the contract's fields in the contract's order.
@@ -254,20 +256,19 @@ def types(file):
     """Return the types that occur in the file, each once."""
     return sorted({str(field.type) for part in parts(file) for field in part})
 
-
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Exercise 1: a message
 #
 # `msg/SensorFusionData.msg` has five fields: a `header` of the type `std_msgs/Header` (time and frame);
 # two floats of 32 bits, `closest_obstacle_distance` and `battery_level`;
 # two `geometry_msgs/Vector3`, `linear_acceleration` and `angular_velocity`.
 
-# %% tags=["exercise"]
+# %% tags=["exercise", "whole"]
 # %%writefile msg/SensorFusionData.msg
 # One snapshot of everything the robot senses.
 # TODO 1: the five fields, one a line: type, then name
 
-# %%
+# %% tags=["whole"]
 tries(
     {
         "names('msg/SensorFusionData.msg')": "header closest_obstacle_distance battery_level linear_acceleration angular_velocity",
@@ -277,6 +278,8 @@ tries(
 
 # %% [markdown]
 # ### Exercise 2: two services
+#
+# The core lane gives the second one.
 #
 # | file | request | response |
 # |---|---|---|
@@ -289,7 +292,7 @@ tries(
 # TODO 2: the request above the line, the response below it
 ---
 
-# %% tags=["exercise"]
+# %% tags=["exercise", "whole"]
 # %%writefile srv/GetRobotStatus.srv
 # Ask how the robot is doing.
 # TODO 3: what is asked, and what is answered
@@ -334,8 +337,8 @@ tries(
 # %% [markdown]
 # <details><summary>Hint 1 to the files: where to look</summary>
 #
-# In the table of types at the top: which words stand for a float of 32 bits, true or false, and a text?
-# And look at `SetBool` above, which is very similar to `SetSpeed`.
+# Above the first file: which words stand for a float of 32 bits, true or false, and a text?
+# And look at `SetBool`, which is very similar to `SetSpeed`.
 #
 # </details>
 #
@@ -358,10 +361,11 @@ tries(
 # ```
 #
 # </details>
-#
+
+# %% [markdown]
 # ### Exercise 4: have them generated
 #
-# The files alone do nothing, as you saw in notebook 01.
+# The files alone do nothing.
 # A command in `CMakeLists.txt` must generate code from them:
 #
 # ```cmake
@@ -378,11 +382,13 @@ tries(
 # This is for a lamp whose message has a field with a type from `sensor_msgs`.
 # The generator and each package under DEPENDENCIES need a `find_package` line before it.
 # Write the same for your four files. From which two packages are the types of their fields?
-#
+
+# %% [markdown] tags=["whole"]
 # (One trap: the generated module and your own have the same name, `ros2_robot_controller`.
 # The usual command for Python modules, `ament_python_install_package`, refuses that.
 # Your command, `install(DIRECTORY …)`, simply adds your files to the generated ones.)
-#
+
+# %% [markdown]
 # The cell has the finished file of notebook 01; only the two parts about interfaces are new.
 
 # %% tags=["exercise"]
@@ -438,7 +444,7 @@ ament_package()
 # Without one more line, rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
 #
 # The cell has the finished file of notebook 01, and the lines for what later notebooks import (odometry and scan, parameters, launch files).
-# Add six lines: five packages and the group. Enter your name again: the cell overwrites the file.
+# Add what the TODOs ask for: in the end there is a line for each of the five packages, and one for the group. Enter your name again: the cell overwrites the file.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -527,9 +533,11 @@ check("I2")
 
 # %% [markdown]
 # `show` prints the file; `proto` prints a request that you can copy into `ros2 service call`.
+
+# %% [markdown] tags=["whole"]
 # In Python, each part is a class of its own:
 
-# %%
+# %% tags=["whole"]
 # !python3 -c "from ros2_robot_controller.srv import SetSpeed; print(SetSpeed.Request(speed=0.5))" 2>&1 | tail -1
 # !python3 -c "from ros2_robot_controller.srv import SetSpeed; print(SetSpeed.Response())" 2>&1 | tail -1
 
@@ -539,6 +547,8 @@ check("I2")
 # But are they really the same?
 #
 # ROS can tell by a **type hash**, a fingerprint of the names and types of all fields, in their order.
+
+# %% [markdown] tags=["whole"]
 # It is the SHA-256 of a description in JSON, which you can write by hand for a simple type:
 
 # %% tags=["whole"]
@@ -556,11 +566,11 @@ def type_hash(name, fields):
 
 type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Is it right?
 # ROS installs the hash of each interface beside it:
 
-# %%
+# %% tags=["whole"]
 import json
 import sys
 
@@ -587,9 +597,11 @@ print(type_hash("geometry_msgs/msg/Vector3", ["z", "y", "x"])[:20])
 
 # %% [markdown]
 # Requirement **I3** says that your four interfaces have the contract's hashes.
+
+# %% [markdown] tags=["whole"]
 # The contract's hashes begin like this. Do yours?
 
-# %%
+# %% tags=["whole"]
 contract = {
     "msg/SensorFusionData": "RIHS01_4594d365e707",
     "srv/SetSpeed": "RIHS01_78ae1e690919",
@@ -805,6 +817,13 @@ run.close()
 #
 # </details>
 #
+# <details><summary>The publisher publishes, the subscriber hears nothing, both are on the same topic. Two suspects?</summary>
+#
+# They have different types (today), or settings of quality of service that do not fit (notebook 04). A third suspect: they are in different domains.
+#
+# </details>
+
+# %% [markdown] tags=["whole"]
 # <details><summary>A limit is 0.3 m/s, and a client that asks for 0.3 is refused. What happened?</summary>
 #
 # The request travelled as float32 and arrived as 0.30000001192092896. Compare with a tolerance, or choose limits that survive.
@@ -816,13 +835,8 @@ run.close()
 # Not with Jazzy's default middleware: the bytes are read in the wrong order, silently. The type hashes differ, but you have to look.
 #
 # </details>
-#
-# <details><summary>The publisher publishes, the subscriber hears nothing, both are on the same topic. Two suspects?</summary>
-#
-# They have different types (today), or settings of quality of service that do not fit (notebook 04). A third suspect: they are in different domains.
-#
-# </details>
-#
+
+# %% [markdown]
 # **Next:** [03 The numbers of motion](03_numbers_of_motion.ipynb). A heading is one angle, but a message holds it as four numbers.
 
 # %%

@@ -18,8 +18,9 @@
 # A robot that drives needs three numbers: where it is, x and y, and which way it faces.
 # The third one is the difficult one.
 # It arrives as four numbers, it jumps when the robot looks west, and nearly everybody who programs robots gets it wrong once.
-# In this notebook you get it wrong on purpose, and then write four short functions that get it right.
-#
+# In this notebook you see it go wrong, and write short functions that get it right.
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - read a heading from a ROS message, and write one into it;
@@ -62,7 +63,7 @@ CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 # %% [markdown]
 # If the lines above say that files are missing, and you would rather start here than go back, run `start_at("03")` in a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -188,6 +189,9 @@ for axes in (arrows, points):
 #
 # Here is the file that you fill today, `utils/conversions.py`, as a skeleton: everything is there except what the four functions do.
 # They know nothing of nodes and topics, only numbers, so you can try them in a cell and test them without a robot.
+#
+# You fill it function by function: `%%into FILE` in the first line of a cell puts the function below it into that file, in place of the one with the same name.
+# `tries`, below each exercise, reads your file, computes each line, and compares the result with the number at the right.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/conversions.py
@@ -216,7 +220,6 @@ def clamp(value: float, low: float, high: float) -> float:
 # %% [markdown] tags=["whole"]
 # ### Exercise 1: write a heading
 #
-# `%%into FILE` in the first line of a cell puts the function below it into that file, in place of the one with the same name.
 # Write `quaternion_from_yaw`: the table by hand from above, as code.
 # The fields have names, and take floats, 0.0 and not 0: `Quaternion(x=0.0, y=0.0, z=…, w=…)`.
 
@@ -228,8 +231,7 @@ def quaternion_from_yaw(yaw: float) -> Quaternion:
 
 # %% [markdown] tags=["whole"]
 # Try it on the spot.
-# `tries` reads your file, computes each line, and compares the result with the number at the right.
-# After that you can use the file's functions in any cell below, such as `quaternion_from_yaw(1.0)`. (`%%into` alone changes only the file.)
+# After `tries` you can use the file's functions in any cell below, such as `quaternion_from_yaw(1.0)`. (`%%into` alone changes only the file.)
 
 # %% tags=["whole"]
 tries(
@@ -288,25 +290,29 @@ axes.set(xlim=(-1.4, 1.4), ylim=(-0.6, 0.6), aspect="equal", xlabel="x (m)", yla
 axes.grid(alpha=0.3)
 
 # %% [markdown]
+# Straight ahead is wrong: both readings look back, and are 2° apart.
 # Angles lie on a circle, and you must cut the circle somewhere to write them as a line of numbers.
 # ROS code usually cuts it behind the robot: from just above -180° up to 180°.
 # Whenever you add or subtract two angles, the result can lie beyond the cut: 179 + 2 is 181, which is -179.
 # Bringing it back is called **normalizing**.
-#
+
+# %% [markdown] tags=["whole"]
 # Python's `%` does something similar.
 # **Predict:** what does it return for -10°, a little to the right?
 
-# %%
+# %% tags=["whole"]
 print("-10 % 360 =", -10 % 360)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # It returns 350, the same direction. But the number now jumps straight ahead, where you steer most.
 # "Turn by -10°" means a little to the right; "turn by 350°" means nearly a full turn to the left.
+
+# %% [markdown]
 # You need the sign: in (-π, π], positive is left and negative is right.
 # The brackets matter: π is included but -π is *not*, so "straight back" has only one number.
 #
 # Python's `math` has another remainder, the one *nearest to zero*.
-# **Predict:** what does it return for the same angles, and for both ends?
+# **Predict:** what does it return for these angles, and for both ends?
 
 # %%
 for degrees in (-10, 181, 540, -180, 180):
@@ -821,11 +827,6 @@ check("Q2")
 # %% [markdown]
 # ## Recall
 #
-# <details><summary>A message says z = 1, w = 0. Which way does the robot face?</summary>
-#
-# Backwards: half the angle has sine 1, so it is 90°, and the yaw is 180°.
-# </details>
-#
 # <details><summary>Why does <code>wanted - yaw</code> work in most tests and still fail?</summary>
 #
 # As long as the difference stays within half a turn it is right.
@@ -837,6 +838,12 @@ check("Q2")
 # `high`: `min(high, nan)` keeps `high`, because `nan < high` is False.
 # A broken sensor becomes the command "full speed ahead".
 # </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>A message says z = 1, w = 0. Which way does the robot face?</summary>
+#
+# Backwards: half the angle has sine 1, so it is 90°, and the yaw is 180°.
+# </details>
 #
 # <details><summary>Why is "twice the angle of (w, z)" not enough on a ramp?</summary>
 #
@@ -847,7 +854,8 @@ check("Q2")
 #
 # Not necessarily: its ROS setting leaves out the rules about missing docstrings.
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [04 Seeing](04_seeing.ipynb). The robot gets eyes: 360 numbers ten times a second, and some of them are wrong.
 
 # %%

@@ -18,7 +18,8 @@
 # Your robot gets eyes: a lidar that sends 360 distances, ten times a second.
 # Some of them are not distances at all.
 # Today you write a node that listens to lidar, inertial sensor and battery. Twenty times a second it reports how near the nearest thing is, and the state of the robot.
-#
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - read a laser scan: which beam looks where, and which readings mean nothing;
@@ -54,7 +55,7 @@ begin("04")
 # %% [markdown]
 # If something is missing above and you would rather start here, run `start_at("04")` in a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -72,7 +73,7 @@ begin("04")
 # `sensor_msgs/msg/LaserScan`; `ros2 interface show sensor_msgs/msg/LaserScan`.
 # </details>
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # ## What a scan is
 #
 # A robot stands in an office.
@@ -91,7 +92,7 @@ from sim.views import COLORS, run_view
 
 PROCESSOR = "ros2_robot_controller/sensor_processor.py"  # a file of part 2
 
-# %% tags=["whole"]
+# %%
 simulator = Simulator(load_world("office"))
 drive(simulator, Tourist(simulator), 6.0)
 scan = to_message(simulator.scan())
@@ -99,10 +100,11 @@ for name in ("angle_min", "angle_max", "angle_increment", "range_min", "range_ma
     print(f"{name:16s} {getattr(scan, name):8.4f}")
 print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in scan.ranges[:4]])
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # The message does not say at which angle a beam was measured; you compute it.
-# Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise).
-#
+# Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise): beam i looks along `angle_min + i * angle_increment`, and 0 is ahead.
+
+# %% [markdown] tags=["whole"]
 # `angle_min` is -3.1416, so beam 0 looks straight back.
 # **Predict:** which beam looks straight ahead? Which one to the left?
 
@@ -140,16 +142,17 @@ for axes in (line, plan):
 # How frames are placed relative to each other (a **transform**) is the subject of notebook 12.
 # On the contract's robot the lidar is in the centre and looks ahead: angle 0 is "ahead".
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # ## Invalid readings
-#
+
+# %% [markdown] tags=["whole"]
 # What does the message's own definition say about the readings?
 
 # %% tags=["whole"]
 # !ros2 interface show sensor_msgs/msg/LaserScan | tail -5
 
-# %% [markdown] tags=["whole"]
-# "Should be discarded" means that your node must do it.
+# %% [markdown]
+# The definition of the message says that values outside the range should be discarded, which means that your node must do it.
 # These values occur in simulation and on real robots, and none of them is a distance:
 #
 # | reading | what it means |
@@ -164,7 +167,8 @@ for axes in (line, plan):
 # A **valid reading** is finite and within `range_min` and `range_max`.
 # Anything else is neither an obstacle nor a reason to crash.
 # That is requirement **F6**, and most first versions fail it because of three letters: `min`.
-#
+
+# %% [markdown] tags=["whole"]
 # **Predict:** what will each line print? A wall is 0.4 m away.
 
 # %% tags=["whole"]
@@ -253,7 +257,7 @@ def measure_proximity(scan: LaserScan) -> Proximity:
 #
 # `enumerate(scan.ranges)` gives the number and the distance of each beam.
 # Ask "is it good?", never "is it bad?": NaN answers False to both.
-# Some drivers leave both limits at 0, or set the upper one to infinity, so a valid distance is also above 0 and below `math.inf`.
+# Some drivers leave both limits at 0, or set the upper one to infinity. Then 0 or `inf` is within the limits, so a valid distance is also above 0 and below `math.inf`.
 # Give the function a docstring, too.
 
 # %% tags=["piece"]
@@ -315,19 +319,20 @@ tries(
 #             ...          # yield the beam's angle and the distance
 # ```
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # ### Exercise 2: the closest one
 #
 # `closest_reading` returns the smallest valid distance, and `inf` where there is none.
 # `min` of an empty list needs a default: `min(numbers, default=math.inf)`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/scans.py
 def closest_reading(scan: LaserScan) -> float:
     # TODO: the smallest distance among the valid readings
     return math.inf
 
-# %%
+# %% tags=["whole"]
 tries(
     {
         "closest_reading(make_scan([nan, 0.5, 3.0]))": 0.5,
@@ -338,7 +343,7 @@ tries(
     of=SCANS,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `(distance for _, distance in valid_readings(scan))` are the distances.
@@ -378,6 +383,7 @@ print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]
 # %% [markdown]
 # ### Exercise 3: ahead and behind
 #
+# `closest_reading(scan)` is the smallest valid distance of a whole scan, `inf` if there is none.
 # `measure_proximity` sorts the valid readings by their angle: within `SECTOR_HALF_WIDTH` of straight ahead (0), within the same angle of straight back (π), and anywhere.
 #
 # One trap: for drivers that start at angle 0, the right-hand side is 270°, not -90°.
@@ -424,7 +430,7 @@ print(measure_proximity(scan))
 #
 # - ahead: `abs(normalize_angle(angle)) <= SECTOR_HALF_WIDTH`
 # - behind: the same for `angle - math.pi`
-# - the smallest of a list that may be empty: exercise 2; anywhere: you have a function for that.
+# - the smallest of a list that may be empty: `min(ahead, default=math.inf)`; anywhere: `closest_reading(scan)`.
 # </details>
 #
 # <details><summary>Hint 2: all but the last line</summary>
@@ -506,7 +512,7 @@ print("heard:", heard)
 # **This is the end of part 1**, and a good place for a break.
 # F6 is a requirement for nodes, so `check("F6")` comes in part 2, and again in notebook 05 for the node that drives.
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # ## Be seen on the graph
 #
 # A publisher and a subscriber are connected if three things match.
@@ -520,7 +526,8 @@ print("heard:", heard)
 #
 # Many sensor drivers send best effort, because a lost scan would be out of date before it could be sent again.
 # In rclpy the number in `create_subscription(..., 10)` means: keep the last 10, and *reliable*.
-#
+
+# %% [markdown] tags=["whole"]
 # The lidar from above sends 30 scans, best effort, to two subscribers, one with each setting.
 # **Predict:** how many will each hear?
 
@@ -573,7 +580,8 @@ print(count)
 # it subscribes to sensors with `qos_profile_sensor_data` (best effort, the last 5), and publishes its results reliably, with `10`.
 # **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
 # Today you check this for one node, in notebook 07 for both.
-#
+
+# %% [markdown] tags=["whole"]
 # **Durability**, a second setting, says what happens to a message that was sent *before* a subscriber joined: *volatile* (the default, right for a scan) loses it, *transient local* keeps it.
 # A map, a robot's description or the static transforms of notebook 12 are sent *once*; their publishers are transient local.
 #
@@ -582,7 +590,8 @@ print(count)
 # Nothing, not even what is sent later: it requests stored messages; a volatile publisher offers none.
 # In rclpy: `QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)`.
 # </details>
-#
+
+# %% [markdown]
 # The **names** matter, too. The contract's `raw_scan` is relative, without a slash in front. So you can change it when you start the node, with `--ros-args -r raw_scan:=scan` or a namespace.
 # `/raw_scan` would fix the name for everyone.
 
@@ -593,10 +602,11 @@ for node in (lidar, listener, picky, modest):
 
 # %% [markdown]
 # ## Fuse scan, battery and motion
-#
-# The three sensors have three rates. The picture shows when their messages arrive in the first second and, in the last row, when your node should publish.
 
-# %%
+# %% [markdown] tags=["whole"]
+# The picture shows when their messages arrive in the first second and, in the last row, when your node should publish.
+
+# %% tags=["whole"]
 from sim.sensors import BatteryReading, ImuReading, ScanReading
 
 readings = Simulator(load_world("office")).step(1.0)
@@ -610,7 +620,7 @@ axes.set(yticks=range(4), yticklabels=labels, xlabel="simulated time (s)")
 axes.invert_yaxis()
 
 # %% [markdown]
-# When would you publish?
+# The three sensors have three rates: the scan 10 Hz, the battery 1 Hz, the inertial sensor (IMU) 100 Hz. When would you publish?
 #
 # - In the callback of the scan: then your node sends nothing when the lidar stops.
 # - In every callback: 111 messages a second, most of them with nothing new.
@@ -618,13 +628,14 @@ axes.invert_yaxis()
 #
 # The third way is the usual one: you choose the rate.
 # Its disadvantage: the scan is up to 0.1 s old when you publish it, which is 5 cm for a wall that comes nearer at 0.5 m/s.
-#
+
+# %% [markdown] tags=["whole"]
 # ### Part 2's files
 #
 # The first file is given: it declares a node's parameters.
 # In notebook 08 you replace it with one that refuses values that make no sense.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/utils/settings.py
 """Declare parameters. So far every value is taken; what makes no sense is refused later."""
 
@@ -672,7 +683,9 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
         node.declare_parameter(parameter, setting.default)
 
 # %% [markdown]
-# And here is the skeleton of the node, which JupyterLab shows folded: run it, and open it with a click on the three dots.
+# Here is the skeleton of the node, which JupyterLab shows folded: run it, and open it with a click on the three dots if you want to read it.
+
+# %% [markdown] tags=["whole"]
 # Read the imports, the parameters with their defaults, and the docstring of the class.
 # The two functions that decide something are outside the class, so you can try them without a robot. The methods only move data in and out.
 #
@@ -1019,7 +1032,7 @@ tries(
 # Requirement **F12** asks for the closest reading, the battery in percent, the motion, and two alarms.
 # Now you only have to publish them.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Publish at a rate
 #
 # ### Exercise 8: say it
@@ -1032,16 +1045,16 @@ tries(
 #
 # Make a `SensorFusionData`, fill its header and its four fields from what is remembered, publish it on `self._fused`; then publish `Float32(data=…)` with the closest reading on `self._distance`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/sensor_processor.py
 class SensorProcessor:
     def _fuse(self) -> None:
         pass  # TODO: nothing before the first scan; then fill and publish both messages
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # To try it, give the node two stand-ins for publishers, which collect the messages.
 
-# %%
+# %% tags=["whole"]
 from types import SimpleNamespace
 
 import rclpy
@@ -1077,7 +1090,7 @@ tries(
     of=PROCESSOR,
 )
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `fused = SensorFusionData()`, then one line for each field that you wrote in notebook 02, such as `fused.battery_level = …`; at the end `self._fused.publish(fused)`.
@@ -1100,10 +1113,11 @@ tries(
 #         ...              # and the closest reading, as a Float32
 # ```
 # </details>
-#
+
+# %% [markdown]
 # ### Exercise 9: wire it up
 #
-# `__init__` connects all this. What it remembers at the start is given; add
+# `__init__` connects all this. What it remembers at the start is given; add what the cell lacks of these:
 #
 # - the second publisher, `obstacle_distance`, a `Float32`;
 # - three subscriptions with the QoS for sensors (`qos_profile_sensor_data`): `raw_scan`, `imu/data` and `battery/state`;
@@ -1128,6 +1142,12 @@ class SensorProcessor:
         self.add_post_set_parameters_callback(self._on_parameters_changed)
 
 # %%
+import rclpy
+
+if not rclpy.ok():
+    rclpy.init()
+
+
 def wired():
     """Return what a new node publishes, how it hears each topic, and its timers' callbacks and periods in seconds."""
     node = SensorProcessor()
@@ -1310,7 +1330,7 @@ print("fired by the wall:", len(fired["by the wall"]), "times")
 check("I7")
 
 # %% [markdown] tags=["whole"]
-# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()`, and run `check("F13")`. Read what it says, and change it back.
+# **Change one thing:** in your `sensor_processor.py` take the stamp from `time.time()`, and run `check("F13")`. Read what it says, change it back, and run the check again.
 
 # %% tags=["whole"]
 for node in (by_clock, by_wall):
@@ -1318,7 +1338,7 @@ for node in (by_clock, by_wall):
     node.destroy_node()
 rclpy.try_shutdown()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # > **On a real TurtleBot 4:** topics have other names, and the lidar is turned by 90°; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown] tags=["whole"]
@@ -1356,12 +1376,6 @@ check("U1", around)
 # %% [markdown]
 # ## Recall
 #
-# <details><summary>Which beam looks ahead?</summary>
-#
-# The one whose angle, `angle_min + i * angle_increment`, is 0 *in the frame of the robot*.
-# In the frame of a TurtleBot 4's lidar that is -90°.
-# </details>
-#
 # <details><summary>Why <code>low &lt;= x &lt;= high</code> and not <code>not (x &lt; low or x &gt; high)</code>?</summary>
 #
 # For NaN each comparison is False: the first form says "not valid", the second "valid".
@@ -1370,6 +1384,13 @@ check("U1", around)
 # <details><summary>The topic is listed, the types agree, nothing arrives. What do you type?</summary>
 #
 # `ros2 topic info -v /topic`, and compare "Reliability", then "Durability": a request must not be more than the offer.
+# </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>Which beam looks ahead?</summary>
+#
+# The one whose angle, `angle_min + i * angle_increment`, is 0 *in the frame of the robot*.
+# In the frame of a TurtleBot 4's lidar that is -90°.
 # </details>
 #
 # <details><summary>Why does the node say nothing before the first scan, and not <code>inf</code>?</summary>
@@ -1381,7 +1402,8 @@ check("U1", around)
 #
 # Wherever time is not the wall's: in simulation, and when a recorded bag is played.
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [05 Moving safely](05_moving_safely.ipynb). Now that the robot sees, it may drive, and it has to stop.
 
 # %%

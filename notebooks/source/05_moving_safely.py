@@ -17,7 +17,8 @@
 # ![The robot drives at a wall, slows down and stops; the time line shows how far it rolled on](pictures/05.png)
 #
 # A robot must stop in time, also when its program ends.
-#
+
+# %% [markdown] tags=["whole"]
 # You will be able to
 #
 # - work out how far a robot rolls after it has seen something, and find the speed that is too fast;
@@ -52,7 +53,7 @@ begin("05")
 # %% [markdown]
 # If files are missing and you would rather start here, run `start_at("05")` in a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -140,7 +141,7 @@ for start in STARTS:
     print(f"from x = {start:.2f} m: {clearance_left(0.5, start):.3f} m left")
 
 # %% [markdown] tags=["whole"]
-# Less is left each time: the lidar measures ten times a second, and after a scan of 0.501 m the robot drives on for another 0.1 s.
+# Each time less than 0.154 m is left: the lidar measures ten times a second, and after a scan of 0.501 m the robot drives on for another 0.1 s.
 # So the true delay lies between 0.3 s and **0.4 s**, by chance.
 #
 # **Predict:** at which speed does it touch the wall?
@@ -175,15 +176,17 @@ for delay in (DELAY + 0.1, DELAY):
 
 # %% [markdown]
 # The contract (F4) allows a delay of 0.3 s, and 0.5 m/s at most: with these wheels that is safe.
-#
+
+# %% [markdown] tags=["whole"]
 # **Your turn:** the wheels of a TurtleBot 4 brake with 0.9 m/s². Is 0.5 m/s still safe in the worst case, at 0.4 s? Call `stop_distance`.
 #
 # <details><summary>Answer</summary>
 #
 # No: it rolls 0.2 + 0.139 = 0.339 m, and 0.329 m are free. Up to a delay of 0.38 s it is safe.
 # </details>
-#
-# ### A file in four steps
+
+# %% [markdown]
+# ### The file: what is safe
 #
 # What follows needs no robot, so it goes into plain functions in a file of its own: `utils/motion.py`.
 #
@@ -271,14 +274,14 @@ def limits(**changed):
     names += "obstacle_detection_threshold", "emergency_stop_distance", "safety_margin"
     return motion.Limits(**dict(zip(names, (0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3))) | changed)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Step 1: what lies in the way?
 #
 # A robot drives along a wall, 0.45 m to its left; the threshold is 0.5 m.
 #
 # **Predict:** does `min(scan.ranges) < 0.5` stop it? Should it stop?
 
-# %%
+# %% tags=["whole"]
 import matplotlib.pyplot as plt
 import numpy as np
 from sim import Simulator, Wall, World
@@ -289,7 +292,7 @@ ahead = np.abs(scan.angles) <= math.radians(60)
 ranges = np.where(np.isfinite(scan.ranges), scan.ranges, nan)  # inf has no place on a map
 x, y = ranges * np.cos(scan.angles), ranges * np.sin(scan.angles)
 
-# %%
+# %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(7.5, 2.6), layout="constrained")
 for beams, where, color in ((ahead, "ahead", "#E69F00"), (~ahead, "elsewhere", "#7d8590")):
     label = f"{where}: nearest {scan.ranges[beams].min():.2f} m"
@@ -301,21 +304,23 @@ axes.plot([0, 0.171], [0, 0], color="#0072B2")
 axes.set(xlim=(-1.5, 2.5), ylim=(-0.4, 0.6), aspect="equal", xlabel="x (m)", ylabel="y (m)")
 axes.legend(loc="lower right");
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The closest reading of all is 0.45 m, but within 60 degrees to each side of the direction of travel it is 0.52 m: nothing is in the way.
 # (Anything the hull would hit outside the sector is nearer than 0.197 m, and there the emergency stop acts.)
-#
+
+# %% [markdown]
 # A robot that drives backwards must look backwards.
 # Your `scans.py` gives the three numbers that matter, in metres: `near.ahead`, `near.behind` and `near.anywhere`.
 #
-# **Exercise.** Two functions:
+# Obstacles count within 60 degrees to each side of the direction of travel. Two functions ask for them:
 #
 # - `clearance`: which of the numbers counts at this `v`? 0 means forward.
 # - `obstacle_in_way`: is that number below `limits.obstacle_detection_threshold`? Also true: something nearer than `limits.emergency_stop_distance`, *anywhere*.
-#
-# `%%into` puts the cell's functions into your file, in place of those of the same name.
 
-# %% tags=["piece"]
+# %% [markdown] tags=["whole"]
+# **Exercise.** Write both. `%%into` puts the cell's functions into your file, in place of those of the same name.
+
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/motion.py
 def obstacle_in_way(near: Proximity, v: float, limits: Limits) -> bool:
     """Return whether something keeps the robot from driving as v points (0 means forward)."""
@@ -326,7 +331,7 @@ def clearance(near: Proximity, v: float) -> float:
     """Return the closest reading in the direction of travel in metres (0 means forward)."""
     return near.ahead  # TODO: it may drive backwards
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # The sign of `v` decides: `a if condition else b`. The emergency is `near.anywhere < limits.emergency_stop_distance`; for the rest call `clearance`.
@@ -344,7 +349,7 @@ def clearance(near: Proximity, v: float) -> float:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 motion = mine("utils.motion")
 tries({
     "motion.clearance(near(ahead=0.7, behind=0.4), 0.3)": 0.7,
@@ -419,7 +424,7 @@ tries({
 #
 # At 0.4 m it may turn in place, or it could never turn away from a wall.
 #
-# **Exercise.** `make_safe` is the table from top to bottom.
+# **Exercise.** `make_safe` is the table from top to bottom; `speed_cap(distance, limits)` is the speed that is allowed at a clearance.
 # Both kinds of stopping return `STOP`, which is (0, 0).
 # At the end comes the wanted command within its limits, forwards and backwards: `clamp(value, low, high)`.
 
@@ -665,7 +670,7 @@ ticker.destroy_node()
 #
 # This is requirement F1: with no command, a zero ten times a second, by the node's clock.
 #
-# ### A node in five steps
+# ### The node
 #
 # The node is a class `Driver` in `driver.py`.
 # Its callbacks only move data; the functions of part 1 decide.
@@ -675,8 +680,7 @@ ticker.destroy_node()
 #     self._wanted()        motion.make_safe()       motion.speed_up_gently()
 #
 # The skeleton has all imports and names; keep them, also those with an underscore, because the next notebooks build on this class.
-# JupyterLab shows it folded: run it, and open it with a click on the three dots to read it.
-# Each of the next steps fills one method.
+# JupyterLab shows it folded: run it, and open it with a click on the three dots when you want to read it.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/driver.py
@@ -784,7 +788,8 @@ class Driver(Node):
 # - `_now` is the time by the **node's clock**, in seconds; `_measured` is the **stamp** of a message, in the same seconds: when the sensor measured, not when the message arrived.
 # - `def __init__(self, **node_options)` takes any named arguments, and `super().__init__(...)` hands them on to `Node`.
 # - `_limits` reads the parameters each time, so that a change takes effect at once.
-#
+
+# %% [markdown] tags=["whole"]
 # ### Step 1: wire it up
 #
 # You connected a node in notebook 04: publisher, subscriptions, timer.
@@ -792,7 +797,7 @@ class Driver(Node):
 # **Exercise.** What the node remembers is there, with its values at the start.
 # Add four lines at the end: the publisher of `cmd_vel`, two subscriptions, the timer.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/driver.py
 class Driver:
     def __init__(self, **node_options: Any) -> None:
@@ -811,7 +816,7 @@ class Driver:
         #       'scan' (LaserScan) calls self._on_scan, 'odom' (Odometry) calls self._on_odom.
         #       self._control_timer calls self._control at the rate 'laser_processing_rate'.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # Your `sensor_processor.py` has all three forms, and sensors take `qos_profile_sensor_data`. `self._period('laser_processing_rate')` is 0.1. Names are relative: `'scan'`, not `'/scan'`.
@@ -825,10 +830,11 @@ class Driver:
 # ...  # self._control_timer
 # ```
 # </details>
-#
+
+# %% [markdown]
 # `bench` puts your node on a **bench**: its clock stands until you set it, what it commands is written down, and no robot hears it.
 
-# %%
+# %% tags=["whole"]
 driver = bench("driver.Driver")
 tries({
     "[p.topic_name for p in driver.publishers if 'cmd' in p.topic_name]": ["/cmd_vel"],
@@ -838,20 +844,20 @@ tries({
     "driver._control_timer.callback == driver._control": True,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Step 2: say it
 #
 # **Exercise.** `_publish` makes a `Twist` of a `Command`, sends it, and remembers the command in `self._last_command` and the time in `self._last_command_time`.
 # Step 4 needs both.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/driver.py
 class Driver:
     def _publish(self, command: Command) -> None:
         twist = Twist()
         # TODO: fill it, send it with self._cmd_vel, remember the command and the time.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `twist.linear.x` is v, `twist.angular.z` is omega. `self._cmd_vel.publish(twist)`. `self._now()`.
@@ -868,7 +874,7 @@ class Driver:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 motion = mine("utils.motion")
 driver = bench("driver.Driver")
 tries({
@@ -979,7 +985,8 @@ tries({
 
 # %% [markdown]
 # In the third row the speed in force is still 0.5; half a second without a scan, and the command is zero.
-#
+
+# %% [markdown] tags=["whole"]
 # ### Step 5: a scan need not wait
 #
 # A scan that comes just after a tick would be looked at 0.1 s later: 5 cm at 0.5 m/s.
@@ -995,14 +1002,14 @@ tries({
 # **Exercise.** `_on_scan` keeps `measure_proximity(scan)` in `self._near`, and when it was measured, `self._measured(scan.header)`, in `self._scan_time`.
 # Then: if `make_safe` turns the last command into `STOP`, and it was not `STOP` already, publish `STOP`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/driver.py
 class Driver:
     def _on_scan(self, scan: LaserScan) -> None:
         self._near = measure_proximity(scan)
         # TODO: when was that? And is the last command still safe?
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `make_safe` takes `self._last_command`, what is near, and `self._limits()`. Two commands are compared with `==`.
@@ -1019,7 +1026,7 @@ class Driver:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 from sensor_msgs.msg import LaserScan
 
 
@@ -1044,10 +1051,10 @@ tries({
 # %% [markdown]
 # ### Start it
 #
-# This given file starts the node.
-# It takes the speed from a parameter, and, so that the grader can ask, from a temporary service that accepts every number, even NaN; in notebook 06 you write a better one.
+# The file `robot_controller.py`, which is given, starts the node.
+# It takes the speed from a parameter, and from a temporary service that accepts every number, even NaN; in notebook 06 you write a better one.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/robot_controller.py
 """The node that drives the robot, as far as it goes: it takes any speed."""
 
@@ -1085,7 +1092,7 @@ def main(args: Optional[list[str]] = None) -> int:
 check("F1", "I7")
 
 # %% [markdown]
-# I7 is from notebook 04: both nodes follow `/clock`, and now both have a timer.
+# I7: both nodes follow `/clock`, the simulated time, and now both have a timer.
 #
 # Send it at a wall, two metres away.
 # **Predict:** at which x does it stand? The wall is at x = 2.
@@ -1101,10 +1108,11 @@ run_view(recording)
 # %% [markdown]
 # At the lower right the closest reading falls ever more slowly and ends just below 0.5 m: an obstacle is one only *below* the threshold. About 0.3 m are left between hull and wall.
 # (The twitch of the speed at 4.3 s is the lidar's noise.)
-#
-# F4 wants no contact, and a zero within 0.3 s of the first scan below 0.5 m.
 
-# %%
+# %% [markdown] tags=["whole"]
+# How long did it take until the zero came?
+
+# %% tags=["whole"]
 too_near = recording.t[recording.closest < 0.5]
 zeros = [t for t, twist in commands if too_near.size and t >= too_near[0] and twist.linear.x == 0.0]
 if zeros:
@@ -1113,8 +1121,12 @@ else:
     print("not yet: it has not been stopped by the wall")
 
 # %% [markdown]
-# The grader asks the same at several speeds, forwards and backwards.
+# F4 wants no contact, and a zero within 0.3 s of the first scan below 0.5 m, at several speeds, forwards and backwards.
+
+# %% [markdown] tags=["whole"]
 # F4's advanced point is the first row of step 3: something appears right beside the robot as it creeps on (from notebook 07 on, where it turns on the spot, also behind it).
+
+# %% [markdown]
 # F6 is from notebook 04: invalid readings must neither stop the robot nor hide a wall.
 
 # %% tags=["check"]
@@ -1145,7 +1157,7 @@ Film(recording)
 # %% tags=["check", "whole"]
 check("F5")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **This is the end of part 2**, and a good place for a break: your files are saved.
 
 # %% [markdown] tags=["whole"]
@@ -1218,7 +1230,7 @@ except (NameError, AttributeError):
 check("Q4")
 
 # %% [markdown] tags=["whole"]
-# "Passed so far": one of the parameters, `fusion_rate`, gets its use in notebook 07.
+# The line about `fusion_rate` goes away when the parameter gets its use, in notebook 07.
 #
 # **Break it:** put `time.sleep(0.2)` into a method of the temporary `robot_controller.py` above, run its cell, and ask again. Then take it out.
 
@@ -1465,7 +1477,7 @@ else:
 # %% tags=["check", "whole"]
 check("I8")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # > **On a real TurtleBot 4:** `cmd_vel` is a `TwistStamped`, and the base stops by itself; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown] tags=["whole"]
@@ -1509,14 +1521,18 @@ check("U2", safe_speed)
 #
 # A robot keeps the last command, or stops after its own time-out. Only a stream says what is wanted now.
 # </details>
+#
 # <details><summary>The delay doubles. The speed doubles. Which is worse for the stop distance?</summary>
 #
 # The speed: it doubles the first part and makes the second four times as long. The delay doubles the first part alone.
 # </details>
+#
 # <details><summary>Where in the node may the obstacle write to <code>self._speed</code>?</summary>
 #
 # Nowhere. That speed was asked for; the obstacle changes what is published.
 # </details>
+
+# %% [markdown] tags=["whole"]
 # <details><summary>Why does <code>finally: publisher.publish(Twist())</code> not stop the robot?</summary>
 #
 # By then rclpy's signal handler has, most of the time, shut the context down.

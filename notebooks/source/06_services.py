@@ -18,7 +18,8 @@
 #
 # A robot that accepts every number is dangerous, and a robot that only says "error" is no help.
 # Today your robot learns to answer, and to say no.
-#
+
+# %% [markdown] tags=["whole"]
 # You will be able to
 #
 # - say when a topic fits and when a service does;
@@ -47,7 +48,7 @@ begin("06")
 # %% [markdown]
 # If files are missing and you would rather start here, run `start_at("06")` in a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -102,7 +103,6 @@ class Lamp(Node):
         response.message = "the lamp is on" if request.data else "the lamp is off"
         return response
 
-
 # %%
 if not rclpy.ok():
     rclpy.init()
@@ -128,10 +128,12 @@ print("answered:", future.done(), "-", future.result().message)
 # It returns a **future**, an object that will hold the answer.
 # The answer comes while an executor spins, as with timers.
 # Here one executor serves both nodes; usually they are two processes.
-#
+# An exception in *any* callback ends `spin`, and with it the whole node: so a service must have an answer for everything that a client can send.
+
+# %% [markdown] tags=["whole"]
 # **Break it.** A server that forgets `return response`:
 
-# %%
+# %% tags=["whole"]
 def forgetful(request, response):
     response.success = True
 
@@ -145,10 +147,8 @@ try:
 except TypeError:
     print("the server's spin ended with a TypeError; answered:", future.done())
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The server has ended, and the client still waits.
-# An exception in *any* callback ends `spin`, and with it the whole node.
-# So a service must have an answer for everything that a client can send.
 
 # %% [markdown]
 # ## Set the speed
@@ -176,17 +176,22 @@ print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 # At 1 m/s² the robot needs 0.3 s to reach that speed, and if there is a wall it may never reach it.
 # If the callback waited for that, the scans would have to wait too.
 # So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
+
+# %% [markdown]
+# ### A node that takes orders
 #
-# ### A node that takes orders, of your own design
+# `ros2_robot_controller/speed_server.py` has a class `SpeedServer(Driver)`: it does everything that the driver does, and offers two services of `ros2_robot_controller.srv`, `set_speed` (`SetSpeed`) and `get_status` (`GetRobotStatus`).
+# rosidl generated these classes from your files of notebook 02; each has a `Request` and a `Response`.
 #
-# From here on there is no skeleton.
-# Only the file's name and these rules are fixed:
+# - F2, in this section: an accepted speed goes into `self._speed`, clamped to the limit. The limit is a parameter, read at each request: `self._value('max_linear_speed')`.
+# - F3, in the next section: a refused request changes nothing, and the message says why.
+# - F7, in the section after it: the status.
+
+# %% [markdown] tags=["whole"]
+# **Your own design.** From here on there is no skeleton.
+# Only the file's name, those rules and these are fixed:
 #
-# - `ros2_robot_controller/speed_server.py` has a class `SpeedServer(Driver)`. It does everything that the driver does, and adds to it. Its `__init__` passes `**node_options` on, as the driver's does;
-# - it offers `set_speed` (`SetSpeed`) and `get_status` (`GetRobotStatus`), of `ros2_robot_controller.srv`. rosidl generated these classes from your files of notebook 02; each has a `Request` and a `Response`;
-# - F2, in this section: an accepted speed goes into `self._speed`, clamped to the limit. The limit is a parameter, read at each request: `self._value('max_linear_speed')`;
-# - F3, in the next section: a refused request changes nothing, and the message says why;
-# - F7, in the section after it: the status;
+# - `__init__` passes `**node_options` on, as the driver's does;
 # - notebook 07 builds on two methods without arguments: `_direction()`, whose sign is the direction of travel (0 looks forward), and `_obstacle_in_way()`.
 #
 # You decide which functions you write. About 50 lines are enough.
@@ -252,10 +257,11 @@ for words, accepts in ways.items():
 # The first and the second give the same answer for every number, but not for NaN.
 # The third and the fourth forget that a robot can also drive backwards.
 # Only the first one is right.
-#
+
+# %% [markdown] tags=["whole"]
 # What happens after the second? NaN is neither below nor above a limit, so `clamp` returns it unchanged.
 
-# %%
+# %% tags=["whole"]
 from sim import Simulator, load_world
 
 simulator = Simulator(load_world("open_field"))
@@ -268,11 +274,12 @@ except ValueError as error:
 simulator.step(4.0)
 print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f} m/s")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The robot drives on at its last speed: the motors refuse the NaN, and no zero comes.
 # (Your `make_safe` would still stop it at a wall. On a free way nothing does.)
 # So check every value from outside where it comes in.
-#
+
+# %% [markdown]
 # **Say no in a helpful way.** Three messages:
 #
 # | message | what the caller knows |
@@ -312,11 +319,12 @@ tries({
 # ## Ask for the status
 #
 # The request of `get_status` is empty; its answer has four fields (F7).
-#
-# **Predict:** the robot's speed was set to 0.3 m/s, and it stands in front of a wall. Which speed does it report?
-#
-# The contract says: the speed **in force**, which is the one that was set.
-# So it reports 0.3. The other fields say that it stands, and why:
+
+# %% [markdown] tags=["whole"]
+# **Predict:** a robot's speed was set to 0.3 m/s, and it stands in front of a wall. Which speed does it report?
+
+# %% [markdown]
+# Say that 0.3 m/s was set, and the robot stands in front of a wall. The speed is the one **in force**, so the answer says 0.3; the other fields say that it stands, and why:
 #
 # | field | |
 # |---|---|
@@ -324,10 +332,11 @@ tries({
 # | `obstacle_detected` | true while an obstacle keeps it from driving that way |
 # | `pose` | unchanged from `odom` |
 # | `status` | `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle |
-#
+
+# %% [markdown] tags=["whole"]
 # **Back to your file** once more: write the answer, and `_obstacle_in_way` for notebook 07.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The log has the time of day.
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
@@ -363,12 +372,12 @@ tries({
     "pose_after_odometry(1.5, -0.5)": (1.5, -0.5),
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Start it
 #
 # This file is given. It no longer has the temporary service.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/robot_controller.py
 """The node that drives the robot, as far as it goes: it takes orders."""
 
@@ -434,7 +443,7 @@ run.close()
 # %% tags=["check"]
 check("F2", "F3", "F7")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Two designs for the status, once yours passes</summary>
 #
 # **Compute on request.** The node stores nothing new. It computes the answer from what the driver knows at that moment.
@@ -505,7 +514,6 @@ class Office(Node):
         response.message = "here is your file"
         return response
 
-
 # %% [markdown] tags=["whole"]
 # The desk has two ways to ask the archive.
 # The first one has a time limit of one second.
@@ -525,7 +533,6 @@ async def on_desk_awaits(self, request, response):
 
 
 Office.on_desk_waits, Office.on_desk_awaits = on_desk_waits, on_desk_awaits
-
 
 # %% tags=["whole"]
 def ask(service, group=None):
@@ -600,27 +607,33 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # %% [markdown]
 # ## Recall
 #
-# <details><summary>A map of 5 MB is wanted once, by one node. Topic or service?</summary>
-#
-# A service: one node asks once, and needs an answer. (Many robots do publish maps, once, on a topic that keeps the last message for nodes that start later.)
-# </details>
 # <details><summary>The answer says success. How fast does the robot drive?</summary>
 #
 # You do not know. The speed was accepted, but the robot needs time to reach it, and an obstacle may prevent that.
 # </details>
+#
 # <details><summary>Why is <code>if abs(v) > limit: refuse</code> wrong?</summary>
 #
 # For NaN the comparison is false, so it is not refused. Ask for what is good: `math.isfinite(v) and abs(v) <= limit`.
 # </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>A map of 5 MB is wanted once, by one node. Topic or service?</summary>
+#
+# A service: one node asks once, and needs an answer. (Many robots do publish maps, once, on a topic that keeps the last message for nodes that start later.)
+# </details>
+#
 # <details><summary>What happens to a client when the server's callback raises?</summary>
 #
 # It never gets an answer, and the server's node has ended.
 # </details>
+#
 # <details><summary>A service callback awaits an answer in the same node and hangs. Which two things must be free?</summary>
 #
 # The thread, which `await` frees, and the callback group: the one that waits needs another group than the ones that answer.
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and can be cancelled. A service is not enough for that.
 
 # %%

@@ -18,7 +18,8 @@
 #
 # "Drive to the kitchen" takes a minute, can fail on the way, and you may want to cancel it.
 # Today your robot learns to drive to a place, and to stop on the way if you cancel.
-#
+
+# %% [markdown] tags=["whole"]
 # You will be able to
 #
 # - steer a robot to a place, and say why it turns first and slows down at the end;
@@ -53,7 +54,7 @@ begin("07")
 # %% [markdown]
 # If files are missing and you would rather start here, run `start_at("07")` in a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -71,7 +72,7 @@ begin("07")
 # The callback keeps the only thread busy, so no other callback can receive the answer. `await` frees the thread; a second callback group lets the answer in.
 # </details>
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # ## Drive to a target
 #
 # F8: the robot gets within the tolerance of a target ahead, beside or behind it, and then stands still.
@@ -91,7 +92,7 @@ begin("07")
 #
 # Draw it on paper, and then let a function compute it:
 
-# %% tags=["whole"]
+# %%
 import math
 
 from sim import normalize_angle
@@ -106,7 +107,7 @@ def error_and_distance(x, y, yaw, target_x, target_y):
 error, distance = error_and_distance(1.0, 1.0, math.radians(90), 3.0, 2.0)
 print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # This `normalize_angle` is the simulator's, and does the same as yours of notebook 03.
 # Without it, a robot that faces 179 degrees and should face −179 would turn by 358 degrees, not by 2.
 #
@@ -114,8 +115,9 @@ print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 #
 # The nearer the target is to straight ahead, the less the robot has to turn.
 # So the turning speed is a number times the error, $\omega = k \cdot \mathrm{error}$; $k$ is called the **gain**.
-# Which gain is right?
-#
+# Which gain is right? One that is too high lets the robot oscillate, because each measurement is up to 0.1 s old; 1.5 rad/s per rad is calm.
+
+# %% [markdown] tags=["whole"]
 # By hand: the control loop runs every 0.1 s.
 # In one step the robot turns by $k \cdot 0.1$ of the error.
 #
@@ -205,11 +207,13 @@ slide(swaying, gain=(0.5, 10.5, 5.0), delay=(0.0, 0.5, 0.1))
 # Up to 0.8 without overshooting; from 3.5 on the error never fades.
 # The rule of thumb says well below 2.
 # </details>
-#
+
+# %% [markdown]
 # ### Turn first
 #
 # Could the robot drive and turn at the same time?
-#
+
+# %% [markdown] tags=["whole"]
 # **Predict:** the target lies half a metre to the left. The robot drives at 0.5 m/s and turns at up to 1 rad/s towards it. What does its path look like?
 
 # %% tags=["whole"]
@@ -221,7 +225,6 @@ def look(seen):
     place = seen.odometry.pose
     error, distance = error_and_distance(place.x, place.y, place.yaw, *TARGET)
     return error, distance, max(-1.0, min(1.0, 1.5 * error))  # and the turning speed, 1 rad/s at most
-
 
 # %% tags=["whole"]
 def turn_while_driving(seen):
@@ -235,20 +238,19 @@ def turn_then_drive(seen):
         return Twist()
     return Twist(0.0, omega) if abs(error) > 0.3 else Twist(min(0.5, distance), omega)
 
-
 # %% tags=["whole"]
 orbit = drive(Simulator(beside), turn_while_driving, 20.0)
 straight = drive(Simulator(beside), turn_then_drive, 20.0)
 compare_view(orbit, straight, ("turn while driving", "turn, then drive"))
 
-# %% [markdown] tags=["whole"]
-# The robot that turns while driving circles the target for ever.
-# A robot that drives at $v$ and turns at $\omega$ moves on a circle of radius $v / \omega$: 0.5 m/s divided by 1 rad/s is **0.5 m**.
+# %% [markdown]
+# A robot that does both at once circles a target beside it for ever: one that drives at $v$ and turns at $\omega$ moves on a circle of radius $v / \omega$: 0.5 m/s divided by 1 rad/s is **0.5 m**.
 # It cannot reach a target inside that circle.
 #
 # So turn in place while the target is more than 0.3 rad (17 degrees) away from straight ahead.
 # Then drive, and keep correcting.
-#
+
+# %% [markdown] tags=["whole"]
 # ### Slow down at the end
 #
 # `min(0.5, distance)` made the second robot slower near the target.
@@ -268,7 +270,6 @@ def approach(speed_at):
 
     return drive(Simulator(World()), driver, 10.0)
 
-
 # %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 laws = {"always 0.5 m/s": lambda distance: 0.5, "min(0.5, distance)": lambda distance: min(0.5, distance)}
@@ -284,38 +285,47 @@ axes.legend();
 # At 0.5 m/s it moves 5 cm from one step of the control loop to the next.
 # The zone is 4 cm wide, so the robot drove past it, turned round, and came back.
 # If the speed falls with the distance, that never happens.
+
+# %% [markdown]
+# ### The file `steering.py`
 #
-# ### A file of your own design
+# Write plain functions again, without a node or a topic, in `utils/steering.py`.
+# `steer(place, x, y, limits)` gives a `Command` (of `utils/motion.py`) on the way to (x, y):
 #
-# Write plain functions again, in `utils/steering.py`, without a node or a topic, and this time without a skeleton.
+# - while that place is far from straight ahead: turn in place, the shorter way round;
+# - otherwise drive, at `limits.max_linear_speed` at most, and keep correcting. The speed falls with the distance, so that the robot does not drive past the target: `min(limits.max_linear_speed, distance)`.
+#
+# `make_safe` keeps omega within its limit later; limit v yourself.
+
+# %% [markdown] tags=["whole"]
+# **Your own design**, without a skeleton.
 # Only the file's name and what its functions return are fixed, because `navigator.py` calls them in part 2:
 #
 # | call | gives |
 # |---|---|
 # | `place_of(pose)` | where the robot is, taken from a message's `Pose`: x, y and the yaw (notebook 03 has your function for the yaw). Choose the form yourself; the functions below get it as `place` |
 # | `distance_to(place, x, y)` | the straight distance to (x, y), in metres |
-# | `steer(place, x, y, limits)` | a `Command` (of `utils/motion.py`) on the way to (x, y). While that place is far from straight ahead: turn in place, the shorter way round. Otherwise: drive, at `limits.max_linear_speed` at most and slower at the end, and keep correcting |
+# | `steer(place, x, y, limits)` | see above |
 # | `has_arrived(distance, tolerance, blocked)` | whether this distance is near enough |
 # | `goal_refusal(x, y, tolerance)` | why such a goal is impossible, in words; an empty text if it is possible |
 #
-# Make three decisions before you type.
+# Make two decisions before you type.
 #
-# - *Your gains.* 1.5 rad/s per rad does not overshoot with this robot's delay, as you have seen. `make_safe` keeps omega within its limit later; limit v yourself.
 # - *When has it arrived?* Do not stop as soon as the distance is within the tolerance: odometry is a little wrong, and what counts is where the robot really *is*. Drive on until it is well within the tolerance. Only if an obstacle is in the way (`blocked`) is it enough to be within the tolerance at all.
 # - *What cannot be reached?* NaN and infinity are not places, and a tolerance must be finite and above zero.
 #
 # There is no third hint. The table and `check("F8")` in part 2 accept any design; at the end of this part come two to compare.
 
-# %% tags=["exercise", "design", "whole"]
+# %% tags=["exercise", "design"]
 # %%writefile ros2_robot_controller/utils/steering.py
 """Decide how to get to a goal. No node, no topics; what is safe is decided in utils.motion."""
 
 # TODO: place_of, distance_to, steer, has_arrived, goal_refusal
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `error_and_distance` and `turn_then_drive` above do the same; here, give the numbers names.
+# `error_and_distance` above computes the two numbers that `steer` needs; here, give the numbers names.
 # Import from your own `utils/conversions.py` and `utils/motion.py`. The refusal of a speed in notebook 06 asks whether the value is good, and negates that.
 # </details>
 # <details><summary>Hint 2: the formulas</summary>
@@ -325,7 +335,7 @@ axes.legend();
 # `not 0.0 < tolerance < math.inf` holds for NaN too.
 # </details>
 
-# %% tags=["whole"]
+# %%
 from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion
 
 steering, motion = mine("utils.steering"), mine("utils.motion")
@@ -349,8 +359,7 @@ def way(x, y, yaw=0.0):
     v, omega = steered(x, y, yaw)
     return ("drives " if v > 0.05 else "turns ") + ("left" if omega > 0.01 else "right" if omega < -0.01 else "straight")
 
-
-# %% tags=["whole"]
+# %%
 tries({
     "steering.distance_to(at(1.0, 1.0), 3.0, 2.0)": math.sqrt(5),
     "steering.distance_to(at(1.0, 3.0, LEFT), 1.0, -1.0)": 4.0,
@@ -457,13 +466,13 @@ except AttributeError as missing:
 #
 # The second one is faster and smoother. But it drives in arcs, through places to which you have not sent it; beside a wall the first one is easier to predict.
 # </details>
-#
+
+# %% [markdown]
 # If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
 
 # %% [markdown]
 # ## Part 2: the action
 #
-# 45 to 85 minutes.
 # If you begin here, this cell is the first to run; from part 1 it needs only your file.
 # After a break further down, *Run, Run All Above Selected Cell* brings back what the notebook had.
 
@@ -496,11 +505,6 @@ begin("07")
 #
 # An action is not a third kind of message.
 # It is three services (send the goal, cancel it, get the result) and two topics (feedback, status) under one name.
-#
-# ### A client and its two futures
-#
-# We begin with the client, and a server that only talks.
-# Its callback `execute` runs from the goal's acceptance to its result.
 
 # %%
 import rclpy
@@ -510,6 +514,14 @@ from rclpy.executors import SingleThreadedExecutor
 NavigateToPosition = mine("action").NavigateToPosition
 if not rclpy.ok():
     rclpy.init()
+
+# %% [markdown] tags=["whole"]
+# ### A client and its two futures
+#
+# We begin with the client, and a server that only talks.
+# Its callback `execute` runs from the goal's acceptance to its result.
+
+# %% tags=["whole"]
 talker, person = rclpy.create_node("talker"), rclpy.create_node("person")
 
 
@@ -527,12 +539,12 @@ for node in (talker, person):
     executor.add_node(node)
 print("found it:", client.wait_for_server(timeout_sec=5.0))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A service's client has one future (notebook 06). An action's client has **two**: was the goal accepted, and what was the result?
 #
 # **Predict:** in which order are the lines printed?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Feedback is a topic of its own: now and then a message overtakes the result.
 sent = client.send_goal_async(
     NavigateToPosition.Goal(), feedback_callback=lambda m: print(f"feedback {m.feedback.distance_remaining:.1f} m"))
@@ -543,18 +555,19 @@ result = handle.get_result_async()
 executor.spin_until_future_complete(result, timeout_sec=5.0)
 print("success: ", result.result().result.success)
 
-# %%
+# %% tags=["whole"]
 server.destroy()
 client.destroy()
 for node in (talker, person):
     executor.remove_node(node)
     node.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The goal is accepted before `execute` begins, but you may see the first feedback before the acceptance. Feedback comes on a topic and the acceptance from a service, and ROS does not keep the two in order.
 #
 # `run.go_to(x, y)`, further down, is such a client, and in notebook 09 you write one for a test.
-#
+
+# %% [markdown]
 # ### Wait without blocking
 #
 # `execute` must last as long as the drive.
@@ -575,7 +588,6 @@ def sleeping(server, goal):
 def end(goal):
     goal.canceled() if goal.is_cancel_requested else goal.succeed()
     return NavigateToPosition.Result()
-
 
 # %% [markdown]
 # `send_and_cancel` serves an action with such a function, in a node that also counts the odometry messages that arrive.
@@ -623,29 +635,33 @@ print(send_and_cancel(awaiting, cancel_callback=accept))
 # When another callback calls `set_result`, the executor continues the task after the `await`.
 # Meanwhile it serves sensors, timers and cancels, and the timer that steers can also complete the future when the goal is over.
 # You need only one thread and no locks.
-#
+
+# %% [markdown] tags=["whole"]
 # **Predict:** what happens without the `cancel_callback`?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # One odometry message more or less depends on the machine's load.
 print(send_and_cancel(awaiting))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # rclpy refuses a cancel unless you accept it.
 # There is no warning.
 # You need only one line to accept it, and a robot that you cannot stop is dangerous.
+
+# %% [markdown]
+# ### The navigator
 #
-# ### The navigator, in six steps
-#
-# The control loop of notebook 05 has a place for this: `_wanted`.
+# The class `Navigator` in `navigator.py` serves the action like that.
+# The control loop of notebook 05 has a place for its steering: `_wanted`.
 # There, a layer above can ask for a command other than straight on.
 # What is safe is still decided below, in the driver.
 #
 #     goal accepted  ->  _navigate: remember it, await its `ending`
 #     each step      ->  _control: is it over?  ->  _wanted: steer()   ->  (Driver) make_safe, gently, publish
 #     it is over     ->  complete `ending`  ->  _navigate wakes up, says succeed, canceled or abort, returns the result
-#
-# Follow these four decisions:
+
+# %% [markdown] tags=["whole"]
+# It comes in six steps. Follow these four decisions:
 #
 # - A **new goal replaces** the running one, which is aborted. (The contract leaves that to you: its trials send one goal after another.)
 # - Without fresh odometry the robot does not know where it is: then `STOP` is wanted.
@@ -658,7 +674,7 @@ print(send_and_cancel(awaiting))
 # A typing error, `Ending.ARIVED`, raises an exception at once; with texts, `'arived'` would raise nothing, and would never be equal to anything.
 # `field(default_factory=Future)` makes a new future for each goal; with `= Future()` all goals would share one.
 
-# %% tags=["skeleton"]
+# %% tags=["skeleton", "whole"]
 # %%writefile ros2_robot_controller/navigator.py
 """The robot finds its way: drive to a place, tell how far it still is, and be called back."""
 
@@ -749,14 +765,14 @@ class Navigator(SpeedServer):
     def _end_goal(self, ending: Ending) -> None:
         """Step 3."""
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Step 1: offer the action.**
 # Add two things at the end of `__init__`, and keep both in `self`:
 #
 # - `ActionServer(self, Type, 'name', execute, goal_callback=..., cancel_callback=...)`: the execute callback is `self._navigate`;
 # - a timer at `fusion_rate` that calls `self._give_feedback`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def __init__(self, **node_options: Any) -> None:
@@ -764,7 +780,7 @@ class Navigator:
         self._goal: Optional[Goal] = None
         # TODO: self._action_server, with self._on_goal and self._on_cancel; self._feedback_timer
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # The talker above has an `ActionServer`; `driver.py` has a timer with a rate.
@@ -783,7 +799,7 @@ class Navigator:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 from rclpy.action import get_action_server_names_and_types_by_node as actions_of
 
 navigator = bench("navigator.Navigator")
@@ -793,12 +809,12 @@ tries({
     "navigator._action_server._cancel_callback == navigator._on_cancel": True,  # without it rclpy refuses every cancel
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Step 2: accept or reject.**
 # `_on_goal` answers `GoalResponse.REJECT`, with a warning in the log, if `steering.goal_refusal` gives a reason; otherwise `GoalResponse.ACCEPT`.
 # `_on_cancel` accepts every cancel.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def _on_goal(self, request: NavigateToPosition.Goal) -> GoalResponse:
@@ -808,7 +824,7 @@ class Navigator:
     def _on_cancel(self, _: ServerGoalHandle) -> CancelResponse:
         return CancelResponse.REJECT  # rclpy's default; TODO
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # `_on_set_speed` of notebook 06 asks for a refusal in the same way.
@@ -830,7 +846,7 @@ class Navigator:
 #
 # To try it here, `Handle` takes the place of rclpy's goal handle: it has the goal's `request`, and records what the server says.
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The log has the time of day.
 from grader.notebook.lessons import Handle
 
@@ -899,7 +915,7 @@ tries({
     "navigator._end_goal(module.Ending.REPLACED)": None,  # no goal: nothing to do
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Step 4: the goal's life.**
 # `_navigate` is the `execute` callback, and works like `awaiting` above:
 #
@@ -909,7 +925,7 @@ tries({
 # 4. tell the client how it ended: the dictionary in the cell picks the handle's method, and the last pair of brackets calls it;
 # 5. return a `NavigateToPosition.Result` with `success` and `final_pose`.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     async def _navigate(self, handle: ServerGoalHandle) -> NavigateToPosition.Result:
@@ -923,7 +939,7 @@ class Navigator:
         self.get_logger().info(f"{self._value('robot_name')}: goal {ending.value}")
         return NavigateToPosition.Result()  # TODO: success, and where it is (self._pose)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # `awaiting` and `end` above. The future is in `goal.ending`.
@@ -948,7 +964,7 @@ class Navigator:
 #
 # The bench's own method `navigator.begin` starts such a method and returns its future. (The `begin` of the first cell is another one: it opens the notebook.)
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # The log has the time of day.
 from nav_msgs.msg import Odometry
 
@@ -984,7 +1000,7 @@ tries({
     "result_of(module.Ending.CANCELED)": (False, 2.5),
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Step 5: is it over?**
 # `_control` calls `_end_goal_if_over` in each step.
 # If there is a goal, it is over when
@@ -992,7 +1008,7 @@ tries({
 # - a cancel is requested: `goal.handle.is_cancel_requested`;
 # - or the odometry is fresh, and the robot has arrived: `steering.has_arrived`, with the distance, the goal's tolerance, and whether an obstacle is in the way.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/navigator.py
 class Navigator:
     def _end_goal_if_over(self) -> None:
@@ -1001,7 +1017,7 @@ class Navigator:
             return
         # TODO: CANCELED or ARRIVED
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # Step 3 of the driver asks whether a message is fresh; the skeleton has a method for the distance, and `speed_server.py` one for the obstacle.
@@ -1021,7 +1037,7 @@ class Navigator:
 # ```
 # </details>
 
-# %%
+# %% tags=["whole"]
 from sensor_msgs.msg import LaserScan
 
 
@@ -1114,12 +1130,12 @@ tries({
     "wanted(target=(1.0, 2.0), at=(1.0, 0.0)) == by_steer((1.0, 2.0), (1.0, 0.0))": True,
 })
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### Start it
 #
 # This file is given, as before:
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/robot_controller.py
 """The node that drives the robot, as far as it goes: it takes orders and finds its way."""
 
@@ -1147,8 +1163,11 @@ run_view(run.recording)
 
 # %% [markdown]
 # It turns left, the shorter way (135°, not 225°), and arrives after about 7 s.
+
+# %% [markdown] tags=["whole"]
 # You write the feedback in part 3. Without it the simulator cannot tell whether your node follows `/clock`, so the picture warns that the drive is perhaps not repeatable.
-#
+
+# %% [markdown]
 # F8 sends the robot to targets ahead, beside and behind.
 # By ground truth it must end up within the tolerance, its `final_pose` must agree with odometry, and it must stand still afterwards.
 
@@ -1167,7 +1186,7 @@ floor = World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),))
 run = run_node(world=floor)
 run.live()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # If you stop here for today: your files are saved. Part 3 begins with a cell of its own.
 
 # %% [markdown] tags=["whole"]
@@ -1197,7 +1216,6 @@ def odometry(x, y):
     odom.pose.pose.position.x, odom.pose.pose.position.y = x, y
     odom.pose.pose.orientation.w = 1.0
     return odom
-
 
 # %% [markdown] tags=["whole"]
 # F9: feedback at 2 Hz or faster, accurate to 0.15 m.
@@ -1383,7 +1401,7 @@ check("F10", "F11")
 # %% tags=["check"]
 check("I3", "I4", "Q4")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # > **On a real TurtleBot 4:** the base has an action `navigate_to_position` of another type, so your node needs a namespace; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
 
 # %% [markdown] tags=["whole"]
@@ -1428,23 +1446,29 @@ check("U3", pausable)
 #
 # Those inside two circles of radius 0.4 / 0.8 = 0.5 m, one on its left and one on its right, which touch at the robot.
 # </details>
-# <details><summary>Why does the robot drive on until it is within half the tolerance?</summary>
 #
-# The distance is measured by odometry, which is a little wrong. The rest of the tolerance is for that error.
-# </details>
 # <details><summary>An execute callback loops with <code>time.sleep(0.1)</code>. What is <code>goal.is_cancel_requested</code> in that loop, if the node has one thread?</summary>
 #
 # It stays False, because the callback that receives the cancel cannot run meanwhile.
 # </details>
+#
 # <details><summary>You await a future. Who may complete it?</summary>
 #
 # Any other callback of the node. Here it is the control timer, which notices the arrival or the cancel.
 # </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>Why does the robot drive on until it is within half the tolerance?</summary>
+#
+# The distance is measured by odometry, which is a little wrong. The rest of the tolerance is for that error.
+# </details>
+#
 # <details><summary>Your action server takes no cancels, and there is no error anywhere. What is missing?</summary>
 #
 # `cancel_callback`. Without one rclpy refuses.
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [08 Settings and launch](08_settings_and_launch.ipynb). All these numbers are already parameters. Next you set them in a file, change them while the node runs, and start everything with one command.
 
 # %%

@@ -21,7 +21,8 @@
 # You need two terminals to start it.
 # And if there is a second robot, both listen to the same `cmd_vel`.
 # Today you solve all three problems.
-#
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - read and change a running node's parameters from outside, and say where a value came from;
@@ -62,7 +63,7 @@ begin("08")
 # The last line makes the folders for today; existing ones stay as they are.
 # If files are missing and you would rather start here, run `start_at("08")` in a cell of its own.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -143,7 +144,7 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 
 # %% [markdown]
 # You did not change the code or restart anything.
-# `dump` prints the settings as a YAML file, with which you can start a node. You will write two of these.
+# `dump` prints the settings as a YAML file, with which you can start a node. You will write such a file.
 #
 # **Predict:** what happens with a speed of -1.0?
 # What happens with `1`, a whole number?
@@ -158,7 +159,8 @@ cart.terminate()
 # The node refuses the whole number: a parameter keeps its type, and `1` is an integer.
 # It accepts the *negative* speed.
 # ROS knows only the types; you know which values make sense.
-#
+
+# %% [markdown] tags=["whole"]
 # ## Four places a value comes from
 #
 # A parameter can get its value from four places.
@@ -167,7 +169,7 @@ cart.terminate()
 #
 # A new process for each try is slow, so we make the carts here in the notebook; `cli_args` are the words of the command line.
 
-# %%
+# %% tags=["whole"]
 import rclpy
 from rclpy.parameter import Parameter
 
@@ -183,10 +185,10 @@ def speed_of_cart(*words, namespace=""):
     cart.destroy_node()
     return value
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Who wins**, the file with 0.3 or `-p` with 0.2?
 
-# %%
+# %% tags=["whole"]
 from pathlib import Path
 
 
@@ -202,13 +204,14 @@ print("file           ", speed_of_cart(*file))
 print("file, then -p  ", speed_of_cart(*file, *word))
 print("-p, then file  ", speed_of_cart(*word, *file))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # That depends on the order: **the last one wins**.
 # Launch files use this: first comes the file with all settings, and then the one that is different today.
-#
+
+# %% [markdown]
 # ## A file that nobody reads
 #
-# Look at a parameter file again:
+# A parameter file looks like this:
 #
 #     cart:
 #       ros__parameters:
@@ -219,7 +222,7 @@ print("-p, then file  ", speed_of_cart(*word, *file))
 #
 # **Predict:** what will the node say?
 
-# %%
+# %% tags=["whole"]
 write_settings("kart")
 print(speed_of_cart(*file))
 
@@ -230,10 +233,12 @@ print(speed_of_cart(*file))
 #
 # There is another trap.
 # Several robots have namespaces: `/left/cart` is the cart of the robot called `left`.
+
+# %% [markdown] tags=["whole"]
 # **Predict:** which of these keys reach which of the three carts?
 # Write down your table before you run the cell.
 
-# %%
+# %% tags=["whole"]
 spaces = ("", "/left", "/left/front")
 print("key         ", *(f"{space}/cart".rjust(16) for space in spaces))
 for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
@@ -245,11 +250,12 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
 # The plain name reaches the node only if it has no namespace.
 # `**` stands for any number of namespaces, also none. So `/**/cart` means "a cart in any namespace", and `/**` means every node.
 # In a package write `/**/cart`, because its users choose the namespace, and you cannot know it.
-#
+
+# %% [markdown] tags=["whole"]
 # Here are two more mistakes. One of them stops the node.
 # **Which one?**
 
-# %%
+# %% tags=["whole"]
 for line in ("max_linear_sped: 0.3", "max_linear_speed: 1"):
     write_settings("/**/cart", line)
     try:
@@ -257,7 +263,7 @@ for line in ("max_linear_sped: 0.3", "max_linear_speed: 1"):
     except Exception as error:
         print(f"{line:22} ->  {type(error).__name__}: {error}")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A misspelt name causes no message: ROS ignores parameters that no node declares.
 # A whole number for a float ends the node.
 # Write `1.0`, and after every change ask the running node, with `ros2 param get` or `dump`.
@@ -282,7 +288,6 @@ def approach(threshold):
     """Return the recording of a robot that stops when something is nearer than `threshold` metres."""
     robot = Simulator(load_world("wall_ahead"))
     return drive(robot, lambda seen: Twist(0.4 if np.nanmin(seen.scan.ranges) > threshold else 0.0), 6.0)
-
 
 # %% tags=["whole"]
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
@@ -863,16 +868,17 @@ with run_node("sensor_processor", world="open_field") as run:
 # `Parameter` is imported from `rclpy.parameter`.
 # If your timer has no name yet, give it one in `__init__`: `self._timer = self.create_timer(...)`.
 # </details>
-#
+
+# %% [markdown]
 # ### The parameter files
 #
-# The last two files of this part have every parameter of a node, with its unit in a comment.
+# Two files have every parameter of a node, with its unit in a comment.
 # They contain the defaults.
 # That looks useless, but people look here to find out what they can set.
 #
-# Begin with the smaller file.
+# Begin with the smaller file; names and defaults are in `SETTINGS`, in `sensor_processor.py`.
 
-# %% tags=["exercise", "whole"]
+# %% tags=["exercise"]
 # %%writefile config/sensor_params.yaml
 # Parameters of sensor_processor.
 # TODO 1: a key that reaches the node in any namespace. Which nodes does this one reach?
@@ -893,10 +899,10 @@ robot:
   ros__parameters:
     robot_name: turtlebot4
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The table of keys, in the section "A file that nobody reads"; `SETTINGS` in `driver.py` and `sensor_processor.py` for names and defaults.
+# The section "A file that nobody reads"; `SETTINGS` in `driver.py` and `sensor_processor.py` for names and defaults.
 # </details>
 #
 # <details><summary>Hint 2: the form</summary>
@@ -915,7 +921,8 @@ robot:
 #     ...
 # ```
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # Which nodes do the files reach, and with how many values?
 # A node that declares every parameter that it is given will show it.
 
@@ -939,7 +946,7 @@ tries({
     "reached('robot_params.yaml', 'sensor_processor')": 0,
 })
 
-# %% tags=["check", "whole"]
+# %% tags=["check"]
 check("I6")
 
 # %% [markdown] tags=["whole"]
@@ -967,10 +974,11 @@ def generate_launch_description():
 
 # %% [markdown]
 # In a terminal you would type `ros2 launch cart_launch.py` and see a line for each process.
+# Here it has to run in the background while you look at the graph. So `launched` starts it, and presses Ctrl-C at the end.
+
+# %% [markdown] tags=["whole"]
 # Ctrl-C there sends every process SIGINT, the same signal that Ctrl-C sends to a single node.
 # A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which no process can ignore; then there is no last zero.
-#
-# Here it has to run in the background while you look at the graph. So `launched` starts it, and presses Ctrl-C at the end.
 #
 # (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; [docs/launch.md](../docs/launch.md) lists the differences.)
 
@@ -998,7 +1006,8 @@ with launched("cart_launch.py"):
 
 # %% [markdown]
 # The cart runs with its default speed, as if you had started it yourself.
-#
+
+# %% [markdown] tags=["whole"]
 # ### Two of them
 #
 # Two robots, called `left` and `right`, need two carts that do not share their topics.
@@ -1014,7 +1023,7 @@ with launched("cart_launch.py"):
 #
 # **Predict:** what will the names of the two command topics be?
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../two_carts_launch.py
 from launch import LaunchDescription
 from launch_ros.actions import Node
@@ -1027,7 +1036,7 @@ def generate_launch_description():
         Node(**cart, namespace='right', remappings=[('cmd_vel', 'wheels/cmd_vel')]),
     ])
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # On a busy machine a list may still lack a name that has just come up, so the lists are not compared.
 from grader.notebook.graph_view import graph_view
 
@@ -1038,7 +1047,7 @@ with launched("two_carts_launch.py"):
     carts = graph_view(nodes=2)
 carts
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Read the result line by line, and find each line in the picture.
 #
 # - The **file** reached both, because its key is `/**/cart`: 0.3.
@@ -1054,7 +1063,7 @@ carts
 # **Which speed will each cart have** if `cart.yaml` says 0.3 and you give no argument?
 # Which speeds will they have with `speed:=0.1`?
 
-# %%
+# %% tags=["whole"]
 # %%writefile ../../two_carts_launch.py
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
@@ -1071,13 +1080,13 @@ def generate_launch_description():
         Node(**cart, namespace='right', parameters=['cart.yaml', today]),
     ])
 
-# %%
+# %% tags=["whole"]
 # !cd ../.. && ros2 launch -s two_carts_launch.py
 with launched("two_carts_launch.py", "speed:=0.1"):
     # !ros2 topic echo --once --field linear.x /left/cmd_vel
     # !ros2 topic echo --once --field linear.x /right/cmd_vel
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # `ros2 launch -s` lists the arguments of a launch file, and starts nothing.
 # The left cart has 0.3 from the file.
 # For the right one the argument came after the file in the list, and the last one wins: 0.1, and 0.2 if nothing is given.
@@ -1091,7 +1100,7 @@ with launched("two_carts_launch.py", "speed:=0.1"):
 # All of this works because the cart says `cmd_vel` and not `/cmd_vel`.
 # **Predict:** what is each of these names in the namespace `left`?
 
-# %%
+# %% tags=["whole"]
 from std_msgs.msg import String
 
 node = rclpy.create_node("cart", namespace="left", enable_rosout=False)
@@ -1099,15 +1108,16 @@ for name in ("cmd_vel", "/cmd_vel", "~/cmd_vel"):
     print(f"{name:10} -> ", node.create_publisher(String, name, 10).topic_name)
 node.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # A leading `/` makes a name **absolute**: a namespace does not change it.
 # Two robots with `/cmd_vel` obey the same commands.
 # A leading `~` stands for the node's own name, for things that belong only to that node.
 # Use relative names in a package for others. The contract does so, and the grader also runs your nodes in a namespace.
-#
+
+# %% [markdown]
 # ### Where is the parameter file?
 #
-# The carts' launch file found `cart.yaml` because you were in the right folder.
+# A launch file that says `cart.yaml` finds it only in the right folder.
 # An *installed* launch file has to find the *installed* parameter file in any folder.
 # Every installed package has a share folder, and `get_package_share_directory` returns its path.
 
@@ -1120,9 +1130,10 @@ share = get_package_share_directory("geometry_msgs")
 print(os.path.relpath(share, os.path.dirname(os.path.dirname(share))))
 print(sorted(os.listdir(share))[:3], "...")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # (Launch files may also use `FindPackageShare('...')` and `PathJoinSubstitution([...])`: they do the same as placeholders, when the node is started.)
-#
+
+# %% [markdown]
 # Your `CMakeLists.txt` installs the folders `launch` and `config` there (its fourth part, from notebook 01), so the file is `os.path.join(share, 'config', 'sensor_params.yaml')`.
 #
 # ### The launch files
@@ -1130,9 +1141,9 @@ print(sorted(os.listdir(share))[:3], "...")
 # The contract asks for two launch files.
 # `robot_controller_launch.py` starts both nodes, and `sensor_processor_launch.py` starts only the second.
 # Each declares the argument `use_sim_time` and passes it to its nodes, and each takes the parameters from the installed file.
-# (Put `use_sim_time` into a dictionary of parameters, like `max_linear_speed` of the right cart.)
+# `LaunchConfiguration('use_sim_time')` is a placeholder for the argument's value; put it into a dictionary of parameters: `{'use_sim_time': ...}`.
 #
-# Begin with the single node. You have already seen all parts of its file.
+# Begin with the single node.
 
 # %% tags=["exercise"]
 # %%writefile launch/sensor_processor_launch.py
@@ -1151,7 +1162,7 @@ def generate_launch_description() -> LaunchDescription:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `two_carts_launch.py` has everything except the place of the parameter file, which is in the cell above.
+# The cart's launch file has the form; the place of the parameter file is in the cell above.
 # `package=` is the package's name, and `executable=` is what you installed into `lib/` in notebook 01.
 # </details>
 #
@@ -1195,7 +1206,8 @@ with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
 
 # %% [markdown]
 # You should see `Double value is: 20.0`, and one node.
-#
+
+# %% [markdown] tags=["whole"]
 # **Your own design.** Write the file that starts the whole robot, without a skeleton.
 # It must follow these rules:
 #
@@ -1206,13 +1218,13 @@ with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
 #
 # There is no third hint. The cell below and `check("I5")` accept any design; after them come two to compare.
 
-# %% tags=["exercise", "design"]
+# %% tags=["exercise", "design", "whole"]
 # %%writefile launch/robot_controller_launch.py
 """Start the whole robot: robot_controller and sensor_processor."""
 
 # TODO: generate_launch_description
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: where to look</summary>
 #
 # Your file for the single node has all the parts.
@@ -1225,12 +1237,14 @@ with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
 # To include: `IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments={'use_sim_time': ...}.items())`, from `launch.actions` and `launch.launch_description_sources`.
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: colcon says how long it took.
 # !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine the list may still lack a name that has just come up.
+from grader.notebook.graph_view import graph_view
+
 with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 param get /robot_controller max_linear_speed
     # !ros2 node list --spin-time 5
@@ -1238,7 +1252,7 @@ with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
 yours
 
 # %% [markdown]
-# This is your package on the graph: what each of your two nodes publishes and subscribes.
+# `robot_controller_launch.py` starts both nodes, so this is your package on the graph: what each of your two nodes publishes and subscribes.
 # Compare it with the contract's table in the [handout](../docs/handout.md); I4 asks for these names and types.
 #
 # New folders must be installed too, or ROS cannot find them after `colcon build`. That is the third point of I1.
@@ -1247,7 +1261,7 @@ yours
 # %% tags=["check"]
 check("I1", "I5")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Two designs for the whole robot, once yours starts</summary>
 #
 # **Written out.** The course's: two nodes side by side, and what they share has a name.
@@ -1353,7 +1367,7 @@ Film(recording)
 # Its [guide](https://docs.ros.org/en/jazzy/Tutorials/Intermediate/RViz/RViz-User-Guide/RViz-User-Guide.html) has pictures of the window: the three-dimensional view in the middle, and to its left a list of displays, one for each topic that is drawn.
 # It shows what the *topics* say, not what is true: set its *Fixed Frame* to `odom`, and a scan in a frame that no transform mentions is simply not drawn (notebook 12).
 #
-# If both passed, try two of *your* robots, each in a namespace.
+# If I1 and I5 passed, try two of *your* robots, each in a namespace.
 # Write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, start it with `launched`, and count the nodes.
 #
 # > **On a real TurtleBot 4:** with `use_sim_time:=true` no timer ever fires, because there is no `/clock`; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
@@ -1375,6 +1389,13 @@ Film(recording)
 # A third: you changed it in `src/` but did not install it again, so the launch file reads the old one.
 # </details>
 #
+# <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>
+#
+# It works for one robot.
+# An absolute name stays where it is when the node is put into a namespace, so the second robot would use the first one's lidar.
+# </details>
+
+# %% [markdown] tags=["whole"]
 # <details><summary>Where must the callback that refuses values be registered, and why?</summary>
 #
 # Before the first `declare_parameter`.
@@ -1385,13 +1406,8 @@ Film(recording)
 #
 # The node made its timer with the old rate, and did not replace it.
 # </details>
-#
-# <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>
-#
-# It works for one robot.
-# An absolute name stays where it is when the node is put into a namespace, so the second robot would use the first one's lidar.
-# </details>
-#
+
+# %% [markdown]
 # **Next:** [09 Tests that notice](09_tests_that_notice.ipynb). You will often change such numbers. How do you notice when a change breaks something?
 
 # %%

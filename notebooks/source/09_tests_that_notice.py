@@ -18,7 +18,8 @@
 # Suppose that you type `>` instead of `<` in your package, by accident.
 # Good tests notice it; bad ones say "all passed".
 # Today you put small mistakes into code on purpose, and see which tests notice.
-#
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - tell a test that notices from one that only runs;
@@ -57,7 +58,7 @@ begin("09")
 # %% [markdown]
 # The last line keeps pytest from loading every plug-in that is installed here: it starts in a tenth of the time.
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -131,12 +132,13 @@ def test_safe_speed():
 # %% [markdown]
 # It still passes, although this robot drives into every wall.
 # Coverage says what *ran*, not whether a test *checked* it: `is not None` is true for every number.
-#
+
+# %% [markdown] tags=["whole"]
 # ### A test that asks itself
 #
 # A mock replaces something that is hard to use in a test, and gives the answers that you choose.
 
-# %%
+# %% tags=["whole"]
 from unittest.mock import Mock
 
 robot = Mock()
@@ -146,7 +148,7 @@ assert robot.safe_speed(0.4, [0.3]) == 0.0
 robot.safe_speed.assert_called_once_with(0.4, [0.3])
 print("passed")
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The test passes, but no line of `stopping.py` ran: the first assert compares a number with itself.
 # Ask of each assert: *which line of my code could make this fail?*
 #
@@ -155,7 +157,7 @@ print("passed")
 # A node publishes ten times a second, and listens to itself.
 # The obvious test waits a little more than 0.3 s, and expects three messages.
 
-# %%
+# %% tags=["whole"]
 import time
 
 import rclpy
@@ -172,14 +174,14 @@ def make_ticker(sim_time):
     node.create_timer(0.1, lambda: publisher.publish(String()))
     return node
 
-# %%
+# %% tags=["whole"]
 def wait(node):
     """Let 0.31 s of wall time pass."""
     end = time.monotonic() + 0.31
     while (left := end - time.monotonic()) > 0.0:
         rclpy.spin_once(node, timeout_sec=left)
 
-# %%
+# %% tags=["whole"]
 def eight_times(let_time_pass, sim_time):
     """Return how many messages arrive, in eight tries."""
     found = []
@@ -190,10 +192,10 @@ def eight_times(let_time_pass, sim_time):
         node.destroy_node()
     return found
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # **Predict:** in how many of eight tries do exactly three arrive, on a quiet machine and on a busy one?
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: what comes out is chance, and that is the point.
 import threading
 
@@ -211,13 +213,13 @@ for _ in range(3):
     threading.Thread(target=work).start()
 print("busy machine: ", eight_times(wait, sim_time=False))
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # The same test passes or fails by chance: it is **flaky**.
 # After a few false alarms people ignore it.
 #
 # It is better to give the node simulated time, and to set its clock by hand.
 
-# %%
+# %% tags=["whole"]
 from rclpy.time import Time
 
 
@@ -233,9 +235,10 @@ def turn_the_clock(node):
 print("clock by hand:", eight_times(turn_the_clock, sim_time=True))
 busy = False
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Never sleep in a test; set the clock.
-#
+
+# %% [markdown]
 # ## Mutants and the tests that notice them
 #
 # How good is a set of tests?
@@ -288,7 +291,7 @@ def test_it_drives_when_free():
     assert safe_speed(0.4, [1.5]) == 0.4
     assert safe_speed(0.4, []) == 0.4
 
-# %%
+# %% tags=["whole"]
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
@@ -312,27 +315,29 @@ def test_it_knows_its_edges():
 # %%
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # **Change one thing:** one row is still grey, "12.0 became 24.0".
 # Which reading would show it?
 # Write a test for it into the cell below and draw the matrix again; it may call `closest` itself.
+# (If you run the cell twice, the file has the test twice, and the last one counts.)
 
-# %% tags=["whole"]
+# %%
 # %%writefile -a ../../test_stopping.py
 
 
 def test_yours():
     """Replace this by a situation in which the last mistake hurts."""
 
-# %% tags=["whole"]
+# %%
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
-# %% [markdown] tags=["whole"]
+# %% [markdown]
 # <details><summary>One answer</summary>
 #
 # `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: what comes from beyond the lidar's range is not a reading.
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # Some mutants change nothing that can be seen: `x < 3` and `x <= 2`, for whole numbers.
 # Such a mutant is called **equivalent**; that is why T3 gives full marks at 75 %.
 #
@@ -542,7 +547,7 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 #
 # `make_safe(wanted, near, LIMITS)` keeps the robot off the walls: an obstacle in the way (below 0.5 m) stops *driving*, one that is too close (below 0.2 m, in *any* direction) stops *everything*.
 # `FORWARD`, `BACKWARD` and `TURN`, at the top of the file, are commands, `wall_ahead(0.49)` is a wall.
-# Each row says what is wanted, what is near, and what must come out.
+# Each row says what is wanted, what is near, and what must come out. (For rows of your own between 0.5 and 0.8 m, where the speed is computed, compare with `pytest.approx`.)
 
 # %% tags=["piece", "whole"]
 # %%into test/test_motion.py
@@ -588,7 +593,8 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # If a row fails, look at the contract, and correct whichever is wrong, the table or your `motion.py`.
 #
 # **This is the end of part 1**, and a good place for a break.
-#
+
+# %% [markdown]
 # ## A first test for each node
 #
 # T1 wants tests for both nodes that assert something and pass.
@@ -607,10 +613,11 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # - **The bench records the output** (`published`, `logged`), where it leaves the node.
 #
 # A **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test.
-#
+
+# %% [markdown] tags=["whole"]
 # JupyterLab shows the next cell folded: run it (Shift+Enter), and open it (a click on the three dots) if you want to know how it works.
 
-# %% tags=["given"]
+# %% tags=["given", "whole"]
 # %%writefile test/conftest.py
 """A bench for one node: its clock is set by hand, what it publishes and logs is written down."""
 
@@ -787,7 +794,7 @@ def interrupt(monkeypatch):
     for number, handler in handlers.items():
         signal.signal(number, handler)
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # | in a test | gives |
 # |---|---|
 # | `bench = make_bench(RobotController, max_linear_speed=0.3)` | a node with these parameters |
@@ -798,7 +805,8 @@ def interrupt(monkeypatch):
 # | `logged` | `[('WARN', 'Battery low: 19 %'), ...]` |
 # | `bench.set_parameter('safety_margin', 0.2)` | whether it was taken (`.successful`), and the `.reason` |
 # | `interrupt(signal.SIGINT)`, then `main()` | Ctrl-C after three rounds |
-#
+
+# %% [markdown]
 # So F1 is a test of two lines:
 #
 # ```python
@@ -806,11 +814,12 @@ def interrupt(monkeypatch):
 #     make_bench(RobotController).advance(2.0)
 #     assert [(c.linear.x, c.angular.z) for c in published['cmd_vel']] == [(0.0, 0.0)] * 20
 # ```
-#
+
+# %% [markdown]
 # ### A robot around it
 #
 # For most requirements the node needs a scan every tick, and odometry that follows its commands.
-# The helper `Robot`, at the top of the next file, does that:
+# The helper `Robot`, at the top of `test_robot_controller.py`, does that:
 #
 # | of the helper | what it does |
 # |---|---|
@@ -820,8 +829,9 @@ def interrupt(monkeypatch):
 # | `goal = robot.send(1.0, 0.5)`, `robot.outcome(goal)` | send a goal; later: (status, success, (x, y)) |
 # | `robot.finish(goal)` | drives until the goal is over, ten seconds at most, and half a second on; returns the commands |
 # | `make_robot(max_linear_speed=0.3)` | a robot with other parameters than the defaults |
-#
-# Below it are seven finished tests, and eleven that have only a name, taken from the contract's sentences.
+
+# %% [markdown] tags=["whole"]
+# In the next file, below it, are seven finished tests, and eleven that have only a name, taken from the contract's sentences.
 # The next cell is folded, too. Open it and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
 
 # %% tags=["skeleton"]
@@ -1062,14 +1072,15 @@ def test_a_lower_limit_slows_the_robot_down(robot):
 def test_another_threshold_is_in_force_at_once(robot):
     pytest.fail('not written yet: I6')
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=no test/test_robot_controller.py | cat
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Twenty passed: seven tests, three of which are tables.
 # Eleven failed with "not written yet". They are your list for today.
-#
+
+# %% [markdown] tags=["whole"]
 # #### F2: drive at the set speed
 #
 # The first test: let 0.2 s pass, set 0.25 m/s, and look at the next half second.
@@ -1078,7 +1089,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 # Also check that the answer says success and names the speed, and that the status reports it.
 # The second test drives backwards at -0.5 and looks at the command after 0.6 s.
 
-# %% tags=["piece"]
+# %% tags=["piece", "whole"]
 # %%into test/test_robot_controller.py
 def test_it_drives_at_the_set_speed(robot):
     robot.drive(0.2)
@@ -1089,7 +1100,7 @@ def test_it_drives_at_the_set_speed(robot):
 def test_it_drives_backwards(robot):
     pytest.fail('not written yet: F2')  # TODO: the last command after 0.6 s at -0.5
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # <details><summary>Hint 1: what you need</summary>
 #
 # `answer.success`, `'0.25 m/s' in answer.message` (use the words of your own node), `robot.status().speed`; `robot.drive(0.6)[-1]` is the last command.
@@ -1113,7 +1124,7 @@ def test_it_drives_backwards(robot):
 # ```
 # </details>
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["nbval-ignore-output", "whole"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_robot_controller.py -k "drives_at or drives_backwards" | tail -n 15
 
@@ -1619,15 +1630,15 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=short test/test_sensor_processor.py -k "another_frequency" | tail -n 15
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ### What the tests need
 #
 # If only the tests need a package, `package.xml` names it as `<test_depend>`. It is not installed on the robot.
 
-# %%
+# %% tags=["whole"]
 # !grep -n "depend>" package.xml
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # You should see two lines with `test_depend`: `python3-pytest`, which runs the tests, and `ament_cmake_pytest`, which lets `colcon test` run them.
 # A package that the nodes import must not be only a `test_depend`.
 
@@ -1863,7 +1874,7 @@ hunt("F4", cases=20)
 # No fault in 20 cases is no proof. More cases, or another `seed`, look further.
 #
 # `H1`, `H2` and `H3` are packages with one small fault each; `of` hunts in them.
-# They have passed many tests.
+# They have passed many tests. The hunt takes a minute or more.
 
 # %% tags=["nbval-ignore-output", "whole"]
 # Not compared: how small the case becomes is no promise.
@@ -1896,17 +1907,19 @@ hunt("F9", of="H3", cases=40)
 # That some test ran every line and branch, but not that any assert checked them.
 # </details>
 #
+# <details><summary>Why does <code>bench.hear</code> look for the subscription by its topic, and not call the callback by its name?</summary>
+#
+# So that a wrong topic or type fails: a test should know what the contract promises, and nothing about how it is done.
+# </details>
+
+# %% [markdown] tags=["whole"]
 # <details><summary>A test passes on your machine, and one time in ten it fails on the server. What do you look for first?</summary>
 #
 # Look for wall time: a sleep, a time-out, a count "within a second".
 # Set the clock by hand, or wait for the event itself.
 # </details>
-#
-# <details><summary>Why does <code>bench.hear</code> look for the subscription by its topic, and not call the callback by its name?</summary>
-#
-# So that a wrong topic or type fails: a test should know what the contract promises, and nothing about how it is done.
-# </details>
-#
+
+# %% [markdown]
 # **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests show it. Now other people must be able to use it.
 
 # %%

@@ -19,7 +19,8 @@
 # But *other people* must be able to use your package, too.
 # Think of a person who has five minutes and your README, and does not know the package.
 # Today you write for that person, look at your work as an instructor does, and hand it in.
-#
+
+# %% [markdown] tags=["whole"]
 # **You will be able to**
 #
 # - write a demonstration that ends by itself, with an exit status that says whether it worked;
@@ -48,7 +49,7 @@ from grader.notebook import begin, check, run_node, start_at
 begin("10")
 # %env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # ## Three questions first
 #
 # Answer them aloud, then unfold.
@@ -212,7 +213,6 @@ def perform(world):
         live.pause()
         return run.recording
 
-
 # %% tags=["nbval-ignore-output", "whole"]
 # Not compared: the demonstration runs in real time.
 perform(sim.World("an empty floor"));
@@ -286,11 +286,14 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 
 # %% [markdown]
 # The grader compares the package's tests with that file. If one is missing there, it was written after the run, or you have never run it.
+
+# %% [markdown] tags=["whole"]
 # (On the published page this run also has the six files from notebook 09's *Go further*. Without them there are about a hundred tests.)
 #
 # This is the end of part 1, and a good place for a break.
 # After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
-#
+
+# %% [markdown]
 # ## A README that is true
 #
 # A README is the only part of your package that everyone reads.
@@ -298,11 +301,13 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 # The last answer is a table of topics, services and actions. It is the first part of the documentation to become wrong, because people rename a topic and forget the table.
 #
 # So do not write it from memory.
+
+# %% [markdown] tags=["whole"]
 # `ros2 node info` prints what a running node really has.
 # Here is its output for a node that this cell makes.
 # **Predict:** which of the lines are not from this cell?
 
-# %%
+# %% tags=["whole"]
 import rclpy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import LaserScan
@@ -317,16 +322,20 @@ node.create_service(Trigger, "come_home", print)
 # !ros2 node info /mower
 node.destroy_node()
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Seven services come with every node, six of them for its parameters, and so does the topic `parameter_events`; leave these out of a README.
 # The other lines are your table: name, type, direction.
-#
+
+# %% [markdown]
 # So let the graph write it.
 # The next cells start your two nodes, read from the graph what each has, and print the rows.
 
 # %%
+import rclpy
 from rclpy.action import get_action_server_names_and_types_by_node as actions_of
 
+if not rclpy.ok():
+    rclpy.init()
 OF_EVERY_NODE = ("/parameter_events", "/rosout", "/clock")
 
 
@@ -343,7 +352,6 @@ def rows(visitor, name):
             if path not in OF_EVERY_NODE and "/_action/" not in path and not path.startswith(f"/{name}/"):
                 yield f"| `{name}` | {kind} | `{path[1:]}` | `{types[0]}` |"
 
-
 # %%
 import time
 
@@ -357,7 +365,6 @@ def print_rows(visitor, name):
             break
         time.sleep(0.5)
     print("\n".join(found))
-
 
 # %%
 visitor = rclpy.create_node("visitor", enable_rosout=False)
@@ -423,10 +430,12 @@ TODO 4 (if you like): what you decided where the contract leaves it open, and wh
 # ...                       # and nine more
 # ```
 # </details>
-#
+
+# %% [markdown] tags=["whole"]
 # Try each command in a new terminal, one after the other.
 # In each new terminal of this kit, first type `source grader/ros2/setup.bash` in the kit's folder: it says where ROS is.
-#
+
+# %% [markdown]
 # Your `package.xml` names a licence; put the licence's text beside it.
 # The next cell copies the full text of the Apache License 2.0; open it in the editor if you have never read one.
 
@@ -579,7 +588,7 @@ for name in lost:
 #
 # `grader submit` packs the package: sources, tests, README, results, without `build/`, caches and hidden files.
 # Then it opens the archive as the grader will, and lists what it finds.
-# It marks files from `start_at` as the course's, not yours.
+# It names the files that the course has laid out, by `start_at` or in your lane: they do not count as your own work.
 #
 # With `--no-check` it does only that.
 # Without it, it also runs all public checks on the archive, which takes a few minutes; do that in a terminal.
@@ -588,7 +597,7 @@ for name in lost:
 # Not compared: sizes are those of one's own files.
 # !grader submit --no-check
 
-# %% [markdown]
+# %% [markdown] tags=["whole"]
 # Before you hand it in, do three more things:
 #
 # - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or another person's name?
@@ -603,20 +612,9 @@ for name in lost:
 # - Put `grader check` into a CI job of your own repository, so that each push is checked.
 # - Write the README's interface table by a script, from the running graph. Then it cannot become wrong.
 # - Give the package to a person who was not in the course. Say nothing, and watch where they get stuck.
-#
+
+# %% [markdown]
 # ## Recall
-#
-# <details><summary>Why does each wait in a demonstration need a time-out?</summary>
-#
-# A request to a service that no node offers is not an error.
-# The future is never done, and the script waits without a message.
-# </details>
-#
-# <details><summary>How does a build server know that your demonstration went well?</summary>
-#
-# By its exit status, which is 0.
-# The printed text is for people.
-# </details>
 #
 # <details><summary>A package builds in your workspace and nowhere else. What do you try first?</summary>
 #
@@ -628,6 +626,19 @@ for name in lost:
 #
 # Probably one, in something that all three need.
 # The report says why they were not reached.
+# </details>
+
+# %% [markdown] tags=["whole"]
+# <details><summary>Why does each wait in a demonstration need a time-out?</summary>
+#
+# A request to a service that no node offers is not an error.
+# The future is never done, and the script waits without a message.
+# </details>
+#
+# <details><summary>How does a build server know that your demonstration went well?</summary>
+#
+# By its exit status, which is 0.
+# The printed text is for people.
 # </details>
 
 # %% [markdown] tags=["whole"]
@@ -690,7 +701,8 @@ Film(recording)
 # - [ ] hand over a package that others can use from its README (10)
 #
 # If you are not sure about a box, open that notebook again: each begins and ends with questions.
-#
+
+# %% [markdown] tags=["whole"]
 # **Five next steps**, from an evening to a term:
 #
 # - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.

@@ -102,7 +102,7 @@ def test_the_intake_notes_the_laid_out_files(workspace: Workspace, tmp_path: Pat
     checkpoints.start_at(workspace, "04")
     found = open_submission(workspace.package, tmp_path / "taken", COURSE)
     (note,) = [note for note in found.intake.notes if "laid out" in note]
-    assert note.startswith("8 files were laid out by the course (start_at)")
+    assert note.startswith("8 files were laid out by the course (start_at, or a lane)")
     assert note.endswith(
         "CMakeLists.txt, action/NavigateToPosition.action, msg/SensorFusionData.msg, package.xml, "
         f"{PACKAGE}/utils/conversions.py, scripts/robot_controller, srv/GetRobotStatus.srv, srv/SetSpeed.srv."

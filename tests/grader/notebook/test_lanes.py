@@ -13,12 +13,13 @@ import pytest
 from helpers.course import COURSE, PACKAGE, REFERENCE
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-from grader.authoring import checkpoint_texts
+from grader.authoring import checkpoint_texts, notebook_source
 from grader.intake.submission import open_submission
 from grader.notebook import checkpoints, lanes, pieces
 from grader.notebook.cell_hooks import CellHooks
 from grader.notebook.file_backups import target
 from grader.notebook.workspace import NOTEBOOK, Workspace
+from grader.scoring.rubric import load
 
 MOTION = f"{PACKAGE}/utils/motion.py"
 RUNNING = f"{PACKAGE}/utils/running.py"
@@ -59,7 +60,7 @@ def test_where_nobody_can_answer_it_is_the_whole_lane_and_one_line_says_so(works
     workspace.root.mkdir()
     said = lanes.choose(workspace, "05")
     assert said.startswith(
-        'Lane: whole. begin("05", lane=...) takes another: core (7 to 13 hours), whole (15 to 27 hours)'
+        'Lane: whole. begin("05", lane=...) takes another: core (4 to 7 hours), whole (15 to 27 hours)'
     )
     assert lanes.of(workspace) == "", "the next kernel, in which somebody may answer, asks"
     assert lanes.lay_out(workspace, "05") == ""
@@ -78,7 +79,7 @@ def test_a_kernel_asks_once_and_again_after_a_slip(workspace: Workspace, monkeyp
 
 def test_a_lane_can_be_changed_at_any_time(core: Workspace) -> None:
     assert lanes.lay_out(core, "05").startswith(
-        "Lane: core. The course gives in this notebook: utils/motion.py (speed_cap"
+        "Lane: core. The course gives in this notebook: utils/motion.py (obstacle_in_way"
     )
     before = {path: path.read_bytes() for path in core.package.rglob("*") if path.is_file()}
     lanes.choose(core, "05", "whole")
@@ -144,8 +145,9 @@ def test_what_was_given_is_named_in_what_is_handed_in(core: Workspace, tmp_path:
     (note,) = [note for note in notes if "laid out" in note]
     assert RUNNING in note
     assert note.endswith(
-        "3 functions were given by the course (a lane) and not changed since: "
-        "motion.py ramp, motion.py speed_cap, motion.py speed_up_gently."
+        "5 functions were given by the course (a lane) and not changed since: "
+        "motion.py clearance, motion.py obstacle_in_way, motion.py ramp, motion.py speed_cap, "
+        "motion.py speed_up_gently."
     )
     (core.package / MOTION).write_text("def ramp(): ...\n")
     notes = open_submission(core.package, tmp_path / "again", COURSE).intake.notes
@@ -180,7 +182,7 @@ def test_what_a_lane_leaves_out_folds_and_the_rest_stays_as_it_is() -> None:
     folded = lanes.fold(new_notebook(cells=cells), "05", "core")
     title, note, first, closed, last = folded.cells
     assert title.source == "# 05 Moving"
-    assert "core lane: 55 to 105 minutes" in note.source
+    assert "core lane: 29 to 50 minutes" in note.source
     assert first.source == 'begin("05", lane="core")'
     assert closed.cell_type == "markdown", "it does not run"
     assert closed.source == (
@@ -188,6 +190,39 @@ def test_what_a_lane_leaves_out_folds_and_the_rest_stays_as_it_is() -> None:
         "````python\nprint(1)\n````\n\n</details>"
     )
     assert last.source == "print(2)"
+
+
+def test_a_lane_has_more_of_an_exercise_than_the_whole_one_and_a_skeleton_says_what_is_given() -> None:
+    stub, skeleton = (
+        "class Driver:\n    def _control(self):\n        pass  # TODO\n",
+        SKELETON.replace("0.0", "0.0  # step 4"),
+    )
+    cells = [
+        new_code_cell(f"%%into ros2_robot_controller/driver.py\n{stub}", id="piece-driver-py-driver-control"),
+        new_code_cell(f"%%writefile {MOTION}\n{skeleton}", id="b"),
+    ]
+    solved = new_code_cell(cells[0].source.replace("pass  # TODO", "self.move()"), id=cells[0].id)
+    exercise, _, given = lanes.fold(new_notebook(cells=cells), "05", "core").cells
+    assert exercise.source.startswith("%%into ros2_robot_controller/driver.py\nclass Driver:")
+    assert "limits = self._limits()" in exercise.source
+    assert "def ramp(a, b, c):\n    return 0.0  # the core lane fills it in when the cell runs" in given.source
+    assert "def make_safe(a, b, c):\n    return 0.0  # step 4" in given.source
+    assert "self.move()" in lanes.fold(new_notebook(cells=[solved]), "05", "core").cells[0].source
+
+
+@pytest.mark.parametrize("lane", [lane for lane in lanes.table() if lane != lanes.WHOLE])
+@pytest.mark.parametrize("name", notebook_source.names())
+def test_a_frame_is_of_an_exercise_and_a_part_of_its_solution(name: str, lane: str) -> None:
+    cells = {cell["id"]: cell for cell in notebook_source.read(name, load(COURSE.rubric)).cells}
+    for found, frame in lanes.frames(lane, name[:2]).items():
+        assert lanes.WHOLE not in notebook_source.tags(cells[found])
+        path = notebook_source.written_file(cells[found]) or notebook_source.piece_file(cells[found]) or ""
+        right = {line.strip(' "') for line in checkpoint_texts.texts(name[:2])[path].splitlines()}
+        added = [line for line in frame.splitlines() if "TODO" not in line and line.strip(' "') not in right]
+        assert len(added) < 5, "the rest of a frame is the solution's, word for word"
+        assert "TODO" in frame
+        if path.endswith(".py"):
+            pieces.definitions(frame)
 
 
 def test_who_chooses_a_lane_gets_folded_copies_beside_the_notebooks(workspace: Workspace, tmp_path: Path) -> None:

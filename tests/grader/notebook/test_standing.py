@@ -41,12 +41,20 @@ def test_a_requirement_is_done_so_far_or_open(here: Workspace):
     assert 'Next: F4 Stops before an obstacle, in the section "Stop before the wall" of this notebook.' in rows["lines"]
 
 
-def test_in_a_shorter_lane_only_what_it_asks_for_is_shown(here: Workspace):
+def test_in_a_shorter_lane_only_what_it_asks_for_is_shown_and_counted(here: Workspace):
     lanes.keep(here, "core")
-    standing.note(here, [IDLE, Answer("I8", "Ctrl-C", "0", "1", False)])
+    standing.note(here, [IDLE, Answer("I8", "Ctrl-C", "1", "1", True)])
     rows = panel(here)
-    assert rows["05"] == "✓ F1  ○ F4  ○ I8"
-    assert "3 of 65 points in your last checks." in rows["lines"]
+    assert rows["05"] == "✓ F1  ○ F4  ✓ I8"
+    assert "3 of 64 points in your last checks." in rows["lines"]
+
+
+def test_in_a_shorter_lane_what_it_asks_for_later_is_not_next(here: Workspace, monkeypatch):
+    lanes.keep(here, "core")
+    monkeypatch.setenv(NOTEBOOK, "04")
+    names = ("F6", "F12", "F13", "I4")
+    standing.note(here, [Answer(name, "", "1", "1", True) for name in names])
+    assert "Next: notebook 05 moving safely." in panel(here)["lines"]
 
 
 def test_the_last_answer_counts_and_an_error_of_the_kit_does_not(here: Workspace):
