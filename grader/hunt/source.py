@@ -13,7 +13,6 @@ from grader.processes.jobs import Job, Turn, Where
 from grader.scoring.rubric import Requirement
 from grader.settings import Settings
 from grader.source import Asked, Collected, Source, Subject
-from grader.trials.case import Case
 from grader.trials.request import ALL_BEHIND_S, not_started
 from grader.trials.source import integrity_flags, started_by
 from grader.words import mark, say
@@ -36,7 +35,8 @@ class Hunts(Source):
 
         The grading's seed decides which cases are made up; students have another one.
         """
-        from grader.hunt import runner  # with Hypothesis, whose import takes a second
+        # With Hypothesis, whose import takes a second, and numpy, which starts threads (check_process has to have one).
+        from grader.hunt import runner
 
         settings, running = subject.settings, runner.of_build(subject)
         hunted = [requirement for requirement in settings.wanted if requirement.hunt]
@@ -61,6 +61,7 @@ def job_name(requirement: str) -> str:
 
 def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before: object = None) -> Result:
     from grader.hunt import search
+    from grader.trials.case import Case
     from grader.trials.promises import hunts, unjudged
 
     of_requirement, name = hunts(settings.course).of([requirement.id]), f"hunt_{requirement.id}"
