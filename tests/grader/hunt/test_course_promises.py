@@ -85,6 +85,7 @@ def test_the_reference_keeps_every_promise(promise: str):
         ("cancels", "a_cancel_counts_as_success", "with success = True"),
         ("keeps_the_limits", "jumps_to_the_speed", "rose by"),
         ("ends_on_ctrl_c", "drives_on_after_ctrl_c", "the last command is"),
+        ("fuses_whatever_is_read", "publishes_nothing_when_nothing_is_near", "no fused data from"),
         ("fuses_the_latest_imu", "keeps_the_first_imu_message", "had been measured"),
         ("fuses_the_battery_in_percent", "battery_as_a_ratio", "battery_level"),
         ("says_once_that_the_battery_is_low", "logs_the_alarm_at_every_message", "times a battery warning"),

@@ -20,6 +20,7 @@ from grader.words import mark
 
 NODE, _FUSED, _DISTANCE = "sensor_processor", "sensor_fusion_data", "obstacle_distance"
 _RATE, _TICK_S, _LATE_S = 20.0, 0.05, 0.1
+_SILENT_S = 0.5  # of ten messages; another promise counts them
 _WARN, _ERROR = 30, 40
 _LOW, _CRITICAL = "battery_low_threshold", "battery_critical_threshold"
 _DEFAULTS = motion.COURSE.nodes[NODE].defaults
@@ -85,6 +86,18 @@ def _failed(run: Run, expect: Callable[[], object]) -> Broken | None:
 def fuses_the_closest_valid_reading(run: Run) -> Broken | None:
     """`closest_obstacle_distance` is the closest valid reading of the latest scan, inf where there is none."""
     return _failed(run, lambda: check_fusion.expect_distances(run.trial, _messages(run, _FUSED), ""))
+
+
+@promise("F12")
+def fuses_whatever_is_read(run: Run) -> Broken | None:
+    """From the first scan on fused data come, whether or not one of its readings is valid."""
+    if not run.trial.scans or not any(to == _FUSED for _, to in run.times("listen")):
+        return None
+    times = [run.trial.scans[0].t, *(m.t for m in _messages(run, _FUSED)), run.end]
+    for before, after in itertools.pairwise(times):
+        if after - before > _SILENT_S:
+            return broken(after, mark("no fused data from {since:.2f} to {t:.2f} s"), since=before)
+    return None
 
 
 @promise("F12")
