@@ -106,3 +106,14 @@ def test_a_goal_with_nothing_in_the_way_ends(ended: float, said: str):
     trial = driven(0.0, goals=[goal], marks={"0 goal": 0.3, "1 arrive": 0.4})
     found = PROMISES["arrives_in_the_end"].judge(Run(case, trial))
     assert (found.seen if found else "") == said
+
+
+@pytest.mark.parametrize(("next_", "said"), [(5.0, "the goal was aborted at 2.00 s"), (1.9, "")])
+def test_a_goal_may_make_room_for_another_one(next_: float, said: str):
+    """Found by a hunt in the reference, which ends a goal when the next one comes."""
+    goals = [
+        Goal(t, 1.0, 0.0, 0.1, True, status, False, 0.0, 0.0, end)
+        for t, status, end in ((0.3, "aborted", 2.0), (next_, "succeeded", 9.0))
+    ]
+    found = PROMISES["does_not_give_up"].judge(Run(Case(NODE, ()), driven(0.0, goals=goals)))
+    assert (found.seen if found else "") == said

@@ -193,8 +193,11 @@ def arrives_in_the_end(run: Run) -> Broken | None:
 @promise("F11")
 def does_not_give_up(run: Run) -> Broken | None:
     """A goal whose way is blocked goes on: it is not given up."""
+    sent = [goal.t for goal in run.trial.goals]
     for goal in run.trial.goals:
-        if goal.accepted and goal.status == "aborted" and math.isnan(goal.cancel_t):
+        # Another one that comes meanwhile may take its place: the contract leaves that open.
+        replaced = any(goal.t < t <= goal.ended_t for t in sent)
+        if goal.accepted and goal.status == "aborted" and math.isnan(goal.cancel_t) and not replaced:
             return broken(goal.ended_t, mark("the goal was aborted at {t:.2f} s"))
     return None
 
