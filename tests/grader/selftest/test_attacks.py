@@ -13,6 +13,7 @@ from pathlib import Path
 import attacks
 import pytest
 from helpers.course import COURSE
+from helpers.ros2_runs import until
 
 from grader import KIT, building, cli, pipeline
 from grader.authoring.package_edits import copy
@@ -105,6 +106,8 @@ def test_a_process_that_still_runs_is_damage():
     with planted() as tokens:
         # The shell's last argument is in its command line.
         left = subprocess.Popen(["sh", "-c", "read -r _", tokens.token], stdin=subprocess.PIPE)
+        # Popen returns when exec has closed its pipe, which is before /proc shows the new command line.
+        until(lambda: tokens.token.encode() in Path(f"/proc/{left.pid}/cmdline").read_bytes())
         assert tokens.damage() == [f"the process {left.pid} still runs"]
         left.communicate(b"end\n")
         assert tokens.damage() == []
