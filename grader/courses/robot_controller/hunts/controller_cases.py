@@ -128,6 +128,18 @@ def _asked_on_the_way() -> SearchStrategy[Case]:
     return _case(st.just([goal, Step("wait", 0.5)]), st.one_of(_then_wait(_refused), _SPEED), least=1, most=2)
 
 
+@makes("F3", "F11")
+def _limited_meanwhile() -> SearchStrategy[Case]:
+    """Limits that are changed while the robot drives, at a set speed or to a place."""
+    goal = st.sampled_from([0, 90, 150]).map(
+        lambda bearing: [Step("goal", {"bearing": bearing, "distance": 3.0, "tolerance": 0.1}), Step("wait", 0.8)]
+    )
+    changed = st.sampled_from(
+        [{"max_linear_speed": 0.25}, {"max_angular_speed": 0.5}, {"linear_acceleration": 0.25}]
+    ).map(lambda to: [Step("set", dict(to)), Step("wait", 2.0)])  # fmt: skip
+    return _case(st.one_of(goal, _AFTER_SPEED), st.one_of(changed, changed, _SPEED), least=1, most=3)
+
+
 @makes("F4")
 def _watches() -> SearchStrategy[Case]:
     """Obstacles near a robot that drives: ahead, at the edge of its sector, moving, or nearer than the limit."""
