@@ -24,7 +24,7 @@ from grader.progress import Progress
 from grader.scoring import rubric
 from grader.settings import Settings
 from grader.source import Subject
-from grader.trials.promises import LIVES, Run, first_broken, hunts
+from grader.trials.promises import LIVES, Run, first_broken, hunts, unjudged
 from grader.words import mark, say, say_count
 
 CASES = 300
@@ -114,25 +114,30 @@ def main(options: argparse.Namespace) -> int:
 
 def _facts(found: search.Hunted, out: Path) -> dict[str, Any]:
     """Return the outcome as a notebook shows it."""
-    facts: dict[str, Any] = {"cases": found.cases, "unsteady": _unsteady(found)}
+    facts: dict[str, Any] = {"cases": found.cases, "left_out": _left_out(found)}
     if found.finding:
         facts |= {"rows": report.rows(found.finding), "file": str(report.save(found.finding, out))}
     return facts
 
 
-def _unsteady(found: search.Hunted) -> str:
-    """Return in words how many cases failed once and not again, "" for none."""
-    if not found.unsteady:
-        return ""
-    return say_count(
-        "{n} case failed once and not again; it is not shown.",
-        "{n} cases failed once and not again; they are not shown.",
-        len(found.unsteady),
-    )
+def _left_out(found: search.Hunted) -> str:
+    """Return in words how many cases failed once and not again, or could not be judged, "" for none."""
+    words = []
+    if found.unsteady:
+        words.append(say_count(
+            "{n} case failed once and not again; it is not shown.",
+            "{n} cases failed once and not again; they are not shown.",
+            len(found.unsteady),
+        ))  # fmt: skip
+    if found.unjudged:
+        trial = found.unjudged[0]
+        why = trial.script_error.strip().rpartition("\n")[2] if trial.script_error else str(trial.ended)
+        words.append(say("{n} of the cases could not be judged; of the first: {why}", n=len(found.unjudged), why=why))
+    return " ".join(words)
 
 
 def _say(found: search.Hunted, out: Path) -> int:
-    if words := _unsteady(found):
+    if words := _left_out(found):
         print(words)
     if found.finding is None:
         print(say("{n} cases, no fault found, seed {seed}.", n=found.cases, seed=found.seed))
@@ -151,6 +156,8 @@ def _again(trial: Any, again: tuple[Any, str], course: Course) -> int:
     case, name = again
     if trial.script_error:
         raise GraderError(say("The case cannot be run: {error}", error=trial.script_error))
+    if unjudged(trial):
+        raise GraderError(say("The case cannot be judged: {why}", why=trial.ended))
     promises, run = (*hunts(course).promises, LIVES), Run(case, trial)
     # Of a case that a person has changed another promise may be the one that is broken.
     broken = first_broken([each for each in promises if each.name == name], run) or first_broken(promises, run)

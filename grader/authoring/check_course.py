@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import difflib
 import importlib
 import json
 import re
@@ -19,11 +18,13 @@ import nbformat
 import yaml
 
 from grader import yaml_reader
-from grader.authoring import held_back, notebook_source, package_edits
+from grader.authoring import held_back, notebook_source
 from grader.checks import checks_run
 from grader.course import Course, handout, load
 from grader.course.reader import CONTRACT, module_names, modules
 from grader.errors import GraderError
+from grader.intake import package_edits
+from grader.intake.package_edits import Edit
 from grader.league import pool
 from grader.league.source import LeagueCases
 from grader.notebook.checkpoints import Checkpoint
@@ -38,19 +39,11 @@ from sim.world import WorldError, load_world, world_names
 
 @dataclass(frozen=True)
 class KnownBad:
-    """An edit of the solution that has to lose points. `old`, which `file` has once, becomes `new`."""
+    """An edit of the solution that has to lose points."""
 
     path: Path
-    file: str
-    old: str
-    new: str
+    edit: Edit
     loses: dict[str, float]
-
-    def made(self, solution: Path, folder: Path) -> Path:
-        """Return a copy of the solution in `folder` with this edit."""
-        package = package_edits.copy(solution, folder)
-        package_edits.replace(self.file, self.old, self.new)(package)
-        return package
 
 
 def mistakes(folder: Path) -> list[str]:
@@ -86,17 +79,12 @@ def known_bad(path: Path, course: Course, worth: Mapping[str, float | None]) -> 
     reader, root = YamlReader(path), yaml_reader.read(path)
     if root is None:
         raise GraderError(f"{path} is empty; a known-bad edit needs file, old, new, loses")
-    files = [file.relative_to(course.solution).as_posix() for file in course.solution.rglob("*") if file.is_file()]
     given = reader.fields(root, root, ("file", "old", "new", "loses"), "a known-bad edit")
-    file, old, new = (reader.text(given[name]) for name in ("file", "old", "new"))
+    edit: Edit | None = None
     loses: dict[str, float] = {}
     wrong: list[str] = []
     with yaml_reader.noted(wrong):
-        reader.require_known(file, given["file"], files, "a file of the solution")
-        text = (course.solution / file).read_text(encoding="utf-8")
-        if (count := text.count(old)) != 1:
-            said = f"`old` occurs {count} times in {file} of the solution, not once"
-            reader.fail(given["old"], said + ("" if count else _nearest_line(old, text)))
+        edit = package_edits.read(reader, given, course.solution)
     for name, key, value in reader.mapping(given["loses"]):
         with yaml_reader.noted(wrong):
             reader.require_known(name, key, worth, "a requirement of the rubric")
@@ -104,14 +92,8 @@ def known_bad(path: Path, course: Course, worth: Mapping[str, float | None]) -> 
     yaml_reader.require_none(wrong)
     if not any(loses.values()):
         reader.fail(given["loses"], "an edit that loses nothing shows nothing; write `loses: {ID: points}`")
-    return KnownBad(path, file, old, new, loses)
-
-
-def _nearest_line(old: str, text: str) -> str:
-    wanted = next((line.strip() for line in old.splitlines() if line.strip()), "")
-    lines = [line.strip() for line in text.splitlines()]
-    near = difflib.get_close_matches(wanted, lines, 1, 0.5)
-    return f"; its nearest line, {lines.index(near[0]) + 1}, is: {near[0]}" if near else ""
+    assert edit is not None
+    return KnownBad(path, edit, loses)
 
 
 class _Reading:

@@ -114,7 +114,7 @@ class _Trying:
         if not judged & edit.loses.keys():
             return
         with tempdir.folder("known-bad") as folder:
-            package = edit.made(self.settings.course.solution, folder)
+            package = edit.edit.made(self.settings.course.solution, folder)
             try:
                 card = self._graded(edit.path.name, package, 0, judged).scorecard
                 yield from self._compared(edit, card, judged)

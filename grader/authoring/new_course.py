@@ -8,9 +8,9 @@ import re
 import shutil
 from pathlib import Path
 
-from grader.authoring import package_edits
 from grader.course import Course, load
 from grader.errors import UsageError
+from grader.intake import package_edits
 
 _TEMPLATE = Path(__file__).parent / "template_course"
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "ws", "build", "install", "log")

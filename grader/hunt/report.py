@@ -14,7 +14,7 @@ from grader.report import figures, html
 from grader.sanitize import one_line
 from grader.trials import case as cases
 from grader.trials.case import Case, Step
-from grader.trials.promises import Promise, Run
+from grader.trials.promises import Run
 from grader.words import mark, say
 
 _WORDS = {
@@ -87,13 +87,8 @@ def rows(finding: Finding) -> list[tuple[str, str]]:
     return [
         (say("done"), in_words(finding.case)),
         (say("seen"), one_line(finding.broken.seen, 500)),
-        (say("promised"), promised(finding.promise)),
+        (say("promised"), finding.promise.words),
     ]
-
-
-def promised(promise: Promise) -> str:
-    """Return the sentence of a promise with the requirements that say so."""
-    return promise.words
 
 
 def save(finding: Finding, folder: Path) -> Path:

@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, Phase
 from grader.evidence import Trial
 from grader.hunt.runner import Runner
 from grader.trials.case import Case
-from grader.trials.promises import Broken, Making, Promise, Run, first_broken
+from grader.trials.promises import Broken, Making, Promise, Run, first_broken, unjudged
 
 SHRINKS = 60
 """How many further cases may be run to make a found one smaller."""
@@ -42,13 +42,15 @@ class Finding:
 class Hunted:
     """What a hunt has come to: how many cases were tried, and the finding if there is one.
 
-    `unsteady` are cases that failed once and not when they were run again: they are not a finding.
+    `unsteady` are cases that failed once and not when they were run again: they are not a finding. `unjudged` are
+    trials that cannot be judged: their case cannot be run, or they ended early in a way that breaks no promise.
     """
 
     cases: int
     seed: int
     finding: Finding | None = None
     unsteady: tuple[Finding, ...] = ()
+    unjudged: tuple[Trial, ...] = ()
 
 
 def hunt(
@@ -70,6 +72,7 @@ def hunt(
     The same seed tries the same cases in the same order, however many are run at once.
     """
     unsteady: list[Finding] = []
+    left_out: list[Trial] = []
     number = 0
     for number, (case, trial) in enumerate(
         runner.run(itertools.takewhile(lambda _: goes_on(), listed(making, cases, seed))), 1
@@ -77,6 +80,7 @@ def hunt(
         tried(number)
         finding = _finding(case, trial, promises, number)
         if finding is None:
+            left_out += [trial] if trial.script_error or unjudged(trial) else []
             continue
         if not _holds(runner, finding):
             unsteady.append(finding)
@@ -86,8 +90,8 @@ def hunt(
             shrinks = 0
         spoilt = {each.case for each in unsteady}
         smallest = _shrunk(runner, making, finding, spoilt, cases, seed, shrinks, found)
-        return Hunted(number, seed, smallest, tuple(unsteady))
-    return Hunted(number, seed, None, tuple(unsteady))
+        return Hunted(number, seed, smallest, tuple(unsteady), tuple(left_out))
+    return Hunted(number, seed, None, tuple(unsteady), tuple(left_out))
 
 
 def listed(making: Making, cases: int, seed: int) -> list[Case]:

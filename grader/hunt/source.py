@@ -62,7 +62,7 @@ def job_name(requirement: str) -> str:
 def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before: object = None) -> Result:
     from grader.hunt import search
     from grader.trials.case import Case
-    from grader.trials.promises import hunts, unjudged
+    from grader.trials.promises import hunts
 
     of_requirement, name = hunts(settings.course).of([requirement.id]), f"hunt_{requirement.id}"
     try:
@@ -75,9 +75,8 @@ def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before
         case = f"breaks: {found.promise.name}\n{found.case.text()}"
         broken = BrokenPromise(found.promise.name, found.promise.sentence, found.broken.seen, case)
         return replace(facts, broken=broken, trial=name), [replace(found.trial, name=name)]
-    for trial in running.known.values():
-        if trial.script_error or unjudged(trial):  # else a node that brings observers down keeps every promise
-            return replace(facts, trial=name), [replace(trial, name=name)]
+    if hunted.unjudged:  # else a node that brings observers down keeps every promise
+        return replace(facts, trial=name), [replace(hunted.unjudged[0], name=name)]
     return facts, []
 
 

@@ -5,29 +5,20 @@ Each is a folder with a package, or a file NAME.yaml with an edit of the solutio
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 from grader import building, yaml_reader
 from grader.building import Built
-from grader.building.cache import not_source
 from grader.course import Course
 from grader.errors import GraderError
+from grader.intake import package_edits
+from grader.intake.package_edits import Edit
 from grader.settings import Settings
 from grader.yaml_reader import YamlReader
 
 FOLDER = "league"
 """In the course's folder held_back."""
-
-
-@dataclass(frozen=True)
-class Edit:
-    """A text that a file has once, and what takes its place."""
-
-    file: str
-    old: str
-    new: str
 
 
 @dataclass(frozen=True)
@@ -50,10 +41,7 @@ class Package:
         Raises:
             GraderError: it does not build.
         """
-        package = Path(shutil.copytree(self.base, folder / self.base.name, ignore=not_source))
-        if edit := self.edit:
-            file = package / edit.file
-            file.write_text(file.read_text(encoding="utf-8").replace(edit.old, edit.new), encoding="utf-8")
+        package = self.edit.made(self.base, folder) if self.edit else package_edits.copy(self.base, folder)
         built = building.build([package], settings.cache, settings.course, seconds=settings.build_seconds)
         if not built.facts.ok:
             which = f"The package {self.name} of the league" if self.name else "The solution"
@@ -86,9 +74,4 @@ def _edit(path: Path, solution: Path) -> Edit:
     if root is None:
         raise GraderError(f"{path} is empty; an edit of the solution needs file, old, new")
     given = reader.fields(root, root, ("file", "old", "new"), "an edit of the solution")
-    file, old, new = (reader.text(given[name]) for name in ("file", "old", "new"))
-    if not (solution / file).is_file():
-        reader.fail(given["file"], f"the solution has no {file}")
-    if (count := (solution / file).read_text(encoding="utf-8").count(old)) != 1:
-        reader.fail(given["old"], f"`old` occurs {count} times in {file} of the solution, not once")
-    return Edit(file, old, new)
+    return package_edits.read(reader, given, solution)

@@ -22,19 +22,20 @@ _TAIL = 600  # characters
 class Hunt:
     """What a hunt has come to. Notebooks display it; `file` has the case, None if no fault was found.
 
-    Without a file, `rows` say why nothing could be tried. `unsteady` says how many cases failed once and not again.
+    Without a file, `rows` say why nothing could be tried. `left_out` says how many cases
+    failed once and not again, or could not be judged.
     """
 
     cases: int
     seed: int
     rows: tuple[tuple[str, str], ...] = ()
     file: Path | None = None
-    unsteady: str = ""
+    left_out: str = ""
 
     def __repr__(self) -> str:
         if not self.rows:
             words = say("{n} cases, no fault found, seed {seed}.", n=self.cases, seed=self.seed)
-            return f"{words} {self.unsteady}".rstrip()
+            return f"{words} {self.left_out}".rstrip()
         return "\n".join(f"{name}: {text}" for name, text in self.rows)
 
     def _repr_html_(self) -> str | None:
@@ -83,4 +84,4 @@ def hunt(
     file = Path(found["file"]) if "file" in found else None
     if file is not None:
         rows.append((say("kept"), say("{file}; again: !grader hunt --again FILE", file=workspace.shown(file))))
-    return Hunt(found["cases"], seed, tuple(rows), file, found["unsteady"])
+    return Hunt(found["cases"], seed, tuple(rows), file, found["left_out"])

@@ -17,7 +17,7 @@ import yaml
 from submissions import edits
 
 from attacks import made, on_intake, weaknesses
-from grader.authoring.package_edits import Change, append, put
+from grader.intake.package_edits import Change, append, put
 from grader.selftest.attacks.attack import Attack, attack, cmake, node
 from grader.selftest.attacks.on_nodes import CREEPS
 from grader.yaml_reader import FAST_LOADER

@@ -10,8 +10,8 @@ from pathlib import Path
 import yaml
 from helpers import beside
 
-from grader.authoring.package_edits import append, put
 from grader.course import kits_own
+from grader.intake.package_edits import append, put
 
 TEXTS = beside(__file__)
 

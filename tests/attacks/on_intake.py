@@ -10,8 +10,8 @@ import tarfile
 import zipfile
 from pathlib import Path
 
-from grader.authoring.package_edits import put
 from grader.course import kits_own
+from grader.intake.package_edits import put
 from grader.selftest.attacks.attack import Attack, Pack, attack
 
 KITS = kits_own()

@@ -7,7 +7,7 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-from grader.authoring.package_edits import Change, append, put, remove, replace
+from grader.intake.package_edits import Change, append, put, remove, replace
 
 _SLOPPY = "".join(f"def Thing{i}( a,b ):\n  import os;x=1\n  l=lambda:a\n  return  a+b\n" for i in range(60))
 _A_LITTLE_SLOPPY = _SLOPPY[: _SLOPPY.index("def Thing12(")]

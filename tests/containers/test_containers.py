@@ -14,8 +14,9 @@ import pytest
 from containers import situations
 from containers.situations import DOCKER, PYTHON, REFERENCE, SITUATIONS, Situation, contained
 from grader import KIT
-from grader.authoring import export, package_edits
+from grader.authoring import export
 from grader.course import kits_own
+from grader.intake import package_edits
 from grader.selftest.attacks import command
 
 pytestmark = [

@@ -20,12 +20,13 @@ import pytest
 from helpers.judging import Judged, ask, evidence_with
 
 from grader import KIT, cli
-from grader.authoring import check_course, notebook_run, notebook_source, package_edits
+from grader.authoring import check_course, notebook_run, notebook_source
 from grader.classroom import gradebook, overview
 from grader.classroom.class_folder import ClassFolder
 from grader.course import handout, kits_own, load, name_of
 from grader.course.reader import VARIABLE, modules
 from grader.evidence import Sample, Touch, Trial
+from grader.intake import package_edits
 from grader.trials import catalog
 from sim import World, load_world
 
@@ -234,7 +235,7 @@ def test_a_class_of_four_is_ranked(tmp_path: Path):
     extended(tmp_path / "in" / "solution")
     for name in WEAKER:
         edit = check_course.known_bad(FOLDER / "known_bad" / f"{name}.yaml", COURSE, WORTH)
-        edit.made(COURSE.solution, tmp_path / "in" / name)
+        edit.edit.made(COURSE.solution, tmp_path / "in" / name)
     folder = ClassFolder(tmp_path / "class")
     assert cli.main(["batch", str(tmp_path / "in"), "--out", str(folder.path), "--course", str(FOLDER)]) == 0
     league = overview.league(

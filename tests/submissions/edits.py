@@ -18,7 +18,7 @@ from typing import Any
 import yaml
 
 from grader import KIT
-from grader.authoring.package_edits import Change, copy, put, remove, rename, replace
+from grader.intake.package_edits import Change, copy, put, remove, rename, replace
 from grader.yaml_reader import FAST_LOADER
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"

@@ -9,8 +9,8 @@ from dataclasses import replace as replace_fields
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from grader.authoring.package_edits import Change, append, put, replace
 from grader.course import Course
+from grader.intake.package_edits import Change, append, put, replace
 from grader.scoring.rubric import Rubric
 from grader.trials import catalog
 

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from grader import pipeline, report
-from grader.authoring.package_edits import Change, copy
 from grader.collect import needs_build
 from grader.course import find, name_of
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Flag
 from grader.host import cgroup
 from grader.host.namespaces import Confinement, confinement
+from grader.intake.package_edits import Change, copy
 from grader.report import console
 from grader.scoring import rubric
 from grader.scoring.grading import Grading

@@ -13,8 +13,8 @@ from helpers.course import COURSE
 
 from grader import KIT, building, cli
 from grader.authoring import check_course, course_trials
-from grader.authoring.package_edits import replace
 from grader.course import load
+from grader.intake.package_edits import replace
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.settings import Settings
 
@@ -170,7 +170,7 @@ def tried(folder: Path, seeds: int = 1) -> course_trials.Tried:
 
 
 WALL, PATROL = "check_wall::test_stops_before_the_wall", "check_patrol::test_drives_on_patrol"
-OURS = check_course.known_bad(GOOD / "known_bad" / "hits_the_wall.yaml", load(GOOD), {"B3": 15}).new
+OURS = check_course.known_bad(GOOD / "known_bad" / "hits_the_wall.yaml", load(GOOD), {"B3": 15}).edit.new
 
 
 Fails = Callable[[str, int], bool]

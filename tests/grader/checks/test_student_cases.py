@@ -17,8 +17,6 @@ from helpers.judging import Judged, ask, evidence_with, find, with_trials
 from submissions.edits import REFERENCE
 
 from grader import tracebacks
-from grader.authoring.package_edits import copy
-from grader.authoring.package_edits import replace as edited
 from grader.evidence import (
     Call,
     Endpoint,
@@ -36,6 +34,8 @@ from grader.evidence import (
     SourceFile,
     Trial,
 )
+from grader.intake.package_edits import copy
+from grader.intake.package_edits import replace as edited
 from grader.quality.source import analyse_package
 from grader.scoring.rubric import RUBRIC, load
 

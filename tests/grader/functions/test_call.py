@@ -9,10 +9,10 @@ from attacks import ATTACKS
 from helpers.course import COURSE
 
 from grader import KIT
-from grader.authoring.package_edits import Change, append
 from grader.evidence import FunctionAnswer
 from grader.functions.source import call_functions
 from grader.host import ros_env
+from grader.intake.package_edits import Change, append
 
 pytestmark = pytest.mark.sandbox
 

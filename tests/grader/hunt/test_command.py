@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.hunting import NODE, driven, replacing
 
 from grader import cli, hunting
 from grader.errors import EXIT_INTERRUPTED
-from grader.evidence import Trial
+from grader.evidence import Kind, Reason, Trial
 from grader.trials.case import Case, Step
 
 Hunt = Callable[..., int]
@@ -111,9 +112,18 @@ def test_a_file_with_a_mistake_is_named(
     assert said in capsys.readouterr().err
 
 
-def test_a_case_that_cannot_be_run_is_not_taken_for_a_good_one(
-    hunt: Hunt, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("facts", "said"),
+    [
+        ({"script_error": "KeyError: 'x'"}, "The case cannot be run: KeyError: 'x'"),
+        ({"ended": Reason(Kind.SLOW, seconds=120.0)}, "The case cannot be judged: "),
+    ],
+)
+def test_a_case_that_shows_nothing_is_not_taken_for_a_good_one(
+    hunt: Hunt, tmp_path: Path, facts: dict[str, Any], said: str, capsys: pytest.CaptureFixture[str]
 ):
     (tmp_path / "case.yaml").write_text(Case(NODE, (Step("wait", 1.0),)).text())
-    assert hunt(lambda _: driven(0.0, script_error="KeyError: 'x'"), "--again", str(tmp_path / "case.yaml")) == 3
-    assert "The case cannot be run: KeyError: 'x'" in capsys.readouterr().err
+    assert hunt(lambda _: driven(0.0, **facts), "--again", str(tmp_path / "case.yaml")) == 3
+    assert said in capsys.readouterr().err
+    assert hunt(lambda _: driven(0.0, **facts), "F1", "--cases", "3") == 0
+    assert "3 of the cases could not be judged; of the first: " in capsys.readouterr().out

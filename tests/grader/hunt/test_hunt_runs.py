@@ -16,11 +16,11 @@ from helpers.hunting import NODE
 from submissions.edits import EDITS, apply
 
 from grader import cli, collect, pipeline
-from grader.authoring import package_edits
 from grader.course import load
 from grader.host import ros_env
 from grader.hunt import report, search
 from grader.hunting import runner
+from grader.intake import package_edits
 from grader.intake.submission import open_submission
 from grader.processes import jobs
 from grader.scoring import rubric

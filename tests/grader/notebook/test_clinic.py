@@ -12,9 +12,9 @@ from helpers.course import PACKAGE
 from helpers.notebook_fixtures import as_in_a_kernel
 
 from grader.authoring import checkpoint_texts
-from grader.authoring.package_edits import replace
 from grader.courses.robot_controller.lessons import clinic
 from grader.courses.robot_controller.patients import patients
+from grader.intake.package_edits import replace
 from grader.notebook import checkpoints, pieces
 from grader.notebook.cell_hooks import forget_changed_modules
 from grader.notebook.workspace import NOTEBOOK, Workspace, find

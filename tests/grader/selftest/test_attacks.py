@@ -16,9 +16,9 @@ from helpers.course import COURSE
 from helpers.ros2_runs import until
 
 from grader import KIT, building, cli, pipeline
-from grader.authoring.package_edits import copy
 from grader.evidence import Build, Evidence, Flag, Intake
 from grader.host import submission_user
+from grader.intake.package_edits import copy
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score

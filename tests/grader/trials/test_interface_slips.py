@@ -10,8 +10,8 @@ from helpers.course import CONTRACT
 from submissions.edits import REFERENCE
 
 from grader import pipeline
-from grader.authoring import package_edits
 from grader.course import definition
+from grader.intake import package_edits
 from grader.scoring.scorecard import Outcome
 
 SLIPS = [

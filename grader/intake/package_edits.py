@@ -1,12 +1,17 @@
-"""Functions that edit a copy of a package: attacks, known-bad edits and renamed courses are made with them."""
+"""Edits of a copy of a package: attacks, known-bad edits, leagues and renamed courses are made with them."""
 
 from __future__ import annotations
 
+import difflib
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
+import yaml
+
 from grader.intake.names import build_tree
+from grader.yaml_reader import YamlReader
 
 Change = Callable[[Path], None]
 """An edit of a package's folder."""
@@ -82,3 +87,41 @@ def rename(old: str, new: str) -> Change:
                 path.rename(path.with_name(path.name.replace(old, new)))
 
     return change
+
+
+@dataclass(frozen=True)
+class Edit:
+    """An edit as a course writes it in YAML: `old`, which `file` has once, becomes `new`."""
+
+    file: str
+    old: str
+    new: str
+
+    def made(self, package: Path, folder: Path) -> Path:
+        """Return a copy of a package below `folder` with this edit."""
+        edited = copy(package, folder)
+        replace(self.file, self.old, self.new)(edited)
+        return edited
+
+
+def read(reader: YamlReader, given: Mapping[str, yaml.Node], solution: Path) -> Edit:
+    """Return the edit of the solution that the fields file, old and new are.
+
+    Raises:
+        GraderError: it does not fit; file and line are named.
+    """
+    files = [file.relative_to(solution).as_posix() for file in solution.rglob("*") if file.is_file()]
+    edit = Edit(*(reader.text(given[name]) for name in ("file", "old", "new")))
+    reader.require_known(edit.file, given["file"], files, "a file of the solution")
+    text = (solution / edit.file).read_text(encoding="utf-8")
+    if (count := text.count(edit.old)) != 1:
+        said = f"`old` occurs {count} times in {edit.file} of the solution, not once"
+        reader.fail(given["old"], said + ("" if count else _nearest_line(edit.old, text)))
+    return edit
+
+
+def _nearest_line(old: str, text: str) -> str:
+    wanted = next((line.strip() for line in old.splitlines() if line.strip()), "")
+    lines = [line.strip() for line in text.splitlines()]
+    near = difflib.get_close_matches(wanted, lines, 1, 0.5)
+    return f"; its nearest line, {lines.index(near[0]) + 1}, is: {near[0]}" if near else ""
