@@ -139,19 +139,24 @@ def _is_own(filename: str) -> bool:
 def _read_in(file: Path, names: dict[str, object]) -> str:
     """Run a file of the package in the notebook, and return why that failed, "" if it did not.
 
-    An import that fails is printed, and the functions that do without it can be tried all the same.
+    Its functions know the file's own names alone, as they will in the package: those that the notebook has imported
+    would hide an import that the file lacks. An import that fails is printed, and the functions that do without it can
+    be tried all the same.
     """
+    own: dict[str, object] = {"__name__": names["__name__"]}
     try:
         for statement in ast.parse(file.read_text(encoding="utf-8")).body:
             module = compile(ast.Module([statement], []), str(file), "exec", dont_inherit=True)
             try:
-                interface_types.provided(partial(exec, module, names))
+                interface_types.provided(partial(exec, module, own))
             except ImportError as error:
                 print(say("{file.name}, line {statement.lineno}: {error}", file=file, statement=statement, error=error))
     except FileNotFoundError:
         return say("it is not there; run the cell above that writes it")
     except Exception as error:
         return f"{type(error).__name__}: {error}"
+    finally:
+        names |= {name: value for name, value in own.items() if not name.startswith("__")}
     return ""
 
 

@@ -273,17 +273,17 @@ def valid_readings(scan: LaserScan) -> Iterator[tuple[float, float]]:
 from sensor_msgs.msg import LaserScan
 
 
-def make_scan(ranges, angle_min=-math.pi):
+def make_scan(ranges, angle_min=-math.pi, limits=(0.25, 12.0)):
     """Return a scan of a whole turn with these readings."""
     step = math.tau / max(1, len(ranges))
     made = LaserScan(angle_min=angle_min, angle_increment=step, ranges=ranges)
-    made.range_min, made.range_max = 0.25, 12.0
+    made.range_min, made.range_max = limits
     return made
 
 
-def valid(ranges):
+def valid(ranges, **more):
     """Return the distances of the valid ones."""
-    return [distance for _, distance in valid_readings(make_scan(ranges))]
+    return [distance for _, distance in valid_readings(make_scan(ranges, **more))]
 
 
 SCANS = "ros2_robot_controller/utils/scans.py"
@@ -294,6 +294,7 @@ tries(
         "valid([inf, nan, -inf, 0.0, 0.125, 25.0, 0.5])": [0.5],
         "valid([0.25, 12.0])": [0.25, 12.0],
         "valid([])": [],
+        "valid([0.0, 2.0, inf], limits=(0.0, inf))": [2.0],
         "[round(math.degrees(a)) for a, _ in valid_readings(make_scan([4.0, nan, 2.0, 1.0]))]": [-180, 0, 90],
     },
     of=SCANS,
@@ -401,6 +402,7 @@ tries(
     {
         "measure_proximity(make_scan(around))": Proximity(ahead=2.0, behind=4.0, anywhere=1.0),
         "measure_proximity(make_scan(around, angle_min=0.0))": Proximity(ahead=4.0, behind=2.0, anywhere=1.0),
+        "measure_proximity(make_scan([4.0] * 7 + [1.0], angle_min=0.0))": Proximity(ahead=1.0, behind=4.0, anywhere=1.0),
         "measure_proximity(make_scan([nan, 3.0, inf, 1.0]))": Proximity(anywhere=1.0),
         "measure_proximity(make_scan([]))": Proximity(),
     },

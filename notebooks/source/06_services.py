@@ -313,6 +313,7 @@ tries({
     "after_half_backwards(-math.inf)": (False, True, -0.5),
     "after_half_backwards(0.0)[::2]": (True, 0.0),
     "after_half_backwards(float(np.float32(0.5000001)))[::2]": (True, 0.5),  # the tolerance
+    "server._speed <= 0.5": True,  # and not a bit more
 })
 
 # %% [markdown]

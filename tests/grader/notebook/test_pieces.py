@@ -130,13 +130,25 @@ def test_a_table_reads_the_functions_of_a_file_first(tmp_path: Path, capsys: pyt
     tries({"halved(3)": 1.5}, of=str(file))
     file.write_text("import nonsense\ndef halved(x):\n    return x / 2\n")
     tries({"halved(4)": 2.0}, of=str(file))
-    file.write_text("halved(4)(5)\n")
+    file.write_text("def halved(x):\n    return x / 2\nhalved(4)(5)\n")
     tries({"halved(4)": 2.0}, of=str(file))
     assert capsys.readouterr().out.replace(str(tmp_path), "") == (
         "right    halved(3)  1.5\n1 of 1 right\n"
         "halves.py, line 1: No module named 'nonsense'\nright    halved(4)  2\n1 of 1 right\n"
         "NOT YET  /halves.py cannot be run: TypeError: 'float' object is not callable\n"
     )
+
+
+def test_what_the_notebook_has_imported_is_not_there_for_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """The table was right, and the check, which runs the file, then said that pi is not defined."""
+    file = tmp_path / "angles.py"
+    file.write_text("def half_turn():\n    return pi\n")
+    names = {"__name__": "__main__", "tries": tries, "pi": math.pi}
+    exec(f"tries({{'half_turn()': pi}}, of={str(file)!r})", names)
+    assert "NOT YET  half_turn()  NameError: name 'pi' is not defined" in capsys.readouterr().out
+    file.write_text("from math import pi\ndef half_turn():\n    return pi\n")
+    exec(f"tries({{'half_turn()': pi}}, of={str(file)!r})", names)
+    assert "1 of 1 right" in capsys.readouterr().out
 
 
 def test_a_typing_error_in_ones_own_file_is_not_a_cell_that_was_not_run(
