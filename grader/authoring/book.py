@@ -22,9 +22,10 @@ import nbformat
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import checkpoint_texts, notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, last_hints, notebook_run, notebook_source
 from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
+from grader.notebook import last_hint
 from grader.notebook.workspace import course
 from grader.scoring.rubric import Rubric, load
 
@@ -129,12 +130,21 @@ class Notebook:
     solutions: notebook_run.Solutions = checkpoint_texts.solution
 
     def student(self) -> NotebookNode:
-        """Return the student edition."""
+        """Return the student edition, in which the last hints are those that `hints` has."""
+        notebook = self._whole()
+        last_hints.take_out(notebook)
+        return notebook
+
+    def hints(self) -> str:
+        """Return the text of the file with the last hints, "" if it has none."""
+        return last_hints.text(last_hints.take_out(self._whole()))
+
+    def _whole(self) -> NotebookNode:
         return notebook_source.read(self.name, self.rubric, self.folder)
 
     def published(self) -> NotebookNode:
         """Return the notebook with solved exercises and a note for visitors, before it is run."""
-        notebook = notebook_run.solved(self.name, self.student(), self.solutions)
+        notebook = notebook_run.solved(self.name, self._whole(), self.solutions)
         for cell in notebook.cells:
             cell.metadata.pop("nbgrader", None)
             if cell.cell_type == "markdown":
@@ -147,8 +157,13 @@ class Notebook:
         return notebook
 
     def write_student(self) -> None:
-        """Write the student edition."""
+        """Write the student edition, and its last hints beside it."""
         write(self.student(), student_file(self.name, self.folder))
+        file = last_hint.file_of(self.name, self.folder)
+        file.unlink(missing_ok=True)
+        if text := self.hints():
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text, encoding="utf-8")
 
     def publish(self) -> notebook_run.NotebookRun:
         """Run it solved and write its published edition; keep the old file if the run has an error."""
@@ -180,6 +195,9 @@ class Notebook:
     def differences(self) -> list[str]:
         """Return how the two editions differ from the source, one sentence each."""
         found = []
+        file = last_hint.file_of(self.name, self.folder)
+        if (file.read_text(encoding="utf-8") if file.is_file() else "") != self.hints():
+            found.append(f"{file.relative_to(self.folder)} is not what its source says. {self._advice}")
         for file, made in (
             (student_file(self.name, self.folder), self.student()),
             (published_file(self.name, self.folder), self.published()),

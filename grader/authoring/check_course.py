@@ -305,7 +305,7 @@ class _Reading:
                         self._solved(reader, reader.text(file), file)
         for _, key, value in reader.mapping(parts["lanes"]) if "lanes" in parts else ():
             with yaml_reader.noted(wrong):
-                lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "gives", "frames"))
+                lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "later", "gives", "frames"))
                 for asked in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
                     reader.require_known(reader.text(asked), asked, self.worth, "a requirement of the rubric")
                 for _, _, files in reader.mapping(lane["gives"]) if "gives" in lane else ():

@@ -21,7 +21,7 @@ from grader.authoring import checkpoint_texts, held_back
 from grader.course import Course, handout, reader
 from grader.errors import GraderError
 from grader.host import provenance
-from grader.notebook import checkpoints, lanes
+from grader.notebook import checkpoints, lanes, last_hint
 from grader.notebook.packing import Entry, write_zip
 from grader.scoring import rubric
 from grader.words import counted
@@ -150,7 +150,7 @@ def _of(course: Course) -> dict[str, Path]:
     top = KIT if course.rubric == rubric.RUBRIC else course.folder.parent
     pages = [*notebooks.glob("README.md"), *notebooks.glob("[0-9][0-9]_*.ipynb")]
     pages = [page for page in pages if page.name.count(".") == 1]  # not the folded copies of a lane
-    pages += notebooks.glob("pictures/[0-9][0-9]*.png")
+    pages += [*notebooks.glob("pictures/[0-9][0-9]*.png"), *notebooks.glob(f"{last_hint.FOLDER}/[0-9][0-9]_*.json")]
     found = {course.rubric, *pages, *files(course.folder), *([_COURSES / "__init__.py"] if top == KIT else [])}
     return {path.relative_to(top).as_posix(): path for path in found}
 

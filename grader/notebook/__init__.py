@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from grader.course import passed_over
-from grader.notebook import cell_hooks, checkpoints, feedback, lanes, standing
+from grader.notebook import cell_hooks, checkpoints, feedback, lanes, last_hint, standing
 from grader.notebook.bench import bench, mine
 from grader.notebook.feedback import Checked
 from grader.notebook.matrix import mutant, mutant_matrix
@@ -60,7 +60,9 @@ def check(*requirements: str) -> Checked:
     """
     from grader.notebook import checking  # takes a second to import, and `begin` should answer at once
 
-    return checking.check(find(), requirements)
+    answer = checking.check(find(), requirements)
+    last_hint.tried(answer.passed)
+    return answer
 
 
 def hunt(*requirements: str, cases: int = 100, seed: int = 0, of: str = "") -> Hunt:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import before_begin, checkpoints, interface_types, lanes, pieces, standing
+from grader.notebook import before_begin, checkpoints, interface_types, lanes, last_hint, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -36,14 +36,26 @@ class CellHooks:
             if drawn is not None and getattr(drawn, "__name__", "") != "described":
                 formatter.for_type(Figure, _described(drawn))
 
-    def before(self, _info: Any) -> None:
+    def before(self, info: Any) -> None:
         """Update the environment and the imported modules, and count the time since the cell before."""
-        self.after()
+        self._count()
+        last_hint.began(info.raw_cell, os.environ.get(NOTEBOOK, ""))
         prepare(self._workspace, os.environ)
         forget_changed_modules(self._workspace.package)
 
-    def after(self, _result: Any = None) -> None:
-        """Count the time since the cell's begin, or since the cell before."""
+    def after(self, result: Any) -> None:
+        """Count the time since the cell's begin, and show the last hint where the cell has tried something in vain."""
+        self._count()
+        if not result.success:
+            last_hint.tried(right=False)
+        elif "pytest" in result.info.raw_cell:
+            last_hint.tried_by_pytest(self._workspace.package)
+        if hint := last_hint.due():
+            from IPython.display import Markdown, display
+
+            display(Markdown(hint))  # type: ignore[no-untyped-call]
+
+    def _count(self) -> None:
         seconds = self._active.until(time.monotonic())
         standing.add_seconds(self._workspace, os.environ.get(NOTEBOOK, ""), seconds)
 

@@ -59,6 +59,13 @@ def asked_for(lane: str) -> tuple[str, ...]:
     return tuple(table()[require(lane)].get("asks", ()))
 
 
+def asked_later(lane: str) -> Mapping[str, str]:
+    """Return the notebook ("07") that asks for what a shorter lane leaves out of the one that teaches it."""
+    stand_ins = course().notebook_table["stand_ins"] if asked_for(lane) else {}
+    found = {name: str(row["notebook"]) for name, row in stand_ins.items()}
+    return found | dict(table()[lane].get("later", {}))
+
+
 def given(lane: str, notebook: str) -> Mapping[str, list[str]]:
     """Return the files that the course gives in a lane in place of a notebook's cells, and the functions of each.
 

@@ -19,6 +19,7 @@ from typing import Any
 
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import Change, SourceText, parse
+from grader.notebook import last_hint
 from grader.notebook.bench import Missing
 from grader.notebook.tables import HangError, limited
 from grader.notebook.workspace import course
@@ -54,7 +55,9 @@ def mutant_matrix(module: str, tests: str, function: str = "") -> None:
         found = matrix(Path(module), Path(tests), function)
     except Exception as error:  # of the student's files
         print(say("not yet: {name}: {error}", name=type(error).__name__, error=error))
+        last_hint.tried(right=False)
         return
+    last_hint.tried(bool(found.tests) and not found.failing)
     for name, why in found.failing.items():
         print(say("not yet: {name} fails on the code as it is, so it is left out: {why}", name=name, why=why))
     if found.tests and found.mutants:

@@ -194,7 +194,7 @@ def of(workspace: Workspace) -> Standing:
     counted = [r for r in requirements if not asked or r.id in asked]
     lines = [] if alone else [_so_far(counted, answers, sum(spent.values()))]
     # A shorter lane asks for these in the notebook that has their points, and not before.
-    later = {name for name, row in course().notebook_table["stand_ins"].items() if asked and row["notebook"] > here}
+    later = {name for name, notebook in lanes.asked_later(lane).items() if notebook > here} if lane else set()
     due = [r for r in counted if r.id not in later or r.id in answers]
     lines += filter(None, (_behind(rows, answers), _next(rows, names, due)))
     page = (course().notebooks / GLOSSARY).resolve()

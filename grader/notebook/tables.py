@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 
-from grader.notebook import interface_types, workspace
+from grader.notebook import interface_types, last_hint, workspace
 from grader.notebook.feedback import Answer, Checked, Note
 from grader.words import say
 
@@ -43,6 +43,7 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
     names = sys._getframe(1).f_globals
     if of and (why := _read_in(Path(of), names)):
         print(say("NOT YET  {of} cannot be run: {why}", of=of, why=why))
+        last_hint.tried(right=False)
         return
     width, verdicts = max(map(len, table)), (say("right"), say("NOT YET"))
     right, hung = 0, False
@@ -64,6 +65,7 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
         verdict = f"{verdicts[not fits]:{max(map(len, verdicts))}}"
         print(f"{verdict}  {call:{width}}  {seen}" + ("" if fits else say(", wanted {shown}", shown=shown(wanted))))
     print(say("{right} of {n} right", right=right, n=len(table)))
+    last_hint.tried(right == len(table))
 
 
 def answered(task: str, findings: Findings, look: str) -> Checked:

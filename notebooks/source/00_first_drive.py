@@ -578,7 +578,7 @@ rclpy.try_shutdown()
 # From now on a cell such as `check("F4")` asks the grader about one requirement.
 # It answers "passed" or "not yet", and "not yet" comes with what was *seen*, what was *expected*, and what to *try*.
 # Ask as often as you like: it helps you to work, and is not an exam.
-# Each notebook ends with `progress()`, which shows where you stand: each requirement as your last check found it, your minutes (counted in your workspace, and sent nowhere), and what is next. In the core lane it shows the requirements that the lane checks, 64 points of the 100.
+# Each notebook ends with `progress()`, which shows where you stand: each requirement as your last check found it, your minutes (counted in your workspace, and sent nowhere), and what is next. In the core lane it shows the requirements that the lane checks, 85 points of the 100.
 # Words and `ros2` commands are explained in one sentence each in the [glossary and cheat sheet](../docs/glossary.md).
 
 # %% [markdown] tags=["whole"]

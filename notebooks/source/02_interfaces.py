@@ -490,7 +490,7 @@ check("I2")
 # <details><summary>Hint 2: the lines</summary>
 #
 # Three `find_package` lines: the generator, `geometry_msgs`, `std_msgs`.
-# Six lines for `package.xml`: one for each of the five packages of the table, and the group.
+# In the end `package.xml` has six of these lines: one for each of the five packages of the table, and the group.
 #
 # </details>
 #

@@ -939,7 +939,7 @@ class Driver:
 # %% [markdown]
 # <details><summary>Hint 1: what you need</summary>
 #
-# Each question is a line. The scan is fresh if `self._is_fresh(self._scan_time)`; `clamp(value, low, high)` for `dt`, from 0 to `MAX_DT_PERIODS * self._period('laser_processing_rate')`.
+# Each question is a line. The scan is fresh if `self._is_fresh(self._scan_time)`. `dt` is what has passed, by `clamp(value, low, high)` within 0 and `MAX_DT_PERIODS * self._period('laser_processing_rate')`.
 # </details>
 # <details><summary>Hint 2: all but the last line</summary>
 #

@@ -288,9 +288,10 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # | `speed too high` | it should be lower, but not how much |
 # | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what the node received, what happened, what it would accept |
 #
-# **Back to your file:** refuse a speed that is not a finite number, and one whose size is above the limit (with the tiny tolerance).
+# **Back to your file:** it refuses a speed that is not a finite number, and one whose size is above the limit (with the tiny tolerance).
 # In both cases the message states the limit, and the speed stays as it was.
-# Log each answer with `self.get_logger().info(...)`, and add the robot's name, `self._value('robot_name')`, because two robots may share a log.
+# It logs each answer with `self.get_logger().info(...)`, and the robot's name, `self._value('robot_name')`, because two robots may share a log.
+# Write what it lacks.
 #
 # **Predict** the first row: −0.5 is in force, and 0.8 is refused. At which speed does the robot go on?
 

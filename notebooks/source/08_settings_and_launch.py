@@ -133,7 +133,7 @@ cart = subprocess.Popen(["python3", "../../cart.py"])
 # !ros2 param list /cart
 
 # %% [markdown]
-# Four: every node has `use_sim_time`, which you know from notebook 04, and `start_type_description_service`, which you can ignore.
+# Four: every node has `use_sim_time`, with which it takes its time from `/clock`, and `start_type_description_service`, which you can ignore.
 #
 # Change the speed while the cart runs, and look at what it publishes.
 
@@ -1134,7 +1134,7 @@ print(sorted(os.listdir(share))[:3], "...")
 # (Launch files may also use `FindPackageShare('...')` and `PathJoinSubstitution([...])`: they do the same as placeholders, when the node is started.)
 
 # %% [markdown]
-# Your `CMakeLists.txt` installs the folders `launch` and `config` there (its fourth part, from notebook 01), so the file is `os.path.join(share, 'config', 'sensor_params.yaml')`.
+# Your `CMakeLists.txt` installs the folders `launch` and `config` there (its fourth part), so the file is `os.path.join(share, 'config', 'sensor_params.yaml')`.
 #
 # ### The launch files
 #

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ import nbformat
 import pytest
 from PIL import Image, ImageSequence
 
-from grader.authoring import book, notebook_run, notebook_source
+from grader.authoring import book, last_hints, notebook_run, notebook_source
 from grader.errors import GraderError
+from grader.notebook import last_hint
 from grader.scoring.rubric import Rubric
 from sim import Simulator, Twist, World, drive
 from sim.film import Film
@@ -173,7 +175,9 @@ def cells(notebook: nbformat.NotebookNode) -> dict[str, nbformat.NotebookNode]:
 
 def test_the_student_edition_is_the_source_and_the_published_one_its_solved_run(example: Path, rubric: Rubric):
     student = book.read_stored(book.student_file(NAME, example))
-    assert student == notebook_source.read(NAME, rubric, example)
+    made = notebook_source.read(NAME, rubric, example)
+    last_hints.take_out(made)
+    assert student == made
     assert [cell["id"] for cell in student.cells if cell.get("outputs")] == []
     page = book.read_stored(book.published_file(NAME, example))
     assert cells(page)["file-answer-py"].source == '%%writefile answer.py\n"""Hold the answer."""\n\nANSWER = 42'
@@ -181,6 +185,21 @@ def test_the_student_edition_is_the_source_and_the_published_one_its_solved_run(
     assert page.cells[0].source.startswith("# An example")
     assert "the exercises are solved" in page.cells[1].source
     assert "[the student edition](../02_example.ipynb)" in page.cells[1].source
+
+
+def test_a_last_hint_is_beside_the_student_edition_until_its_exercise_was_tried(example: Path):
+    """One that nothing tries, as that of the piece, stays on the page; the published edition has all of them."""
+    taken = json.loads(last_hint.file_of(NAME, example).read_text())
+    assert {name: "Nothing is left out." in hint for name, hint in taken.items()} == {"answer.py": True}
+    told = {
+        edition: sum(cell.source.count("Nothing is left out.") for cell in book.read_stored(file).cells)
+        for edition, file in (
+            ("student", book.student_file(NAME, example)), ("published", book.published_file(NAME, example)),
+        )
+    }  # fmt: skip
+    assert told == {"student": 1, "published": 2}
+    pages = "\n".join(cell.source for cell in book.read_stored(book.student_file(NAME, example)).cells)
+    assert f"<summary>Hint 2: all but the last line</summary>\n\n{last_hint.PLACE}\n</details>" in pages
 
 
 def test_the_published_edition_lies_one_folder_deeper(example: Path, notebook: book.Notebook):

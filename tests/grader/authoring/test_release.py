@@ -232,7 +232,7 @@ def test_a_kit_for_a_lane_has_its_notebooks_and_beside_it_a_rubric_of_what_it_as
     assert 'lane=\\"core\\"' in text
     profile = load(tmp_path / "kit.rubric.yaml")
     assert {r.id for r in profile.requirements} == set(lanes.asked_for("core"))
-    assert sum(r.points for r in profile.requirements) == 64
+    assert sum(r.points for r in profile.requirements) == 85
 
 
 def test_a_lane_that_gives_solved_pieces_is_not_released_without_them(tmp_path: Path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -45,16 +46,18 @@ def test_in_a_shorter_lane_only_what_it_asks_for_is_shown_and_counted(here: Work
     lanes.keep(here, "core")
     standing.note(here, [IDLE, Answer("I8", "Ctrl-C", "1", "1", True)])
     rows = panel(here)
-    assert rows["05"] == "✓ F1  ○ F4  ✓ I8"
-    assert "3 of 64 points in your last checks." in rows["lines"]
+    assert rows["05"] == "✓ F1  ○ F4  ○ Q4  ✓ I8"
+    assert "3 of 85 points in your last checks." in rows["lines"]
 
 
 def test_in_a_shorter_lane_what_it_asks_for_later_is_not_next(here: Workspace, monkeypatch):
     lanes.keep(here, "core")
-    monkeypatch.setenv(NOTEBOOK, "04")
-    names = ("F6", "F12", "F13", "I4")
-    standing.note(here, [Answer(name, "", "1", "1", True) for name in names])
-    assert "Next: notebook 05 moving safely." in panel(here)["lines"]
+    for number, names, after in (
+        ("04", ("F6", "F12", "F13", "I4"), "05 moving safely"), ("05", ("F1", "F4"), "06 services"),
+    ):  # fmt: skip
+        monkeypatch.setenv(NOTEBOOK, number)
+        standing.note(here, [Answer(name, "", "1", "1", True) for name in names])
+        assert f"Next: notebook {after}." in panel(here)["lines"]
 
 
 def test_the_last_answer_counts_and_an_error_of_the_kit_does_not(here: Workspace):
@@ -112,11 +115,12 @@ def test_minutes_are_kept_for_each_notebook_and_shown(here: Workspace):
 def test_a_kernel_counts_what_passes_in_and_between_cells(here: Workspace, monkeypatch):
     times = iter((0.0, 60.0, 180.0, 181.0))
     monkeypatch.setattr("time.monotonic", lambda: next(times))
-    hooks = cell_hooks.CellHooks(here)
-    hooks.after()  # of the cell with `begin`
-    hooks.before(None)
-    hooks.after()
-    hooks.before(None)
+    hooks, cell = cell_hooks.CellHooks(here), SimpleNamespace(raw_cell="")
+    ended = SimpleNamespace(success=True, info=cell)
+    hooks.after(ended)  # of the cell with `begin`
+    hooks.before(cell)
+    hooks.after(ended)
+    hooks.before(cell)
     assert standing.minutes(here) == {"05": 3}
 
 
