@@ -51,9 +51,9 @@ class CellHooks:
         elif "pytest" in result.info.raw_cell:
             last_hint.tried_by_pytest(self._workspace.package)
         if hint := last_hint.due():
-            from IPython.display import Markdown, display
+            from IPython.display import display
 
-            display(Markdown(hint))  # type: ignore[no-untyped-call]
+            display({"text/markdown": hint, "text/plain": hint}, raw=True)  # type: ignore[no-untyped-call]
 
     def _count(self) -> None:
         seconds = self._active.until(time.monotonic())
