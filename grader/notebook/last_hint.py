@@ -1,6 +1,6 @@
 """The last hint of an exercise, all but its last line: it appears once the exercise has been tried and was not right.
 
-A student edition has these hints not on its pages but in `hints/NN_topic.json` beside them. In the kernel `began` finds
+A student edition has these hints not on its pages but in `.hints/NN_topic.json` beside them. In the kernel `began` finds
 the hint of the exercise that a cell holds; tables, checks, matrices and commands tell `tried` how it went; and `due` is
 the hint to show below the cell in which it failed.
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 from grader.notebook import before_begin, pieces
 from grader.notebook.workspace import course
 
-FOLDER = "hints"
+FOLDER = ".hints"  # which JupyterLab does not list
 PLACE = "It appears below the next table, check or test of yours that is not right yet."
 """What stands in the fold of a hint that is not there yet."""
 
