@@ -48,6 +48,11 @@ class Verdicts:
         """Return how many mutants were noticed."""
         return sum(mutant.outcome == "noticed" for mutant in self.outcomes.values())
 
+    @property
+    def missed(self) -> int:
+        """Return how many mutants were tried and not noticed."""
+        return sum(mutant.outcome in ("unnoticed", "unreached") for mutant in self.outcomes.values())
+
     def selection(self, change: Change) -> tuple[Selection, ...]:
         """Return the tests to run on a mutant, as far as is known."""
         return tuple(self.selector.tests(change, self.set_aside, self.run_whole))

@@ -1774,7 +1774,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 # ### What the grader finds
 #
 # Now T1, T2, and T3, which mutates your whole package.
-# Here it tries ten or twenty mutants, a sample of the fifty that the grading tries. It takes a while.
+# Here it tries ten or twenty mutants, a sample of the thirty to fifty that the grading tries. It takes a while.
 
 # %% tags=["check"]
 check("T1", "T2", "T3")

@@ -73,6 +73,22 @@ def test_a_test_that_fails_on_every_equivalent_mutant_is_convicted_and_the_rest_
     assert len([each for each in mutation.equivalent_mutants if each.failed == [NARROW]]) == 2
 
 
+@pytest.mark.parametrize(("missed", "ends"), [(0, True), (1, True), (2, False)])
+def test_a_suite_that_misses_hardly_one_of_thirty_is_asked_for_no_more(missed: int, ends: bool, play):
+    left = [missed]
+
+    def answer(kind: str, tests: tuple[str, ...], _before: int) -> str:
+        if kind == MUTANT and left[0]:
+            left[0] -= 1
+            return ""
+        return tests[0] if kind == MUTANT else ""
+
+    mutation = play(answer, count=50)
+    assert (len(mutation.mutants) == 30) == ends
+    assert outcomes(mutation)["unnoticed"] == missed
+    assert mutation.note == ""
+
+
 def test_a_test_that_fails_once_on_an_equivalent_mutant_is_set_aside_and_others_notice_its_mutants(play):
     """It passes when the same one is tried again, so it is unreliable, not a cheat."""
 
