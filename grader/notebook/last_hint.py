@@ -1,8 +1,8 @@
 """The last hint of an exercise, all but its last line: it appears once the exercise has been tried and was not right.
 
-A student edition has these hints not on its pages but in `.hints/NN_topic.json` beside them. In the kernel `began` finds
-the hint of the exercise that a cell holds; tables, checks, matrices and commands tell `tried` how it went; and `due` is
-the hint to show below the cell in which it failed.
+A student edition has these hints in `.hints/NN_topic.json` and not on its pages. In the kernel `began` finds that of
+the exercise that a cell holds; tables, checks, matrices and commands tell `tried` how it went; and `due` is the hint to
+show below the cell in which it failed.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ def shown(workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(cell_hooks, "forget_changed_modules", lambda *_: None)
     monkeypatch.setenv(NOTEBOOK, "05")
     found: list[str] = []
-    monkeypatch.setattr("IPython.display.display", lambda data, raw: found.append(data["text/markdown"]))
+    monkeypatch.setattr("IPython.display.display", lambda data, **_: found.append(data["text/markdown"]))
     return found
 
 
