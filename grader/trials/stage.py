@@ -463,7 +463,7 @@ class Stage:
         self.mark("interrupt")
         self._interrupted = True
         clock = CpuClock(self.node.process, [os.getpid()])
-        procfs.hear_at_once("dds.udp")
+        procfs.hear_messages_first()
         self.node.process.interrupt()
         while not self.node.process.has_ended() and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
