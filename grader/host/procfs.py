@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import signal
 import time
 from collections.abc import Iterable
@@ -67,21 +66,6 @@ def cpu_seconds(pids: Iterable[int]) -> float:
         with contextlib.suppress(OSError):  # it has just ended
             ticks += sum(map(int, _status(pid)[11:15]))
     return ticks / os.sysconf("SC_CLK_TCK")
-
-
-def hear_messages_first() -> None:
-    """Let the threads with which this process receives DDS messages run before those that hear who is on the graph.
-
-    A node that ends destroys its publisher within a millisecond of its last message. The news of that arrives at
-    another thread than the message, and if that is read first, the message is dropped: on one core, in two of three
-    trials. The threads are called after their ports (dds.udp.7411), which are odd for messages and even for the graph
-    (DDSI-RTPS 2.5, section 9.6.1.1).
-    """
-    for task in _threads([os.getpid()]):
-        with contextlib.suppress(OSError):  # it has ended, or only root may do that
-            if port := re.match(r"dds\.udp\.(\d+)", (task / "comm").read_text()):
-                policy = os.SCHED_FIFO if int(port[1]) % 2 else os.SCHED_IDLE
-                os.sched_setscheduler(int(task.name), policy, os.sched_param(int(port[1]) % 2))
 
 
 def exit_code(pid: int) -> int | None:

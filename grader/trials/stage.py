@@ -22,7 +22,7 @@ from rclpy.qos import qos_profile_action_status_default
 from grader import evidence, tracebacks
 from grader.course import Course, GoalFields
 from grader.evidence import Kind, Reason
-from grader.host import procfs
+from grader.host import dds_sockets
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import ANSWER_WALL_S, SentGoal
@@ -463,18 +463,18 @@ class Stage:
         self.mark("interrupt")
         self._interrupted = True
         clock = CpuClock(self.node.process, [os.getpid()])
-        procfs.hear_messages_first()
-        self.node.process.interrupt()
-        while not self.node.process.has_ended() and clock.read() < limit:
-            # The clock goes on: a node that waits for its next message handles the signal only once that has come.
-            self.bridge.tick_by_wall()
-        if self.node.process.has_ended():
-            self.measured["seconds_to_end"] = round(clock.read(), 2)
-            self.bridge.spin_until(lambda: self.node.process.exit_code() is not None, _EXIT_CODE_WALL_S)
-        # The node's last messages may still be on their way, above all the zero that it should end with.
-        self.bridge.alive = lambda: True
-        self.bridge.spin_until(lambda: False, 0.05)
-        self.node.wait_until(lambda: not self.commands or self.commands[-1].is_zero, _LAST_WORD_S)
+        with dds_sockets.deaf_to_the_graph():
+            self.node.process.interrupt()
+            while not self.node.process.has_ended() and clock.read() < limit:
+                # The clock goes on: a node that waits for its next message handles the signal only once that has come.
+                self.bridge.tick_by_wall()
+            if self.node.process.has_ended():
+                self.measured["seconds_to_end"] = round(clock.read(), 2)
+                self.bridge.spin_until(lambda: self.node.process.exit_code() is not None, _EXIT_CODE_WALL_S)
+            # The node's last messages may still be on their way, above all the zero that it should end with.
+            self.bridge.alive = lambda: True
+            self.bridge.spin_until(lambda: False, 0.05)
+            self.node.wait_until(lambda: not self.commands or self.commands[-1].is_zero, _LAST_WORD_S)
         self.bridge.alive = lambda: False
 
     # -- internal -------------------------------------------------------------------------------------------------
