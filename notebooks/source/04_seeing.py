@@ -15,9 +15,9 @@
 #
 # ![At the left a robot's lidar scan on the map, at the right the distance to a moving cart over time: the true distance as a line, the closest valid reading as points on it](pictures/04.png)
 #
-# Your robot gets eyes: a lidar that sends 360 distances, ten times a second.
-# Some of them are not distances at all.
-# Today you write a node that listens to lidar, inertial sensor and battery. Twenty times a second it reports how near the nearest thing is, and the state of the robot.
+# Your robot gets a lidar, which sends 360 distances ten times a second.
+# Today you write a node that listens to lidar, inertial sensor and battery.
+# Twenty times a second the node reports how near the nearest thing is, and the state of the robot.
 
 # %% [markdown] tags=["whole"]
 # **You will be able to**
@@ -76,8 +76,7 @@ begin("04")
 # %% [markdown]
 # ## What a scan is
 #
-# A robot stands in an office.
-# Its lidar turns once and measures; this is the message on the topic `scan`.
+# This is one scan of a robot in an office, a message on the topic `scan`.
 
 # %%
 import math
@@ -102,7 +101,7 @@ print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in sca
 
 # %% [markdown]
 # The message does not say at which angle a beam was measured; you compute it.
-# Beam 0 looks along `angle_min`, and each one after it `angle_increment` further to the left (counter-clockwise): beam i looks along `angle_min + i * angle_increment`, and 0 is ahead.
+# Beam i looks along `angle_min + i * angle_increment`: 0 is ahead, and the angles grow to the left (counter-clockwise).
 
 # %% [markdown] tags=["whole"]
 # `angle_min` is -3.1416, so beam 0 looks straight back.
@@ -131,16 +130,13 @@ for axes in (line, plan):
     axes.grid(alpha=0.3)
 
 # %% [markdown] tags=["whole"]
-# The same 360 numbers twice: as they come, and in the lidar's own frame, where it looks along x.
-#
 # Many programs take beam 180 for "ahead"; the drivers of other lidars start at angle 0.
 # So rely on the *angle* of a beam, never on its number.
 #
-# Even the angle is measured from the x axis of the *lidar*, which may be bolted to the robot at any angle.
-# On a TurtleBot 4 it is turned by 90° to the left, so a wall ahead of the robot is at -90°, and a program that takes angle 0 for "ahead" drives into it.
-# That is why each such message names in `header.frame_id` the frame whose axes it uses.
-# How frames are placed relative to each other (a **transform**) is the subject of notebook 12.
-# On the contract's robot the lidar is in the centre and looks ahead: angle 0 is "ahead".
+# The angle is measured from the x axis of the *lidar*, whose frame `header.frame_id` names.
+# On a TurtleBot 4 the lidar is turned by 90° to the left, so a wall ahead of the robot is at -90°.
+# How two frames lie to each other, a **transform**, is the subject of notebook 12.
+# On the contract's robot the lidar is in the centre, and angle 0 is "ahead".
 
 # %% [markdown]
 # ## Invalid readings
@@ -152,8 +148,8 @@ for axes in (line, plan):
 # !ros2 interface show sensor_msgs/msg/LaserScan | tail -5
 
 # %% [markdown]
-# The definition of the message says that values outside the range should be discarded, which means that your node must do it.
-# These values occur in simulation and on real robots, and none of them is a distance:
+# By the message's definition, your node must discard values outside the range.
+# None of these is a distance:
 #
 # | reading | what it means |
 # |---|---|
@@ -166,7 +162,7 @@ for axes in (line, plan):
 #
 # A **valid reading** is finite and within `range_min` and `range_max`.
 # Anything else is neither an obstacle nor a reason to crash.
-# That is requirement **F6**, and most first versions fail it because of three letters: `min`.
+# That is requirement **F6**, and most first versions fail it because they use `min`.
 
 # %% [markdown] tags=["whole"]
 # **Predict:** what will each line print? A wall is 0.4 m away.
@@ -178,8 +174,8 @@ print(np.min([0.4, nan, 3.0]))
 print(min([0.4, 0.0, 3.0]))
 
 # %% [markdown] tags=["whole"]
-# The last line is a false alarm: a wall at 0 m.
-# The second is dangerous: a comparison with NaN is False, so `min` keeps the first value. Whether it sees the wall depends on *where* in the list the NaN is.
+# The last line is a false alarm.
+# The second is dangerous: each comparison with NaN is False, so `min` keeps the first value. Whether it sees the wall depends on *where* the NaN is.
 # With NumPy's `min` a single NaN anywhere hides every wall.
 #
 # Now a robot with Python's `min` drives towards a wall, and should stop below 0.5 m. Its beam 0, which looks straight *back*, is broken.
@@ -201,15 +197,15 @@ def careless(broken_beam):
 run_view(drive(Simulator(load_world("wall_ahead")), careless(broken_beam=0), 8.0))
 
 # %% [markdown] tags=["whole"]
-# It hits the wall at full speed, although its sensor saw the wall all the time. At the lower right the closest reading falls below the threshold, but `nan < 0.5` is False, so it does not stop.
+# It hits the wall at full speed, although its sensor saw the wall all the time: `nan < 0.5` is False.
 #
 # **Change one thing:** `broken_beam=1`. Why does it stop now?
 
 # %% [markdown]
 # ### Part 1's file
 #
-# Write the solution once, for both nodes: today's needs the closest reading, and the one of notebook 05 also what is *ahead* and *behind*.
-# Here is a skeleton with three functions, which you fill one by one.
+# Two nodes use this file: today's needs the closest reading, the one of notebook 05 also what is *ahead* and *behind*.
+# You fill its three functions one by one.
 #
 # `Proximity` is a **dataclass**: from its fields Python writes `__init__`, what `print` shows, and `==`.
 # `found = Proximity(0.4)` has 0.4 in its first field, `ahead`, and the defaults in the others; `found.ahead` reads a field.
@@ -301,7 +297,7 @@ tries(
 )
 
 # %% [markdown]
-# (The numbers are halves, quarters and eighths, which a `float32` stores exactly. Do not compare other numbers in a message with `==`.)
+# (A `float32` stores these numbers exactly. Do not compare other numbers in a message with `==`.)
 #
 # <details><summary>Hint 1: what you need</summary>
 #
@@ -361,7 +357,7 @@ tries(
 # </details>
 
 # %% [markdown] tags=["whole"]
-# Here is the robot with the broken beam again, with *your* `closest_reading` in place of `min`.
+# Now the robot with the broken beam uses *your* `closest_reading`.
 
 # %% tags=["whole"]
 from dataclasses import replace
@@ -509,17 +505,16 @@ listener.destroy_subscription(ears)
 print("heard:", heard)
 
 # %% [markdown] tags=["whole"]
-# `spin` does not catch the exception, so your program ends. It never receives the fourth scan, with a wall 0.3 m ahead.
+# `spin` does not catch the exception, so the program ends. It never receives the fourth scan.
 #
-# **This is the end of part 1**, and a good place for a break.
-# F6 is a requirement for nodes, so `check("F6")` comes in part 2, and again in notebook 05 for the node that drives.
+# **This is the end of part 1.**
+# F6 is a requirement for nodes, so `check("F6")` comes in part 2.
 
 # %% [markdown]
 # ## Be seen on the graph
 #
-# A publisher and a subscriber are connected if three things match.
-# Two you know from notebook 02: the name of the topic and the *name* of the type.
-# The third is the **quality of service**, QoS: what the publisher promises, and what the subscriber asks for.
+# A publisher and a subscriber are connected if three things match: the name of the topic, the *name* of the type, and the **quality of service**, QoS.
+# QoS is what the publisher promises, and what the subscriber asks for.
 #
 # | | reliable | best effort |
 # |---|---|---|
@@ -581,7 +576,6 @@ print(count)
 # So a node that should work on every robot requests little and offers much:
 # it subscribes to sensors with `qos_profile_sensor_data` (best effort, the last 5), and publishes its results reliably, with `10`.
 # **I4** asks that both nodes show the contract's names and types, and that their sensor subscriptions match best-effort publishers.
-# Today you check this for one node, in notebook 07 for both.
 
 # %% [markdown] tags=["whole"]
 # **Durability**, a second setting, says what happens to a message that was sent *before* a subscriber joined: *volatile* (the default, right for a scan) loses it, *transient local* keeps it.
@@ -606,7 +600,7 @@ for node in (lidar, listener, picky, modest):
 # ## Fuse scan, battery and motion
 
 # %% [markdown] tags=["whole"]
-# The picture shows when their messages arrive in the first second and, in the last row, when your node should publish.
+# The picture shows when the messages arrive in the first second; the last row is your node's timer.
 
 # %% tags=["whole"]
 from sim.sensors import BatteryReading, ImuReading, ScanReading
@@ -629,13 +623,13 @@ axes.invert_yaxis()
 # - On a **timer**: each callback only *remembers* the latest message of its kind; the timer publishes what is remembered.
 #
 # The third way is the usual one: you choose the rate.
-# Its disadvantage: the scan is up to 0.1 s old when you publish it, which is 5 cm for a wall that comes nearer at 0.5 m/s.
+# But the scan may be 0.1 s old when you publish it.
 
 # %% [markdown] tags=["whole"]
 # ### Part 2's files
 #
 # The first file is given: it declares a node's parameters.
-# In notebook 08 you replace it with one that refuses values that make no sense.
+# You replace it in notebook 08.
 
 # %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/utils/settings.py
@@ -685,11 +679,11 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
         node.declare_parameter(parameter, setting.default)
 
 # %% [markdown]
-# Here is the skeleton of the node, which JupyterLab shows folded: run it, and open it with a click on the three dots if you want to read it.
+# JupyterLab shows the skeleton of the node folded: run it. A click on the three dots opens it.
 
 # %% [markdown] tags=["whole"]
-# Read the imports, the parameters with their defaults, and the docstring of the class.
-# The two functions that decide something are outside the class, so you can try them without a robot. The methods only move data in and out.
+# Read the parameters with their defaults, and the docstring of the class.
+# The two functions that decide something are outside the class, so you can try them without a robot.
 #
 # Two methods are finished.
 # `_period` is the *inverse* of the parameter: 20 Hz is a period of 1/20 s.
@@ -793,7 +787,7 @@ for percentage in (1.0, 0.5, nan):
     print(f"percentage {percentage}: below the threshold of 20? {percentage < 20}")
 
 # %% [markdown] tags=["whole"]
-# For a full battery it reports an alarm all the time, and for an unknown charge it reports none.
+# A full battery gives an alarm all the time, an unknown charge gives none.
 #
 # Write `battery_percent`: multiply by 100, keep the result within 0 and 100, and for NaN return what was known before.
 
@@ -846,7 +840,7 @@ print(each_message, "warnings with: if percent < 20")
 print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 
 # %% [markdown] tags=["whole"]
-# The first version gives 60 a minute. The second remembers the last state, but still repeats itself.
+# Both versions repeat themselves.
 # Better: once the alarm is on, it is switched off only *well* above the threshold.
 # This is called **hysteresis**; with a gap of 2 percentage points (`HYSTERESIS_PERCENT`) the alarm sounds once here.
 #
@@ -899,7 +893,7 @@ tries(
 # ### Exercise 6: remember the scan and the motion
 #
 # `_on_scan` keeps the closest reading as `self._closest`; `_on_imu` keeps the two vectors of the message, as `self._acceleration` and `self._angular_velocity`.
-# They need no conversion: m/s² and rad/s are copied as they are.
+# Copy them without any conversion.
 #
 # **Predict:** what does the accelerometer of a robot that stands still say along z?
 
@@ -921,7 +915,7 @@ class SensorProcessor:
         pass  # TODO: remember imu.linear_acceleration and imu.angular_velocity
 
 # %% [markdown] tags=["whole"]
-# To try a callback you need no robot: call it with a message of your own and look at what the node remembers.
+# The table calls each callback with a message of its own, and looks at what the node remembers.
 
 # %% tags=["whole"]
 from sensor_msgs.msg import BatteryState, Imu
@@ -1032,7 +1026,6 @@ tries(
 # </details>
 #
 # Requirement **F12** asks for the closest reading, the battery in percent, the motion, and two alarms.
-# Now you only have to publish them.
 
 # %% [markdown] tags=["whole"]
 # ## Publish at a rate
@@ -1054,7 +1047,7 @@ class SensorProcessor:
         pass  # TODO: nothing before the first scan; then fill and publish both messages
 
 # %% [markdown] tags=["whole"]
-# To try it, give the node two stand-ins for publishers, which collect the messages.
+# In this table, two stand-ins for publishers collect the messages.
 
 # %% tags=["whole"]
 from types import SimpleNamespace
@@ -1190,8 +1183,7 @@ tries(
 # ```
 # </details>
 #
-# The node is complete.
-# Four requirements apply to it: F12 and F13 as a whole, F6 and I4 as far as they concern this node.
+# Four requirements apply to the node: F12 and F13 as a whole, F6 and I4 as far as they concern this node.
 
 # %% tags=["check"]
 check("F12", "F13", "F6", "I4")
@@ -1199,7 +1191,7 @@ check("F12", "F13", "F6", "I4")
 # %% [markdown] tags=["whole"]
 # ### Your node on a drive
 #
-# A cart moves back and forth in a hall, and the robot drives towards it.
+# The robot drives towards a cart, which moves back and forth.
 # `run_node` starts *your* node as `ros2 run` does, with the simulated sensors.
 # On the way, the battery drops to 19 %, and later to 9 %.
 
@@ -1237,7 +1229,7 @@ for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
 # %% [markdown] tags=["whole"]
-# Your points come in pairs, because a scan comes ten times a second. They lie a little below the line: each reading varies by half a percent, and the *smallest* of many noisy numbers is too low.
+# Your points come in pairs, because a scan comes ten times a second. They lie a little below the line, because the *smallest* of many noisy readings is too low.
 #
 # What did the node say, and how often?
 
@@ -1246,10 +1238,9 @@ for axes in (distance, battery, motion):
 print(run.output or "nothing")
 
 # %% [markdown] tags=["whole"]
-# One warning and one error, although several messages of the battery have come since.
+# One warning and one error, each only once.
 #
-# The node is still running, but its time stands still, because `/clock` does.
-# So you can examine it from outside, as on a robot.
+# Your node is still running, so you can examine it from outside.
 
 # %% tags=["nbval-ignore-output", "whole"]
 # What is listed depends on how far your node is.
@@ -1264,8 +1255,7 @@ run.close()
 # %% [markdown] tags=["whole"]
 # ## Whose clock?
 #
-# Did you wait twelve seconds for the drive of twelve seconds?
-# Simulated time ran as fast as your node could answer.
+# The drive of twelve simulated seconds ran as fast as your node could answer.
 # That works only if the node never looks at the clock on the wall.
 #
 # A node with the parameter `use_sim_time` takes its time from the topic `/clock`, and its timers and stamps follow, if *the node* makes them:
@@ -1320,13 +1310,11 @@ print("fired by /clock:   ", fired["by /clock"])
 print("fired by the wall:", len(fired["by the wall"]), "times")
 
 # %% [markdown] tags=["whole"]
-# The timer that follows `/clock` fires at its start and then ten times; the other one fires once for each second that you waited.
-# (Before the first message on `/clock` such a node believes that it is second 0: hence the firing at the start.)
-#
-# A message stamped with `time.time()` would be half a century ahead of all others.
+# The timer that follows `/clock` fires at its start, when its time jumps from 0 to 100 s, and then ten times.
+# The other one fires once for each second that you waited.
 #
 # Requirement **I7** asks that timers and stamps of *both* nodes follow `/clock`.
-# Today the check asks the sensor processor alone; in notebook 05, when the controller has a timer, it asks both.
+# Today the check asks the sensor processor alone, in notebook 05 both.
 
 # %% tags=["check", "whole"]
 check("I7")
@@ -1341,7 +1329,7 @@ for node in (by_clock, by_wall):
 rclpy.try_shutdown()
 
 # %% [markdown] tags=["whole"]
-# > **On a real TurtleBot 4:** topics have other names, and the lidar is turned by 90°; [docs/turtlebot4.md](../docs/turtlebot4.md) lists all that differs.
+# > **On a real TurtleBot 4:** [docs/turtlebot4.md](../docs/turtlebot4.md) lists what differs.
 
 # %% [markdown] tags=["whole"]
 # ## Beyond your robot: another lidar
@@ -1371,8 +1359,8 @@ check("U1", around)
 # %% [markdown] tags=["whole"]
 # ## Go further
 #
-# - Make `measure_proximity` right for a TurtleBot 4: a second argument, `mount_yaw`, that is added to each angle. Where would the node get its value from: a parameter, or a transform?
-# - Publish `inf`, or nothing, when the last scan is old. Which is better for those who listen?
+# - Make `measure_proximity` right for a TurtleBot 4: add a second argument, `mount_yaw`, to each angle.
+# - Publish `inf`, or nothing, when the last scan is old. Which is better?
 # - One wrong beam stops a robot. Require two neighbouring beams that agree, and say what you lose by it.
 
 # %% [markdown]
@@ -1406,7 +1394,7 @@ check("U1", around)
 # </details>
 
 # %% [markdown]
-# **Next:** [05 Moving safely](05_moving_safely.ipynb). Now that the robot sees, it may drive, and it has to stop.
+# **Next:** [05 Moving safely](05_moving_safely.ipynb).
 
 # %%
 from grader.notebook import progress

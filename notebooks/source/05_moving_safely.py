@@ -29,7 +29,7 @@
 # **Time:** part 1, what is safe: 45 to 85 minutes;
 # part 2, the node that drives: 40 to 70 minutes;
 # part 3, habits and the last zero: 25 to 50 minutes.
-# There may be a day between two parts; after a shorter break, *Run, Run All Above Selected Cell* brings back what the notebook had.
+# After a break, *Run, Run All Above Selected Cell* brings back what the notebook had.
 #
 # Your package so far, and what comes today:
 #
@@ -85,7 +85,6 @@ begin("05")
 # By hand, for 0.5 m/s, a delay of 0.3 s, and the 5 m/s² of this robot's wheels:
 # 0.5 · 0.3 + 0.5² / (2 · 5) = 0.15 + 0.025 = **0.175 m**.
 #
-# Is that too far?
 # A reading below 0.5 m is an obstacle, measured from the robot's centre; the hull's radius is 0.171 m.
 # That leaves 0.5 − 0.171 = **0.329 m** to stop in, and 0.154 m should remain.
 
@@ -103,7 +102,7 @@ def stop_distance(v, delay, brake):
 print(f"rolls {stop_distance(0.5, 0.3, 5.0):.3f} m, {ROOM - stop_distance(0.5, 0.3, 5.0):.3f} m are left")
 
 # %% [markdown] tags=["whole"]
-# Now ask the simulator, with a robot that may go up to 2 m/s and starts a little nearer each time.
+# Now ask the simulator, with a robot that starts a little nearer each time.
 #
 # **Predict:** will 0.154 m be left each time?
 
@@ -188,10 +187,8 @@ for delay in (DELAY + 0.1, DELAY):
 # %% [markdown]
 # ### The file: what is safe
 #
-# What follows needs no robot, so it goes into plain functions in a file of its own: `utils/motion.py`.
-#
-# The next cell writes its skeleton: two small classes, and six functions that do nothing yet.
-# Read the classes and run the cell.
+# What is safe is decided in plain functions, which need no robot: `utils/motion.py`.
+# The next cell writes a skeleton; read its two classes and run it.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/motion.py
@@ -305,8 +302,7 @@ axes.set(xlim=(-1.5, 2.5), ylim=(-0.4, 0.6), aspect="equal", xlabel="x (m)", yla
 axes.legend(loc="lower right");
 
 # %% [markdown] tags=["whole"]
-# The closest reading of all is 0.45 m, but within 60 degrees to each side of the direction of travel it is 0.52 m: nothing is in the way.
-# (Anything the hull would hit outside the sector is nearer than 0.197 m, and there the emergency stop acts.)
+# The closest reading of all is 0.45 m, but within 60 degrees of straight ahead it is 0.52 m: nothing is in the way.
 
 # %% [markdown]
 # A robot that drives backwards must look backwards.
@@ -318,7 +314,7 @@ axes.legend(loc="lower right");
 # - `obstacle_in_way`: is that number below `limits.obstacle_detection_threshold`? Also true: something nearer than `limits.emergency_stop_distance`, *anywhere*.
 
 # %% [markdown] tags=["whole"]
-# **Exercise.** Write both. `%%into` puts the cell's functions into your file, in place of those of the same name.
+# **Exercise.** Write both.
 
 # %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -366,11 +362,11 @@ tries({
 # %% [markdown] tags=["whole"]
 # ### Step 2: the nearer, the slower
 #
-# A robot that stops from full speed jerks, so it slows down before that. Within the `safety_margin` of 0.3 m above the threshold, the highest speed falls in a straight line.
+# A robot that stops from full speed jerks.
+# So within the `safety_margin` of 0.3 m above the threshold, the highest speed falls in a straight line.
 # By hand, at 0.65 m: 0.65 − 0.5 = 0.15 m is half of the margin, so half of 0.5 m/s: **0.25 m/s**.
 #
-# The line must not fall to zero, or the robot would creep for minutes.
-# The lowest share is `MIN_SPEED_SHARE`, a fifth.
+# The lowest share is `MIN_SPEED_SHARE`, a fifth; at zero the robot would never arrive.
 #
 # **Exercise.** `speed_cap`: the highest speed at this distance.
 # **Predict** two edges first: below the threshold, and with a margin of 0.
@@ -497,7 +493,6 @@ tries({
 #
 # **Exercise.** `ramp` makes the next number out of the previous one; `speed_up_gently` does it for v and for omega, each with its own acceleration.
 # In `dt` seconds an acceleration of `a` allows a rise of `a * dt`.
-# (This belongs to F11, which notebook 07 checks.)
 
 # %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -554,7 +549,7 @@ tries({
 # %% [markdown] tags=["whole"]
 # ### Drag a box in front of it
 #
-# Now your functions drive: no node yet, one function from what the robot sees to what it does.
+# Now your functions drive, still without a node.
 # In Jupyter the next cell is a live view: drag the box in front of the robot, and away again.
 
 # %% tags=["whole"]
@@ -586,14 +581,13 @@ except AttributeError as missing:
 
 # %% [markdown] tags=["whole"]
 # It slows down, it stops, and it drives on as soon as the way is free.
-# What is missing is a node.
 #
-# **This is the end of part 1**, and a good place for a break: your file is saved.
+# **This is the end of part 1.** Your file is saved.
 
 # %% [markdown]
 # ## Part 2: the node that drives
 #
-# After a break this cell is the first to run; it needs only your files.
+# After a break, start here: the cell needs only your files.
 
 # %%
 import math
@@ -619,12 +613,11 @@ for robot in (COURSE, TB4):
 
 # %% [markdown]
 # The course's robot drives on: a command stays in force until another one comes.
-# The TurtleBot stopped by itself half a second after the last command, because it takes silence for a fault.
+# The TurtleBot stopped half a second after the last command, because it takes silence for a fault.
 #
 # So a controller says what it wants **all the time**, and a zero is something to say.
 #
-# In ROS 2 a *timer* does that: you give it a period and a callback.
-# The **executor**, the loop inside `spin`, calls it, just as it delivers messages.
+# In ROS 2 a *timer* does that: the **executor**, the loop inside `spin`, calls the timer's callback in each period.
 
 # %% tags=["whole"]
 import time
@@ -679,8 +672,8 @@ ticker.destroy_node()
 #     what is wanted?   ->  what of it is safe?  ->  what can it reach in this tick?  ->  publish
 #     self._wanted()        motion.make_safe()       motion.speed_up_gently()
 #
-# The skeleton has all imports and names; keep them, also those with an underscore, because the next notebooks build on this class.
-# JupyterLab shows it folded: run it, and open it with a click on the three dots when you want to read it.
+# Keep all the skeleton's names, also those with an underscore, because the next notebooks build on this class.
+# JupyterLab shows it folded: run it. A click on the three dots opens it.
 
 # %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/driver.py
@@ -792,9 +785,7 @@ class Driver(Node):
 # %% [markdown] tags=["whole"]
 # ### Step 1: wire it up
 #
-# You connected a node in notebook 04: publisher, subscriptions, timer.
-#
-# **Exercise.** What the node remembers is there, with its values at the start.
+# **Exercise.** What the node remembers is there.
 # Add four lines at the end: the publisher of `cmd_vel`, two subscriptions, the timer.
 
 # %% tags=["piece", "whole"]
@@ -848,7 +839,6 @@ tries({
 # ### Step 2: say it
 #
 # **Exercise.** `_publish` makes a `Twist` of a `Command`, sends it, and remembers the command in `self._last_command` and the time in `self._last_command_time`.
-# Step 4 needs both.
 
 # %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/driver.py
@@ -887,8 +877,8 @@ tries({
 # ### Step 3: silence does not mean the way is clear
 #
 # If the last scan is old, you do not know what is ahead.
-# "Old" is more than `STALE_S`, half a second: five scans are missing then.
-# A time far in the *future* is wrong, too: the clock was set back. (A few milliseconds are normal: another computer's clock.)
+# "Old" is more than `STALE_S`, half a second.
+# A time far in the *future* is wrong, too: the clock was set back.
 #
 # **Exercise.** `_is_fresh(time)`: is `time` at most `STALE_S` away from now, before or after?
 
@@ -984,7 +974,7 @@ tries({
 })
 
 # %% [markdown]
-# In the third row the speed in force is still 0.5; half a second without a scan, and the command is zero.
+# In the third row the command becomes zero half a second after the last scan.
 
 # %% [markdown] tags=["whole"]
 # ### Step 5: a scan need not wait
@@ -1052,7 +1042,7 @@ tries({
 # ### Start it
 #
 # The file `robot_controller.py`, which is given, starts the node.
-# It takes the speed from a parameter, and from a temporary service that accepts every number, even NaN; in notebook 06 you write a better one.
+# It takes the speed from a parameter, and from a temporary service, which you replace in notebook 06.
 
 # %% tags=["given", "whole"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -1092,10 +1082,10 @@ def main(args: Optional[list[str]] = None) -> int:
 check("F1", "I7")
 
 # %% [markdown]
-# I7: both nodes follow `/clock`, the simulated time, and now both have a timer.
+# I7: both nodes follow `/clock`, the simulated time.
 #
-# Send it at a wall, two metres away.
-# **Predict:** at which x does it stand? The wall is at x = 2.
+# Send the robot at a wall at x = 2 m.
+# **Predict:** at which x does it stand?
 
 # %%
 from sim.views import run_view
@@ -1106,8 +1096,7 @@ with run_node(world="wall_ahead", parameters={"speed": 0.5}) as run:
 run_view(recording)
 
 # %% [markdown]
-# At the lower right the closest reading falls ever more slowly and ends just below 0.5 m: an obstacle is one only *below* the threshold. About 0.3 m are left between hull and wall.
-# (The twitch of the speed at 4.3 s is the lidar's noise.)
+# The closest reading ends just below 0.5 m, and about 0.3 m are left between hull and wall.
 
 # %% [markdown] tags=["whole"]
 # How long did it take until the zero came?
@@ -1124,7 +1113,7 @@ else:
 # F4 wants no contact, and a zero within 0.3 s of the first scan below 0.5 m, at several speeds, forwards and backwards.
 
 # %% [markdown] tags=["whole"]
-# F4's advanced point is the first row of step 3: something appears right beside the robot as it creeps on (from notebook 07 on, where it turns on the spot, also behind it).
+# F4's advanced point is the first row of step 3: something appears right beside the robot as it creeps on (from notebook 07 on, also behind it).
 
 # %% [markdown]
 # F6 is from notebook 04: invalid readings must neither stop the robot nor hide a wall.
@@ -1136,10 +1125,9 @@ check("F4", "F6")
 # ## Drive on when the way is free
 #
 # A box stands in the way for six seconds, then it is gone.
-# A node that stores the obstacle in a flag, or sets `self._speed = 0.0` to stop, never drives on. That is called a **latch**: it closes and never opens again.
+# A node that stores the obstacle in a flag, or sets `self._speed = 0.0` to stop, never drives on. That is called a **latch**.
 #
 # Keep apart what is *wanted* and what is *safe now*.
-# The obstacle changes what you publish, never what was asked for.
 #
 # **Predict:** what does your node do? The film shows its drive.
 
@@ -1158,12 +1146,12 @@ Film(recording)
 check("F5")
 
 # %% [markdown] tags=["whole"]
-# **This is the end of part 2**, and a good place for a break: your files are saved.
+# **This is the end of part 2.** Your files are saved.
 
 # %% [markdown] tags=["whole"]
 # ## Habits that hurt in a callback
 #
-# Part 3. After a break this cell is the first to run.
+# Part 3. After a break, start here.
 
 # %% tags=["whole"]
 import time
@@ -1207,9 +1195,7 @@ except (NameError, AttributeError):
 
 # %% [markdown] tags=["whole"]
 # A scan waits up to half a second, and the loop runs only three times a second: while one callback works, all others wait.
-# The queue holds five scans; after that ROS drops the oldest, without an error.
-# Half a second at 0.5 m/s is 0.25 m.
-# (A `MultiThreadedExecutor` would run two callbacks at once, and then you need locks; notebook 06 has a table.)
+# The queue holds five scans; then the oldest are dropped, without an error.
 #
 # So never use `time.sleep` in a callback, wait for an answer, or loop "until it is there".
 # Store what you need in `self`, return, and let the timer ask again.
@@ -1223,14 +1209,12 @@ except (NameError, AttributeError):
 # | `def f(scans=[])` | one list for all calls, it remembers |
 # | `if distance < 0.5` | the contract calls that number a parameter; read it from there |
 # | no type annotations on public functions | a reader must guess: `def ramp(previous: float, wanted: float, ...) -> float` |
-#
-# Annotations let a tool such as `mypy` (not part of the kit) find a wrong call before any robot moves.
 
 # %% tags=["check", "whole"]
 check("Q4")
 
 # %% [markdown] tags=["whole"]
-# The line about `fusion_rate` goes away when the parameter gets its use, in notebook 07.
+# The line about `fusion_rate` goes away in notebook 07.
 #
 # **Break it:** put `time.sleep(0.2)` into a method of the temporary `robot_controller.py` above, run its cell, and ask again. Then take it out.
 
@@ -1238,8 +1222,7 @@ check("Q4")
 # ## The last zero
 #
 # When you press Ctrl-C, the robot should stand still.
-# Textbooks often publish a zero in `finally`.
-# Here is such a node, in a file beside your package in the workspace.
+# Textbooks often publish a zero in `finally`, as this node does.
 
 # %% tags=["whole"]
 # %%writefile ../../textbook.py
@@ -1255,7 +1238,7 @@ finally:
     publisher.publish(Twist())  # the last word
 
 # %% [markdown] tags=["whole"]
-# `last_words` starts it, sends the signal of Ctrl-C (SIGINT), and returns the last speed that was heard and the last line that was printed.
+# `last_words` starts it, sends the signal of Ctrl-C (SIGINT), and returns the last speed heard and the last line printed.
 #
 # **Predict:** what is the last speed?
 
@@ -1268,8 +1251,8 @@ for attempt in range(3):
     print(speed, complaint.split(", at")[0])
 
 # %% [markdown] tags=["whole"]
-# The last command is 0.3 m/s, and there is also a traceback.
-# rclpy's own signal handler **shuts the context down** at once, and only then does your `finally` run: its publisher is no longer valid.
+# The last command is 0.3 m/s, and there is a traceback.
+# rclpy's own signal handler **shuts the context down** at once; when your `finally` runs, the publisher is no longer valid.
 # It is a race, which the zero wins only sometimes.
 #
 # ### The life of an executor
@@ -1422,7 +1405,7 @@ counter.destroy_node()
 # - A signal only sets the event, no more: `signal.signal(number, handler)` says what is called when that signal comes. SIGINT is Ctrl-C, and the first thing that `ros2 launch` sends; SIGTERM comes next.
 # - rclpy leaves the signals alone: `rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)`.
 #
-# The rest is there. A `ParameterException` means that a parameter makes no sense: one line in the log, no traceback (notebook 08).
+# The rest is there; a `ParameterException` is a parameter that makes no sense.
 
 # %% tags=["piece", "whole"]
 # %%into ros2_robot_controller/utils/running.py
@@ -1512,7 +1495,6 @@ check("U2", safe_speed)
 # ## Go further
 #
 # - **A threshold that flickers** at 0.5 m, with the lidar's noise. Use the hysteresis of notebook 04.
-# - **The weakest link.** Which part of the delay is the longest: the scan's period, the running callback, the timer, the radio?
 
 # %% [markdown]
 # ## Recall
@@ -1539,8 +1521,7 @@ check("U2", safe_speed)
 # </details>
 
 # %% [markdown]
-# **Next:** [06 Services](06_services.ipynb). So far your node accepts any speed, even NaN.
-# Next you write one that answers, and can refuse.
+# **Next:** [06 Services](06_services.ipynb). Your node accepts any speed, even NaN; next it can refuse one.
 
 # %%
 from grader.notebook import progress

@@ -15,8 +15,7 @@
 #
 # ![Three tables of mutants and tests: the same code, three sets of tests, more and more mutants noticed](pictures/09.png)
 #
-# Suppose that you type `>` instead of `<` in your package, by accident.
-# Good tests notice it; bad ones say "all passed".
+# If you type `>` instead of `<` by accident, good tests notice it; bad ones say "all passed".
 # Today you put small mistakes into code on purpose, and see which tests notice.
 
 # %% [markdown] tags=["whole"]
@@ -56,7 +55,7 @@ begin("09")
 # %env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
 
 # %% [markdown]
-# The last line keeps pytest from loading every plug-in that is installed here: it starts in a tenth of the time.
+# The last line keeps pytest from loading all the plug-ins that are installed, which takes time.
 
 # %% [markdown] tags=["whole"]
 # ## Three questions first
@@ -81,7 +80,7 @@ begin("09")
 #
 # ### All lines reached, nothing noticed
 #
-# Here is a small piece of a robot. The file is in the workspace, not in your package.
+# This file is in the workspace, not in your package.
 
 # %%
 # %%writefile ../../stopping.py
@@ -119,8 +118,8 @@ def test_safe_speed():
 # !cd ../.. && coverage report --show-missing
 
 # %% [markdown]
-# It reaches 100 %, and the test has passed.
-# Now break the robot: `sed` changes a `<` to `>=`, so the robot drives on *because* something is near.
+# It reaches 100 %.
+# Now `sed` changes a `<` to `>=`, so the robot drives on *because* something is near.
 #
 # **Predict:** will the test notice?
 
@@ -155,7 +154,7 @@ print("passed")
 # ### A test that waits
 #
 # A node publishes ten times a second, and listens to itself.
-# The obvious test waits a little more than 0.3 s, and expects three messages.
+# The obvious test waits 0.31 s, and expects three messages.
 
 # %% tags=["whole"]
 import time
@@ -215,9 +214,8 @@ print("busy machine: ", eight_times(wait, sim_time=False))
 
 # %% [markdown] tags=["whole"]
 # The same test passes or fails by chance: it is **flaky**.
-# After a few false alarms people ignore it.
 #
-# It is better to give the node simulated time, and to set its clock by hand.
+# Give the node simulated time instead, and set its clock by hand.
 
 # %% tags=["whole"]
 from rclpy.time import Time
@@ -241,17 +239,14 @@ busy = False
 # %% [markdown]
 # ## Mutants and the tests that notice them
 #
-# How good is a set of tests?
-# Make a small mistake, such as a reversed comparison or a doubled number, and see whether a test fails.
-# A copy of the code with one such mistake is called a **mutant**.
+# A copy of the code with one small mistake, such as a reversed comparison or a doubled number, is called a **mutant**.
 # Requirement T3 makes mutants of your package and counts how many your tests notice.
 #
-# `mutant_matrix` does the same here, for a file of plain functions and the file of its tests.
-# (Tools for any Python project are `mutmut` and `cosmic-ray`.)
-# Each row is a mutant, with the line and the mistake, and each column is a test. Green means that the test fails on the mutant, so it *notices* it.
+# `mutant_matrix` does the same here, for one file and the file of its tests.
+# Each row is a mutant, each column a test. Green means that the test fails on the mutant, so it *notices* it.
 #
-# Here is the test that reached every line.
-# **Predict:** how many of the mutants will it notice?
+# The test reached every line.
+# **Predict:** how many mutants will it notice?
 
 # %%
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
@@ -273,11 +268,8 @@ def test_it_stops_at_a_wall():
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# One assert with a number in it notices several mutants.
-#
 # Each row without green is a question: *in which situation would that mistake hurt?*
 # "0.5 became 1.0" matters at 0.6 m, where the robot should still drive, slowly.
-# The next test checks that situation.
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -295,8 +287,7 @@ def test_it_drives_when_free():
 mutant_matrix("../../stopping.py", "../../test_stopping.py")
 
 # %% [markdown]
-# The rows that are still grey are about edges: is 0.5 m near or not?
-# Which of several readings is the nearest?
+# The rows that are still grey are about edges, and about several readings at once.
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -319,7 +310,6 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # **Change one thing:** one row is still grey, "12.0 became 24.0".
 # Which reading would show it?
 # Write a test for it into the cell below and draw the matrix again; it may call `closest` itself.
-# (If you run the cell twice, the file has the test twice, and the last one counts.)
 
 # %%
 # %%writefile -a ../../test_stopping.py
@@ -343,7 +333,6 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #
 # ### A table for your own functions
 #
-# Now test your package, beginning with its plain functions.
 # `@pytest.mark.parametrize` makes one test of many situations; each line of the table counts as a test and fails by itself:
 #
 # ```python
@@ -356,7 +345,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #
 # Write the expected numbers by hand; a formula would share the code's mistakes.
 #
-# Here is a file with four tests for `utils/motion.py`. The last one is finished; the other three are tables that you fill.
+# Here are four tests for `utils/motion.py`; three of them become tables that you fill.
 # `pytest.approx` allows a small difference, which floats need: `0.1 + 0.2 == 0.3` is False.
 
 # %% tags=["skeleton", "whole"]
@@ -449,7 +438,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "r
 # %% [markdown] tags=["whole"]
 # #### Table 2: the speed near an obstacle
 #
-# `speed_cap(distance, LIMITS)` allows the full 0.5 m/s from 0.8 m on: the threshold of 0.5 plus the margin of 0.3.
+# `speed_cap(distance, LIMITS)` allows the full 0.5 m/s from 0.8 m on.
 # Within the margin the speed falls in proportion, but never below a fifth of the limit, 0.1 m/s.
 #
 # Which distances? Both ends of the margin, two places within it, one beyond, one below.
@@ -482,7 +471,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "s
 
 # %% [markdown] tags=["whole"]
 # One row stays grey, "room > 0.0 became always true".
-# With margin 0 this mutant divides by zero at 0.4 m. `LIMITS` has 0.3, so no row shows it.
+# It hurts only with a margin of 0, and `LIMITS` has 0.3.
 #
 # #### What a grey row does to a robot
 #
@@ -494,8 +483,8 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 
 # %% [markdown] tags=["whole"]
 # Each grey row is a wrong robot that passes all your tests.
-# `Shuttle` drives back and forth between two boxes, backwards first: until `make_safe` stops it, then the other way.
-# This is your own file, without a mistake.
+# `Shuttle` drives back and forth between two boxes, backwards first.
+# Here it uses your own file.
 
 # %% tags=["whole"]
 from grader.notebook import mine, mutant
@@ -531,7 +520,7 @@ def watch(motion):
 watch(mine("utils.motion"))
 
 # %% [markdown] tags=["whole"]
-# Now drive the mutant of the third row. `mutant` returns your file with that one mistake.
+# `mutant` returns your file with the mistake of the third row.
 #
 # **Predict:** where does this robot turn round, behind and in front?
 
@@ -541,13 +530,10 @@ watch(mutant("ros2_robot_controller/utils/motion.py", 3, "clearance"))
 # %% [markdown] tags=["whole"]
 # It looks ahead while it drives backwards, so it does not see the box.
 # Nearer than 0.2 m the emergency stop acts, but too late, and the robot never drives again.
-# The next table has rows for that.
 #
 # #### Table 3: stop, or stop everything
 #
-# `make_safe(wanted, near, LIMITS)` keeps the robot off the walls: an obstacle in the way (below 0.5 m) stops *driving*, one that is too close (below 0.2 m, in *any* direction) stops *everything*.
-# `FORWARD`, `BACKWARD` and `TURN`, at the top of the file, are commands, `wall_ahead(0.49)` is a wall.
-# Each row says what is wanted, what is near, and what must come out. (For rows of your own between 0.5 and 0.8 m, where the speed is computed, compare with `pytest.approx`.)
+# In `make_safe(wanted, near, LIMITS)` an obstacle in the way (below 0.5 m) stops *driving*, one that is too close (below 0.2 m, in *any* direction) stops *everything*.
 
 # %% tags=["piece", "whole"]
 # %%into test/test_motion.py
@@ -592,7 +578,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # %% [markdown] tags=["whole"]
 # If a row fails, look at the contract, and correct whichever is wrong, the table or your `motion.py`.
 #
-# **This is the end of part 1**, and a good place for a break.
+# **This is the end of part 1.**
 
 # %% [markdown]
 # ## A first test for each node
@@ -605,8 +591,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% [markdown]
-# A node has a clock, a network and callbacks.
-# For a test you put it on a **bench**, `test/conftest.py`, where you control all three:
+# For a test you put a node on a **bench**, `test/conftest.py`, where you control its clock, its inputs and its outputs:
 #
 # - **You set the time by hand** (`set_clock`, `advance`).
 # - **Messages go straight into the callbacks** (`hear`, `ask`), without a network. `hear` finds the callback through the node's real subscription, so a wrong topic name or type fails.
@@ -615,7 +600,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "c
 # A **fixture** is a function marked `@pytest.fixture`; a test that has its name as an argument gets what it returns, made anew for each test.
 
 # %% [markdown] tags=["whole"]
-# JupyterLab shows the next cell folded: run it (Shift+Enter), and open it (a click on the three dots) if you want to know how it works.
+# JupyterLab shows the next cell folded: run it.
 
 # %% tags=["given", "whole"]
 # %%writefile test/conftest.py
@@ -818,8 +803,7 @@ def interrupt(monkeypatch):
 # %% [markdown]
 # ### A robot around it
 #
-# For most requirements the node needs a scan every tick, and odometry that follows its commands.
-# The helper `Robot`, at the top of `test_robot_controller.py`, does that:
+# The helper `Robot`, at the top of `test_robot_controller.py`, gives the node a scan every tick, and odometry that follows its commands:
 #
 # | of the helper | what it does |
 # |---|---|
@@ -831,8 +815,8 @@ def interrupt(monkeypatch):
 # | `make_robot(max_linear_speed=0.3)` | a robot with other parameters than the defaults |
 
 # %% [markdown] tags=["whole"]
-# In the next file, below it, are seven finished tests, and eleven that have only a name, taken from the contract's sentences.
-# The next cell is folded, too. Open it and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
+# The next file has this helper, seven finished tests, and eleven that have only a name.
+# It is folded, too. Open it and read one: `test_an_obstacle_stops_it_at_once_and_lets_it_go_on` calls `bench.hear` *between* two ticks, so the stop must come from the scan's own callback.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_robot_controller.py
@@ -1078,7 +1062,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 
 # %% [markdown] tags=["whole"]
 # Twenty passed: seven tests, three of which are tables.
-# Eleven failed with "not written yet". They are your list for today.
+# The eleven that failed are your list for today.
 
 # %% [markdown] tags=["whole"]
 # #### F2: drive at the set speed
@@ -1087,7 +1071,6 @@ def test_another_threshold_is_in_force_at_once(robot):
 # With 1 m/s² and ten commands a second the speed goes 0.1, 0.2, 0.25, 0.25, 0.25.
 # Compare the *whole list*: it notices a missing ramp and a wrong rate, too.
 # Also check that the answer says success and names the speed, and that the status reports it.
-# The second test drives backwards at -0.5 and looks at the command after 0.6 s.
 
 # %% tags=["piece", "whole"]
 # %%into test/test_robot_controller.py
@@ -1132,7 +1115,6 @@ def test_it_drives_backwards(robot):
 # #### F3: refuse, and change nothing
 #
 # This is one test with four speeds.
-# Set 0.25 first, and then ask for the bad speed.
 # Look at the answer (no success, and the limit in its words) and at what must *not* have changed: the speed in the status, and the last command after a second.
 
 # %% tags=["piece"]
@@ -1218,8 +1200,7 @@ def test_it_slows_down_near_an_obstacle(robot):
 # %% [markdown] tags=["whole"]
 # #### F7: the pose
 #
-# Here the node hears one message of odometry; `odometry(x, y, yaw)` makes it.
-# Use three different numbers, so that a mix-up shows.
+# The node hears one message of odometry, with three different numbers, so that a mix-up shows.
 
 # %% tags=["piece", "whole"]
 # %%into test/test_robot_controller.py
@@ -1252,11 +1233,10 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # From here on only the name is given.
 # Read the contract's sentence in the [handout](../docs/handout.md), and ask:
 #
-# - which mistake in *my* code would break this sentence? (The robot drives on after a cancel, or the feedback is always the same.)
+# - which mistake in *my* code would break this sentence?
 # - which assert would notice exactly that one?
 #
 # Then make the mistake, see the test fail, and remove the mistake.
-# After the last of the four come two designs to compare.
 
 # %% tags=["piece", "design", "whole"]
 # %%into test/test_robot_controller.py
@@ -1299,7 +1279,7 @@ def test_another_threshold_is_in_force_at_once(robot):
 # %% [markdown] tags=["whole"]
 # <details><summary>Two designs for the cancel, once yours passes</summary>
 #
-# **One scene, many looks.** The course's test cancels one goal and looks at everything that a client and a bystander can see.
+# **One scene, many looks.** The course's test cancels one goal and looks at everything.
 #
 # ```python
 # def test_a_canceled_goal_stops_the_robot(robot):
@@ -1346,11 +1326,11 @@ def test_another_threshold_is_in_force_at_once(robot):
 # !python3 -m pytest -q --tb=short -x test/test_robot_controller.py | cat
 
 # %% [markdown] tags=["whole"]
-# If no test failed, half of T1 is done. **This is the end of part 2**, and a good place for a break.
+# If no test failed, half of T1 is done. **This is the end of part 2.**
 #
 # ### The other node
 #
-# `sensor_processor` only receives and sends messages, so the fixture `bench` is enough.
+# For `sensor_processor` the fixture `bench` is enough.
 # Eight tests are finished; you write five.
 
 # %% tags=["skeleton", "whole"]
@@ -1517,8 +1497,8 @@ def test_after_the_first_scan_data_comes_twenty_times_a_second(bench, published)
 # %% [markdown] tags=["whole"]
 # #### F12: the latest of each
 #
-# Two scans, so that the second must win; a battery at 0.25; an IMU with six *different* numbers, so that a mix-up shows.
-# After one tick of 0.05 s they are all in the data.
+# The second scan must win.
+# After one tick of 0.05 s, all that the node has heard is in the data.
 
 # %% tags=["piece", "whole"]
 # %%into test/test_sensor_processor.py
@@ -1633,7 +1613,7 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # %% [markdown] tags=["whole"]
 # ### What the tests need
 #
-# If only the tests need a package, `package.xml` names it as `<test_depend>`. It is not installed on the robot.
+# If only the tests need a package, `package.xml` names it as `<test_depend>`.
 
 # %% tags=["whole"]
 # !grep -n "depend>" package.xml
@@ -1645,7 +1625,6 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # %% [markdown] tags=["whole"]
 # ## Which lines were reached
 #
-# On a line that no test reaches, no mistake is noticed.
 # T2 counts lines and branches of the whole package, and gives full marks at 90 %.
 
 # %% tags=["nbval-ignore-output", "whole"]
@@ -1657,12 +1636,11 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
 # Do not test a missing line, but the situation in which it matters.
 # `102->exit` means: the `if` in line 102 was never false.
 #
-# Nearly all modules are covered, because the nodes use them. But they are not all tested:
-# your node tests say nothing about a beam at 61 degrees, because their scans have four beams.
+# Covered does not mean tested: your node tests say nothing about a beam at 61 degrees, because their scans have four beams.
 #
 # ### Where a thing is
 #
-# So the last file of today tests `utils/scans.py` directly, with three tests. The last one is finished.
+# So `test_scans.py` tests `utils/scans.py` directly, with three tests. The last one is finished.
 
 # %% tags=["skeleton", "whole"]
 # %%writefile test/test_scans.py
@@ -1734,9 +1712,9 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "val
 # %% [markdown] tags=["whole"]
 # #### Ahead, behind, neither
 #
-# A single beam with a reading of 1.0, at an angle that the table gives.
+# One beam reads 1.0, at an angle that the table gives.
 # Within 60 degrees of straight ahead it is ahead; of straight back, behind; otherwise only *anywhere*.
-# Test both sides of each edge, left and right, straight back as 180 and as -180, and 359 degrees, which some drivers send for -1.
+# Test both sides of each edge, left and right. (Some drivers send 359 degrees for -1.)
 
 # %% tags=["piece", "whole"]
 # %%into test/test_scans.py
@@ -1768,13 +1746,12 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 
 # %% [markdown] tags=["whole"]
 # One row stays grey: `angle - math.pi` became `angle + math.pi`.
-# The two differ by a whole turn, which `normalize_angle` folds away: an *equivalent* mutant, on your own code.
+# The two differ by a whole turn, which `normalize_angle` folds away: an *equivalent* mutant.
 
 # %% [markdown]
 # ### What the grader finds
 #
-# Now T1, T2, and T3, which mutates your whole package.
-# Here it tries ten or twenty mutants, a sample of the thirty to fifty that the grading tries. It takes a while.
+# T3 tries ten or twenty mutants of your package here, where the grading tries thirty to fifty. It takes a while.
 
 # %% tags=["check"]
 check("T1", "T2", "T3")
@@ -1804,8 +1781,8 @@ check("T1", "T2", "T3")
 # %% [markdown] tags=["whole"]
 # ## Let a linter read it first
 #
-# A linter reads code without running it, and finds unused names, long lines or wrong spaces.
-# ROS has its own rules for it, `ament_flake8`, such as at most 99 characters in a line.
+# A linter reads code without running it.
+# ROS has its own rules, `ament_flake8`, such as at most 99 characters in a line.
 #
 # **How many findings** will it report for this file?
 
@@ -1826,9 +1803,7 @@ class Careless( object ):
 # !cd ../.. && ament_flake8 careless.py | grep careless.py:
 
 # %% [markdown] tags=["whole"]
-# It finds the unused `os`, blanks, the name `l`, `!= None` and `if` in one line.
-# It does not find the worst, `seen=[]`, one list that all calls share, nor that a scan can hold NaN.
-# A linter knows the language, not the robot.
+# It does not find the worst: `seen=[]`, one list that all calls share, and that a scan can hold NaN.
 
 # %% [markdown] tags=["whole"]
 # Now run it on your own package. Q1 asks for no finding.
@@ -1841,9 +1816,7 @@ class Careless( object ):
 check("Q1")
 
 # %% [markdown] tags=["whole"]
-# `F401` is an unused import, `E501` a line that is too long.
 # `# noqa` at the end of a line makes the linter ignore it, but the grader does not.
-# T1 does not count tests that only run a linter.
 #
 # `colcon test` runs the tests of all packages that were built.
 # In a terminal, in the folder `ws`:
@@ -1854,13 +1827,12 @@ check("Q1")
 #
 # **Why two commands?** `colcon test` ends with 0 even when tests have failed: it *ran* them. The exit code of `colcon test-result` is what a CI job looks at.
 #
-# > **On a real TurtleBot 4:** wheels slip and batteries run down, so make the first drive a slow one, as [docs/turtlebot4.md](../docs/turtlebot4.md) says.
+# > **On a real TurtleBot 4:** make the first drive a slow one, as [docs/turtlebot4.md](../docs/turtlebot4.md) says.
 
 # %% [markdown] tags=["whole"]
 # ## A hunt
 #
-# Your tests find the faults that you thought of.
-# `hunt` looks for the others: it makes up situations within the contract, runs your node in them, and stops at the first in which a promise of the contract is broken.
+# `hunt` looks for the faults that you did not think of: it makes up situations within the contract, runs your node in them, and stops at the first in which a promise of the contract is broken.
 # Then it makes that situation smaller, for as long as the promise is still broken.
 #
 # **Predict:** which situation does your robot handle worst?
@@ -1874,7 +1846,7 @@ hunt("F4", cases=20)
 # No fault in 20 cases is no proof. More cases, or another `seed`, look further.
 #
 # `H1`, `H2` and `H3` are packages with one small fault each; `of` hunts in them.
-# They have passed many tests. The hunt takes a minute or more.
+# The hunt takes a minute or more.
 
 # %% tags=["nbval-ignore-output", "whole"]
 # Not compared: how small the case becomes is no promise.
@@ -1888,7 +1860,7 @@ hunt("F9", of="H3", cases=40)
 # In `navigator.py` the distance is that along x alone. Where the robot faces along y, it is 0.
 # </details>
 #
-# What it found is also a file in `ws/hunt`: a few lines that you can read and change.
+# What it found is also a file in `ws/hunt`.
 # Turn it into a test on the bench, see the test fail, correct the line, and see it pass; `test_found_….py` beside it is such a test.
 # `!grader hunt --again FILE --package DIR` then runs the case itself again.
 # `H1` breaks F7, `H2` breaks F10. [The hunt](../docs/hunt.md) lists every step of a case.
@@ -1897,7 +1869,6 @@ hunt("F9", of="H3", cases=40)
 #
 # - Write the other test files: `test_conversions.py`, `test_steering.py`, `test_settings.py`, `test_speed_server.py`, `test_running.py`.
 # - A goal whose path is blocked, F11: a wall at 0.4 m for two seconds, then free again.
-# - `hypothesis`, which makes up the situations of a hunt, also looks for numbers that break a rule of one function.
 
 # %% [markdown]
 # ## Recall
@@ -1920,7 +1891,7 @@ hunt("F9", of="H3", cases=40)
 # </details>
 
 # %% [markdown]
-# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and your tests show it. Now other people must be able to use it.
+# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb).
 
 # %%
 from grader.notebook import progress

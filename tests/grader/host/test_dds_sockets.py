@@ -18,6 +18,7 @@ publisher.publish(Int32(data=7))
 node.destroy_publisher(publisher)
 print("gone", flush=True)
 sys.stdin.readline()
+rclpy.shutdown()
 """
 OBSERVER = """
 import json, subprocess, sys, time
