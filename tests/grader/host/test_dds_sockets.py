@@ -8,11 +8,14 @@ from helpers.node_runs import run_with_node
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
 LEAVER = """
-import sys, rclpy
+import sys, time, rclpy
 from std_msgs.msg import Int32
 rclpy.init(domain_id=3)
 node = rclpy.create_node("leaver")
 publisher = node.create_publisher(Int32, "last", 10)
+while publisher.get_subscription_count() == 0:
+    time.sleep(0.01)
+print("matched", flush=True)
 sys.stdin.readline()
 publisher.publish(Int32(data=7))
 node.destroy_publisher(publisher)
@@ -40,6 +43,7 @@ def tell():
     leaver.stdin.write("\\n")
     leaver.stdin.flush()
 
+leaver.stdout.readline()
 spin(lambda: node.count_publishers("last") == 1)
 with dds_sockets.deaf_to_the_graph():
     tell()
