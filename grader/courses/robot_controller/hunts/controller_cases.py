@@ -137,7 +137,10 @@ def _limited_meanwhile() -> SearchStrategy[Case]:
     changed = st.sampled_from(
         [{"max_linear_speed": 0.25}, {"max_angular_speed": 0.5}, {"linear_acceleration": 0.25}]
     ).map(lambda to: [Step("set", dict(to)), Step("wait", 2.0)])  # fmt: skip
-    return _case(st.one_of(goal, _AFTER_SPEED), st.one_of(changed, changed, _SPEED), least=1, most=3)
+    asked = _set_speed(st.sampled_from([0.375, -0.375, 0.25, 0.5])).map(
+        lambda step: [Step("set", {"max_linear_speed": 0.25}), Step("wait", 0.5), step, Step("wait", 0.5)]
+    )
+    return _case(st.one_of(goal, _AFTER_SPEED), st.one_of(changed, asked, changed, _SPEED), least=1, most=3)
 
 
 @makes("F4")
