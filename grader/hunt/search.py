@@ -22,6 +22,8 @@ from grader.trials.promises import Broken, Making, Promise, Run, first_broken, u
 
 SHRINKS = 60
 """How many further cases may be run to make a found one smaller."""
+_IN_VAIN = 15
+"""How many of them in a row may bring nothing smaller."""
 AGAIN = 5
 """How often a found case has to fail, to be shown."""
 
@@ -115,14 +117,14 @@ def _shrunk(
 
     An unsteady case counts as one that breaks nothing: Hypothesis meets those before the first finding again.
     """
-    smaller, tries = [first], 0
+    smaller, tries, last = [first], 0, 0
 
     def judge(case: Case) -> None:
-        nonlocal tries
+        nonlocal tries, last
         if case in unsteady:
             return
         if case not in runner.known:
-            if tries >= shrinks:
+            if tries >= shrinks or tries - last >= _IN_VAIN:
                 return
             tries += 1
             for _ in runner.run([case]):
@@ -132,6 +134,7 @@ def _shrunk(
             return
         if case not in [each.case for each in smaller] and _size(case) <= _size(smaller[-1].case):
             smaller.append(finding)
+            last = tries
             found(finding)
         raise _FoundError
 
