@@ -134,7 +134,7 @@ for axes in (line, plan):
 # So rely on the *angle* of a beam, never on its number.
 #
 # The angle is measured from the x axis of the *lidar*, whose frame `header.frame_id` names.
-# On a TurtleBot 4 the lidar is turned by 90° to the left, so a wall ahead of the robot is at -90°.
+# On a TurtleBot 4 the lidar is turned by 90° to the left, so a wall ahead of the robot is at -90°, and a program that takes angle 0 for "ahead" drives into it.
 # How two frames lie to each other, a **transform**, is the subject of notebook 12.
 # On the contract's robot the lidar is in the centre, and angle 0 is "ahead".
 

@@ -303,6 +303,7 @@ axes.legend(loc="lower right");
 
 # %% [markdown] tags=["whole"]
 # The closest reading of all is 0.45 m, but within 60 degrees of straight ahead it is 0.52 m: nothing is in the way.
+# (Anything the hull would hit outside the sector is nearer than 0.197 m, and there the emergency stop acts.)
 
 # %% [markdown]
 # A robot that drives backwards must look backwards.
@@ -1096,7 +1097,7 @@ with run_node(world="wall_ahead", parameters={"speed": 0.5}) as run:
 run_view(recording)
 
 # %% [markdown]
-# The closest reading ends just below 0.5 m, and about 0.3 m are left between hull and wall.
+# The closest reading ends just below 0.5 m, and about 0.3 m are left between hull and wall. (The twitch at 4.3 s is the lidar's noise.)
 
 # %% [markdown] tags=["whole"]
 # How long did it take until the zero came?

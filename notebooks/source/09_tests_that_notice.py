@@ -1816,7 +1816,7 @@ class Careless( object ):
 check("Q1")
 
 # %% [markdown] tags=["whole"]
-# `# noqa` at the end of a line makes the linter ignore it, but the grader does not.
+# `# noqa` at the end of a line makes the linter ignore it, but the grader does not. T1 does not count tests that only run a linter.
 #
 # `colcon test` runs the tests of all packages that were built.
 # In a terminal, in the folder `ws`:
