@@ -28,12 +28,17 @@ def deaf_to_the_graph() -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         graph = [stack.enter_context(each) for each in _udp_sockets() if _port(each) % 2 == 0]
         for each in graph:
-            each.setsockopt(socket.SOL_SOCKET, _ATTACH_FILTER, struct.pack("@HP", 1, ctypes.addressof(program)))
+            _set(each, _ATTACH_FILTER, struct.pack("@HP", 1, ctypes.addressof(program)))
         try:
             yield
         finally:
             for each in graph:
-                each.setsockopt(socket.SOL_SOCKET, _DETACH_FILTER, 0)
+                _set(each, _DETACH_FILTER, 0)
+
+
+def _set(own: socket.socket, option: int, value: bytes | int) -> None:
+    with contextlib.suppress(OSError):  # a container's own kernel may know no filters: then all is heard, as it comes
+        own.setsockopt(socket.SOL_SOCKET, option, value)
 
 
 def _udp_sockets() -> Iterator[socket.socket]:
