@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -43,9 +43,12 @@ def behavioural() -> list[str]:
     return [name for name, edit in EDITS.items() if edit.costs & known and len(edit.costs) <= 4]
 
 
-def _most_of(costs: Collection[str]) -> tuple[str, ...]:
-    """Return what an edit costs in the group in which it costs most."""
-    return max((tuple(r for r in group if r in costs) for group in GROUPS), key=len)
+def _groups(name: str) -> Sequence[tuple[str, ...]]:
+    """Return what to hunt for in a package; in an edit what it costs, the group first in which it costs most."""
+    if name not in EDITS:
+        return GROUPS
+    costs = [tuple(r for r in group if r in EDITS[name].costs) for group in GROUPS]
+    return sorted(filter(None, costs), key=len, reverse=True)
 
 
 @contextmanager
@@ -70,14 +73,16 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     wrong = 0
     for name in options.names or [REFERENCE, *VARIANTS, *behavioural()]:
-        for group in [_most_of(EDITS[name].costs)] if name in EDITS else GROUPS:
-            found = _hunt(name, group, options)
-            wrong += found
+        for group in _groups(name):
+            found, is_wrong = _hunt(name, group, options)
+            wrong += is_wrong
+            if found and name in EDITS:
+                break
     return int(bool(wrong))
 
 
-def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> bool:
-    """Hunt in a package, and return whether something is not as it should be."""
+def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> tuple[bool, bool]:
+    """Hunt in a package, and return whether something was found, and whether something is not as it should be."""
     course = kits_own()
     making, promises = hunts(course).of(group)
     settings = pipeline.Settings(
@@ -101,12 +106,12 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> boo
                 again = _again(running, found.finding, options.again) if found.finding else 0
         except SubmissionError as error:
             print(f"{name:36} {' '.join(group):18} {error}", flush=True)
-            return False
+            return False, False
     seconds = shrunk_at - began
     unsteady = f"; {len(found.unsteady)} unsteady" if found.unsteady else ""
     if found.finding is None:
         print(f"{name:36} {' '.join(group):18} {found.cases:4} cases, {seconds:5.0f} s, nothing{unsteady}", flush=True)
-        return False
+        return False, False
     finding, shrinking = found.finding, shrunk_at - found_at
     size = f"{len(finding.case.steps):2} steps, {finding.shrunk_in} cases, {shrinking:4.0f} s smaller"
     steady = f"; again {again} of {options.again} times" if options.again else ""
@@ -117,7 +122,7 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> boo
     )
     if options.out:
         report.save(finding, options.out / name)
-    return name not in EDITS or again < options.again
+    return True, name not in EDITS or again < options.again
 
 
 def _again(running: Runner, finding: search.Finding, times: int) -> int:
