@@ -22,8 +22,8 @@ from grader.trials.promises import Broken, Making, Promise, Run, first_broken, u
 
 SHRINKS = 60
 """How many further cases may be run to make a found one smaller."""
-_IN_VAIN = 15
-"""How many of them in a row may bring nothing smaller."""
+_SIMULATED_S = 250.0
+"""How long they may be together, in simulated seconds: that of a goal takes as long as three others."""
 AGAIN = 5
 """How often a found case has to fail, to be shown."""
 
@@ -117,24 +117,23 @@ def _shrunk(
 
     An unsteady case counts as one that breaks nothing: Hypothesis meets those before the first finding again.
     """
-    smaller, tries, last = [first], 0, 0
+    smaller, tries, simulated_s = [first], 0, 0.0
 
     def judge(case: Case) -> None:
-        nonlocal tries, last
+        nonlocal tries, simulated_s
         if case in unsteady:
             return
         if case not in runner.known:
-            if tries >= shrinks or tries - last >= _IN_VAIN:
+            if tries >= shrinks or simulated_s >= _SIMULATED_S:
                 return
             tries += 1
-            for _ in runner.run([case]):
-                pass
+            for _, trial in runner.run([case]):
+                simulated_s += trial.samples[-1].t if trial.samples else 0.0
         finding = _finding(case, runner.known[case], [first.promise], first.after)
         if finding is None:
             return
         if case not in [each.case for each in smaller] and _size(case) <= _size(smaller[-1].case):
             smaller.append(finding)
-            last = tries
             found(finding)
         raise _FoundError
 
