@@ -22,8 +22,6 @@ from grader.trials.promises import Broken, Making, Promise, Run, first_broken, u
 
 SHRINKS = 60
 """How many further cases may be run to make a found one smaller."""
-_SIMULATED_S = 250.0
-"""How long they may be together, in simulated seconds: that of a goal takes as long as three others."""
 AGAIN = 5
 """How often a found case has to fail, to be shown."""
 
@@ -117,18 +115,18 @@ def _shrunk(
 
     An unsteady case counts as one that breaks nothing: Hypothesis meets those before the first finding again.
     """
-    smaller, tries, simulated_s = [first], 0, 0.0
+    smaller, tries = [first], 0
 
     def judge(case: Case) -> None:
-        nonlocal tries, simulated_s
+        nonlocal tries
         if case in unsteady:
             return
         if case not in runner.known:
-            if tries >= shrinks or simulated_s >= _SIMULATED_S:
+            if tries >= shrinks:
                 return
             tries += 1
-            for _, trial in runner.run([case]):
-                simulated_s += trial.samples[-1].t if trial.samples else 0.0
+            for _ in runner.run([case]):
+                pass
         finding = _finding(case, runner.known[case], [first.promise], first.after)
         if finding is None:
             return

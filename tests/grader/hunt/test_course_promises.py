@@ -117,3 +117,23 @@ def test_a_goal_may_make_room_for_another_one(next_: float, said: str):
     ]
     found = PROMISES["does_not_give_up"].judge(Run(Case(NODE, ()), driven(0.0, goals=goals)))
     assert (found.seen if found else "") == said
+
+
+@pytest.mark.parametrize(
+    ("promise", "accepted", "said"),
+    [
+        ("arrives_where_it_says", False, "the goal at 0.10 s was rejected"),
+        ("feedback_is_true", True, "no feedback for 0.9 s from 0.10 s on"),
+    ],
+)
+@pytest.mark.parametrize("first_ends", [0.05, math.nan])
+def test_what_becomes_of_a_goal_that_comes_while_another_runs_is_left_open(
+    promise: str, accepted: bool, said: str, first_ends: float
+):
+    """Found by a hunt in the variant `events`, which then forgets both; goals are served one after another."""
+    goals = [
+        Goal(0.0, 1.0, 0.0, 0.1, True, "aborted", False, 0.0, 0.0, first_ends),
+        Goal(0.1, 1.0, 0.0, 0.1, accepted, "unfinished", None, 0.0, 0.0, math.nan),
+    ]
+    found = PROMISES[promise].judge(Run(Case(NODE, ()), driven(0.0, goals=goals)))
+    assert said in found.seen if first_ends == 0.05 else found is None

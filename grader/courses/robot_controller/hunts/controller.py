@@ -149,10 +149,11 @@ def status_is_true(run: Run) -> Broken | None:
 @promise("F8")
 def arrives_where_it_says(run: Run) -> Broken | None:
     """A goal that succeeds has been reached, the final pose is that of odom, and the robot stands still there."""
-    for goal in run.trial.goals:
+    goals, until = _one_at_a_time(run)
+    for goal in goals:
         if not goal.accepted:
             return broken(goal.t, mark("the goal at {t:.2f} s was rejected"))
-        if not math.isfinite(goal.ended_t):
+        if not goal.ended_t < until:
             continue
         t = goal.ended_t
         if (goal.success is True) != (goal.status == "succeeded"):
@@ -183,9 +184,10 @@ def arrives_in_the_end(run: Run) -> Broken | None:
     """A goal with nothing in the way succeeds."""
     if run.times("obstacle"):
         return None
+    goals, until = _one_at_a_time(run)
     for t, limit in run.times("arrive"):
-        late = next((goal for goal in run.trial.goals if goal.t < t and not goal.ended_t <= t + limit + 0.1), None)
-        if late:
+        late = next((goal for goal in goals if goal.t < t and not goal.ended_t <= t + limit + 0.1), None)
+        if late and t + limit < until:
             return broken(t + limit, mark("the goal of {a:.2f} s had not ended at {t:.2f} s"), a=late.t)
     return None
 
@@ -193,11 +195,9 @@ def arrives_in_the_end(run: Run) -> Broken | None:
 @promise("F11")
 def does_not_give_up(run: Run) -> Broken | None:
     """A goal whose way is blocked goes on: it is not given up."""
-    sent = [goal.t for goal in run.trial.goals]
-    for goal in run.trial.goals:
-        # Another one that comes meanwhile may take its place: the contract leaves that open.
-        replaced = any(goal.t < t <= goal.ended_t for t in sent)
-        if goal.accepted and goal.status == "aborted" and math.isnan(goal.cancel_t) and not replaced:
+    goals, until = _one_at_a_time(run)
+    for goal in goals:
+        if goal.accepted and goal.status == "aborted" and math.isnan(goal.cancel_t) and goal.ended_t < until:
             return broken(goal.ended_t, mark("the goal was aborted at {t:.2f} s"))
     return None
 
@@ -205,13 +205,15 @@ def does_not_give_up(run: Run) -> Broken | None:
 @promise("F9")
 def feedback_is_true(run: Run) -> Broken | None:
     """Feedback comes twice a second, with the true distance."""
-    for goal in (each for each in run.trial.goals if each.accepted):
+    goals, until = _one_at_a_time(run)
+    for goal in (each for each in goals if each.accepted):
         wrong = next((entry for entry in goal.feedback if not abs(entry[1] - entry[2]) <= 0.15 + _DRIFT_M), None)
-        if wrong:
+        if wrong and wrong[0] < until:
             return broken(wrong[0], mark("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m"), w=wrong)
         end = min(
             goal.ended_t if math.isfinite(goal.ended_t) else run.end,
             goal.cancel_t if math.isfinite(goal.cancel_t) else math.inf,
+            until,
         )
         times = [goal.t, *(entry[0] for entry in goal.feedback if entry[0] <= end), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
@@ -223,8 +225,9 @@ def feedback_is_true(run: Run) -> Broken | None:
 @promise("F10")
 def cancels(run: Run) -> Broken | None:
     """A goal that is cancelled ends as canceled with success = false, and the robot stands still within 1 s."""
-    for goal in run.trial.goals:
-        if not goal.accepted or math.isnan(goal.cancel_t) or goal.cancel_t + 1.1 > run.end:
+    goals, until = _one_at_a_time(run)
+    for goal in goals:
+        if not goal.accepted or math.isnan(goal.cancel_t) or goal.cancel_t + 1.1 > min(run.end, until):
             continue
         if goal.status == "succeeded" and goal.ended_t <= goal.cancel_t + 0.15:
             continue
@@ -267,6 +270,19 @@ def ends_on_ctrl_c(run: Run) -> Broken | None:
 
 
 # -- facts over a run --------------------------------------------------------------------------------------------------
+def _one_at_a_time(run: Run) -> tuple[list[Goal], float]:
+    """Return the goals up to one that comes while another is running, and the time when that comes, else inf.
+
+    Goals are served one after another: what becomes of the two, and of those after them, the contract leaves open.
+    """
+    found: list[Goal] = []
+    for goal in run.trial.goals:
+        if any(each.accepted and not each.ended_t <= goal.t for each in found):
+            return found, goal.t
+        found.append(goal)
+    return found, math.inf
+
+
 def _calls(run: Run, service: str) -> list[Call]:
     return [call for call in run.trial.calls if call.service == service and call.response is not None]
 
