@@ -12,7 +12,7 @@ from grader.errors import GraderError
 from grader.notebook import last_hint
 
 _EXERCISES = {notebook_source.EXERCISE, notebook_source.PIECE, notebook_source.FUNCTION}
-_TRY = re.compile(r"^ *(?:tries|check|mutant_matrix)\(|^!.*\bpytest\b", re.MULTILINE)
+_TRY = re.compile(rf"^ *(?:tries|check|mutant_matrix)\(|{last_hint.PYTEST.pattern}", re.MULTILINE)
 
 
 def take_out(notebook: NotebookNode) -> dict[str, str]:

@@ -48,7 +48,7 @@ class CellHooks:
         self._count()
         if not result.success:
             last_hint.tried(right=False)
-        elif re.search(r"^!.*\bpytest\b", result.info.raw_cell, re.MULTILINE):
+        elif last_hint.PYTEST.search(result.info.raw_cell):
             last_hint.tried_by_pytest(self._workspace.package)
         if hint := last_hint.due():
             from IPython.display import display

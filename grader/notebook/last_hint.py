@@ -24,6 +24,8 @@ PLACE = "It appears below the next table, check or test of yours that is not rig
 FOLD = re.compile(r"(<details><summary>Hint \d[^\n]*\ball but\b[^\n]*</summary>)(.*?)(</details>)", re.DOTALL)
 """A last hint on a page: the line that opens it, the hint, and its end."""
 _MAGIC = re.compile(rf"^%%({'|'.join((pieces.MAGIC, *before_begin.WRITES))}) +(?:-\S+ +)*(\S+)", re.MULTILINE)
+PYTEST = re.compile(r"^!.*\bpytest\b", re.MULTILINE)
+"""A command that runs pytest; a cell that writes a test has the word, too."""
 _FUNCTION = re.compile(r"^ {0,4}(?:async +)?def +(\w+)", re.MULTILINE)
 
 

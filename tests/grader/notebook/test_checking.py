@@ -52,7 +52,7 @@ def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspac
 
 
 def test_what_the_courses_rubric_has_dropped_is_said_not_to_be_graded(workspace, monkeypatch, tmp_path) -> None:
-    """`check("Q1")` ended the run of notebook 10 with ValueError."""
+    """A check of one that is dropped ended the run of notebook 10 with ValueError."""
     (tmp_path / "rubric.yaml").write_text(profile_of("core", COURSE.rubric.read_text()))
     monkeypatch.setattr(checking, "course", lambda: replace(COURSE, rubric=tmp_path / "rubric.yaml"))
     checked = checking.check(workspace, ["Q1"])
