@@ -309,7 +309,8 @@ class _Reading:
                 for asked in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
                     reader.require_known(reader.text(asked), asked, self.worth, "a requirement of the rubric")
                 for name, place, _ in reader.mapping(lane["later"]) if "later" in lane and self.worth else ():
-                    reader.require_known(name, place, self.worth, "a requirement of the rubric")
+                    with yaml_reader.noted(wrong):
+                        reader.require_known(name, place, self.worth, "a requirement of the rubric")
                 for _, _, files in reader.mapping(lane["gives"]) if "gives" in lane else ():
                     for path_, file, _ in reader.mapping(files):
                         self._solved(reader, path_, file)

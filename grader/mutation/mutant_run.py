@@ -22,9 +22,9 @@ from grader.student_tests.warm_worker import Start, start_workers
 from grader.words import mark, say
 
 MUTANTS = 50  # that tests reach; the others take no time. docs/course.md says how well these stand for all
-ENOUGH, MISSED = 30, 1
-"""After so many mutants of which at most one was missed the others are not tried: they would change nothing. A suite
-that notices 85 % of all gets here one time in twenty, and then too much by a tenth of the points at most."""
+_ENOUGH, _MISSED = 30, 1
+"""After so many mutants the others are not tried if at most so many were missed. A suite that notices 85 % of all gets
+here one time in twenty; docs/course.md says what that is worth."""
 WORKERS = 2
 # Results count by whole rounds, so that a slow machine does not change a grade by a little.
 ROUND = 10
@@ -141,7 +141,7 @@ def _rounds(
             verdicts.note_not_tried(change)
         waiting += again
         tried += len(batch)
-        if not again and verdicts.missed <= MISSED and verdicts.noticed + verdicts.missed >= ENOUGH:
+        if not again and verdicts.missed <= _MISSED and verdicts.noticed + verdicts.missed >= _ENOUGH:
             for change in waiting:
                 del verdicts.outcomes[change]
             waiting = []

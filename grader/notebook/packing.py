@@ -90,8 +90,8 @@ class PackedSubmission:
         if asked := lanes.asked_for(self.lane) if self.lane else ():
             of_lane = [score for score in card.requirements if score.requirement.id in asked]
             reached, worth = sum(s.points for s in of_lane), sum(s.requirement.points for s in of_lane)
-            words = mark("  Your lane, {lane}, asks for {worth} of these points, and you have {reached}.")
-            yield say(words, lane=self.lane, worth=points(worth), reached=points(reached))
+            words = mark("Your lane, {lane}, asks for {worth} of these points, and you have {reached}.")
+            yield "  " + say(words, lane=self.lane, worth=points(worth), reached=points(reached))
         lost = [s.requirement.id for s in card.requirements if s.outcome not in (Outcome.PASSED, Outcome.NOT_GRADED)]
         if lost:
             yield "  " + say("points lost in {ids}; `check(...)` in the notebook says why", ids=", ".join(lost))
