@@ -107,7 +107,7 @@ def test_pytest_says_how_the_tests_of_the_exercise_went(
         kept = workspace.package / ".pytest_cache" / "v" / "cache" / "lastfailed"
         kept.parent.mkdir(parents=True)
         kept.write_text(json.dumps(failed))
-    run(workspace, "%%into test/test_motion.py\n@pytest.mark.slow\ndef test_cap(): ...")
+    run(workspace, "%%into test/test_motion.py\n@pytest.fixture\ndef test_cap(): ...")
     assert not shown, "what failed before it was written says nothing of it"
     run(workspace, "!pytest -q test/test_motion.py | cat")
     assert bool(shown) == appears
