@@ -9,7 +9,6 @@ import re
 import signal
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import NoReturn
 
 from .commands import Refusal, near
@@ -53,12 +52,9 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command line and return the exit code."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # while there is nothing to tidy up, Ctrl-C just ends the process
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])  # see start_again
     words = sys.argv[1:] if argv is None else argv
     complete_environment()
     name = next((word for word in words if not word.startswith("-")), None)
-    if name in ("action", "bag", "node", "param", "service", "topic") and not libraries_loaded():
-        start_again()
     if hasattr(sys.stdout, "reconfigure"):
         sys.stdout.reconfigure(line_buffering=True)  # so that a pipe gets each message at once
     parser = _parser(name)
@@ -133,49 +129,9 @@ def _parser(name: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-# -- the environment that ROS 2 from wheels needs ---------------------------------------------------------------------
 def complete_environment() -> None:
-    """Fill in missing variables: the wheels' own prefix, and libraries and modules of every sourced workspace."""
-    found = _parts("AMENT_PREFIX_PATH")
-    if sys.prefix not in found:
-        found.append(sys.prefix)
-    os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join(found)
-    os.environ.setdefault("ROS_DISTRO", "jazzy")
-    os.environ.setdefault("ROS_VERSION", "2")
-    os.environ.setdefault("ROS_PYTHON_VERSION", "3")
-    overlays = [Path(part) for part in found if part != sys.prefix]
-    site = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
-    _prepend("LD_LIBRARY_PATH", [one / "lib" for one in overlays])
-    modules = [one / site for one in overlays]
-    _prepend("PYTHONPATH", modules)
-    sys.path[1:1] = [str(one) for one in modules if one.is_dir() and str(one) not in sys.path]
-
-
-def libraries_loaded() -> bool:
-    """Return whether this process was started with every workspace's libraries; the loader reads the path only once."""
-    started = Path("/proc/self/environ")
-    if not started.is_file():
-        return True
-    given = dict(entry.partition(b"=")[::2] for entry in started.read_bytes().split(b"\0"))
-    had = given.get(b"LD_LIBRARY_PATH", b"").decode().split(os.pathsep)
-    return all(part in had for part in _parts("LD_LIBRARY_PATH"))
-
-
-def start_again() -> None:
-    """Replace this process by a new start of itself, so that the loader sees the added libraries.
-
-    Ctrl-C is blocked meanwhile: while Python starts it would print a traceback.
-    """
-    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    os.execve(sys.executable, sys.orig_argv, dict(os.environ))
-
-
-def _parts(name: str) -> list[str]:
-    return [part for part in os.environ.get(name, "").split(os.pathsep) if part]
-
-
-def _prepend(name: str, paths: list[Path]) -> None:
-    there = _parts(name)
-    new = [str(path) for path in paths if path.is_dir() and str(path) not in there]
-    if new:
-        os.environ[name] = os.pathsep.join([*new, *there])
+    """Fill in the variables that are missing in a terminal which is not prepared."""
+    prefixes = [part for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part]
+    os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join(dict.fromkeys([*prefixes, sys.prefix]))
+    for name, value in (("ROS_DISTRO", "jazzy"), ("ROS_VERSION", "2"), ("ROS_PYTHON_VERSION", "3")):
+        os.environ.setdefault(name, value)

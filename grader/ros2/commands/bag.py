@@ -155,11 +155,10 @@ def _opened(path: Path) -> Any:
     try:
         with Reader(folder) as reader:
             yield reader
-    except FileNotFoundError as error:
+    except (FileNotFoundError, ReaderError) as error:
         why = "it has no metadata.yaml, so it is not a bag, or its recording was cut short"
-        raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {why}") from error
-    except ReaderError as error:
-        raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {error}") from error
+        said = error if isinstance(error, ReaderError) else why
+        raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {said}") from error
 
 
 def run_info(args: argparse.Namespace) -> None:

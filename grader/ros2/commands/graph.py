@@ -269,34 +269,23 @@ def interrupt_later() -> Iterator[Callable[[], None]]:
     """Delay Ctrl-C; yield a function that delivers it if it has been pressed, as the end of the block does.
 
     In the middle of rclpy's C++ a KeyboardInterrupt would become a RuntimeError about a failed conversion.
-    A second Ctrl-C is not delayed.
     """
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     pressed: list[int] = []
-
-    def press(number: int, frame: Any) -> None:
-        pressed.append(number)
-        if len(pressed) > 1:
-            deliver(number, frame)
-
-    def deliver(number: int, frame: Any) -> None:
-        handler = before[signal.Signals(number)]
-        assert callable(handler)
-        handler(number, frame)
+    found = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: handler for number, handler in found.items() if callable(handler)}
 
     def check() -> None:
         if pressed:
-            deliver(pressed[0], None)
+            before[signal.Signals(pressed[0])](pressed[0], None)
 
-    delayed = [number for number, handler in before.items() if callable(handler)]
-    for number in delayed:
-        signal.signal(number, press)
+    for number in before:
+        signal.signal(number, lambda number, _frame: pressed.append(number))
     try:
         yield check
         check()
     finally:
-        for number in delayed:
-            signal.signal(number, before[number])
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def spin(node: Any, until: Callable[[], bool], timeout_s: float | None = None) -> bool:

@@ -6,8 +6,8 @@ import array
 import importlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
+from operator import attrgetter
 from typing import Any
 
 import yaml
@@ -16,6 +16,7 @@ from . import Refusal
 
 FULL = 128  # entries of a sequence, or letters of a text, that are shown by default
 TITLES = {"msg": "message", "srv": "service"}
+_ARRAY = re.compile(r"\]$|^sequence<")
 
 
 def load(name: str, kind: str) -> Any:
@@ -49,26 +50,32 @@ def hash_text(end: Any) -> str:
     return f"RIHS{end.topic_type_hash.version:02}_{bytes(end.topic_type_hash.value).hex()}"
 
 
-def to_plain(value: Any, limits: Limits | None = None) -> Any:
-    """Return a message, or a value in one, as dictionaries, lists and scalars."""
-    limits = limits or Limits()
+def to_plain(value: Any, length: int | None = None, arrays: bool = True) -> Any:
+    """Return a message, or a value in one, as dictionaries, lists and scalars.
+
+    Of sequences and texts no more than `length` is shown, and of arrays only what they are if not `arrays`.
+    """
     if hasattr(value, "get_fields_and_field_types"):
         kinds = value.get_fields_and_field_types()
-        return {name: _field_to_plain(getattr(value, name), kind, limits) for name, kind in kinds.items()}
-    if isinstance(value, str):
-        return limits.text(value)
+        found = {name: (getattr(value, name), kind) for name, kind in kinds.items()}
+        return {
+            name: to_plain(part, length, arrays) if arrays or not _ARRAY.search(kind) else _summary(part, kind)
+            for name, (part, kind) in found.items()
+        }
     if isinstance(value, bytes):
-        return limits.text(value.decode("latin-1"))  # one letter for each byte
-    if isinstance(value, array.array) or type(value).__name__ == "ndarray":
-        return limits.sequence(value.tolist())
+        value = value.decode("latin-1")  # one letter for each byte
+    if isinstance(value, str):
+        return value if length is None or len(value) <= length else value[:length] + "..."
+    if hasattr(value, "tolist"):  # of array and numpy
+        value = value.tolist()
     if isinstance(value, Sequence):
-        return limits.sequence(value)
+        shown = [to_plain(one, length, arrays) for one in value[:length]]
+        return shown if len(shown) == len(value) else [*shown, "..."]
     return value
 
 
-def _field_to_plain(value: Any, kind: str, limits: Limits) -> Any:
-    if limits.arrays or not (kind.endswith("]") or kind.startswith("sequence<")):
-        return to_plain(value, limits)
+def _summary(value: Any, kind: str) -> str:
+    """Return what is shown of an array or a sequence by `--no-arr`."""
     element, size = re.fullmatch(r"(?:sequence<)?(.*?)(?:(?:, |\[)(\d+)\]?)?>?", kind).groups()  # type: ignore[union-attr]  # matches every text
     element = element.replace("/", "/msg/").partition("<")[0] + (f"[{size}]" if size else "")
     if kind.endswith("]"):
@@ -76,26 +83,9 @@ def _field_to_plain(value: Any, kind: str, limits: Limits) -> Any:
     return f"<sequence type: {element}, length: {len(value)}>"
 
 
-@dataclass(frozen=True)
-class Limits:
-    """How much of long texts and sequences is shown: all of it without a length."""
-
-    length: int | None = None
-    arrays: bool = True
-
-    def text(self, value: str) -> str:
-        """Return a text in the form that is shown."""
-        return value if self.length is None or len(value) <= self.length else value[: self.length] + "..."
-
-    def sequence(self, value: Sequence[Any]) -> Any:
-        """Return a sequence in the form that is shown."""
-        shown = [to_plain(one, self) for one in value[: self.length]]
-        return shown if len(shown) == len(value) else [*shown, "..."]
-
-
-def to_yaml(value: Any, limits: Limits | None = None) -> str:
+def to_yaml(value: Any, length: int | None = None, arrays: bool = True) -> str:
     """Return a message, or a value in one, as YAML, in the order of the definition."""
-    plain = to_plain(value, limits)
+    plain = to_plain(value, length, arrays)
     if isinstance(plain, Mapping) and not plain:
         return "{}\n"
     text = yaml.safe_dump(plain, default_flow_style=False, sort_keys=False, allow_unicode=True, width=10**9)
@@ -173,12 +163,7 @@ def _sequence(kind: str, current: Any, value: Any, now: Any) -> Any:
 
 def field(message: Any, path: str) -> Any:
     """Return the part of a message at a path such as `linear.x`; like the real command, it knows no `ranges[0]`."""
-    names = [name for name in path.split(".") if name]
-    if not names:
-        raise Refusal(f"Invalid field value '{path}'")
-    for name in names:
-        try:
-            message = getattr(message, name)
-        except AttributeError as error:
-            raise Refusal(f"Invalid field '{'.'.join(names)}': {error}") from error
-    return message
+    try:
+        return attrgetter(path.strip("."))(message)
+    except AttributeError as error:
+        raise Refusal(f"Invalid field '{path}': {error}") from error

@@ -49,12 +49,16 @@ def prefix(package: str) -> Path | None:
     return None if found is None else Path(found)
 
 
-def executables(package: str) -> list[Path] | None:
-    """Return the executables of a package, or None if there is no such package."""
-    found = prefix(package)
-    if found is None:
-        return None
-    folder = found / "lib" / package
+def require(package: str) -> Path:
+    """Return the prefix that holds a package, which a command line names."""
+    if (found := prefix(package)) is None:
+        raise Refusal(f"Package '{package}' not found{advice(package)}")
+    return found
+
+
+def executables(package: str) -> list[Path]:
+    """Return the executables of a package."""
+    folder = require(package) / "lib" / package
     return sorted(path for path in folder.rglob("*") if path.is_file() and os.access(path, os.X_OK))
 
 

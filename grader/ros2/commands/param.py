@@ -74,14 +74,6 @@ class Parameters:
         """Return the names."""
         return sorted(self.answer(self.client.list_parameters([], 0)).result.names)
 
-    def values(self, names: list[str]) -> list[Any]:
-        """Return the values, as messages."""
-        return list(self.answer(self.client.get_parameters(names)).values)
-
-    def set(self, wanted: list[Any]) -> list[Any]:
-        """Set parameters one by one, and return the result of each."""
-        return list(self.answer(self.client.set_parameters(wanted)).results)
-
 
 @contextlib.contextmanager
 def parameters_of_one(args: argparse.Namespace) -> Iterator[Parameters]:
@@ -110,7 +102,7 @@ def show_list(args: argparse.Namespace) -> None:
 def show_get(args: argparse.Namespace) -> None:
     """Print a value with its type."""
     with parameters_of_one(args) as parameters:
-        values = parameters.values([args.parameter_name])
+        values = parameters.answer(parameters.client.get_parameters([args.parameter_name])).values
         hint = near(args.parameter_name, parameters.names())
     if not values or values[0].type == 0:
         raise Refusal(f"Parameter not set{hint}")
@@ -132,7 +124,7 @@ def run_set(args: argparse.Namespace) -> None:
     text = " ".join(args.value)
     with parameters_of_one(args) as parameters:
         wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
-        (result,) = parameters.set([wanted])
+        (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
         hint = "" if result.successful else near(args.parameter_name, parameters.names())
     said = "Set parameter successful" if result.successful else "Setting parameter failed"
     print(said + _reason(result) + hint)
@@ -177,7 +169,7 @@ def show_dump(args: argparse.Namespace) -> None:
 
     with parameters_of_one(args) as parameters:
         names = parameters.names()
-        found = parameters.values(names) if names else []
+        found = parameters.answer(parameters.client.get_parameters(names)).values if names else []
     values = dict(zip(names, map(parameter_value_to_python, found), strict=True))
     nested: dict[str, Any] = {}
     for name, value in values.items():
@@ -202,7 +194,8 @@ def run_load(args: argparse.Namespace) -> None:
     except (TypeError, ValueError) as error:
         raise Refusal(f"A parameter cannot hold such a value: {error}") from error
     with parameters_of_one(args) as parameters:
-        for name, result in zip(values, parameters.set(wanted), strict=True):
+        results = parameters.answer(parameters.client.set_parameters(wanted)).results
+        for name, result in zip(values, results, strict=True):
             print(f"Set parameter {name} {'successful' if result.successful else 'failed'}{_reason(result)}")
 
 
@@ -227,5 +220,5 @@ def values_of(document: Any) -> dict[str, Any]:
 def _flat(values: dict[str, Any], above: str = "") -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in values.items():
-        found.update(_flat(value, f"{above}{name}.") if isinstance(value, dict) else {f"{above}{name}": value})
+        found |= _flat(value, f"{above}{name}.") if isinstance(value, dict) else {f"{above}{name}": value}
     return found

@@ -24,21 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     create.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
     create.add_argument("--build-type", required=True, choices=("ament_python",))
     add_verb("list", "Output a list of available packages", show_list)
-    prefix = add_verb("prefix", "Output the prefix path of a package", show_prefix)
-    _package(prefix)
-    executables = add_verb("executables", "Output a list of package specific executables", show_executables)
-    _package(executables, nargs="?")
+    _package(add_verb("prefix", "Output the prefix path of a package", show_prefix))
+    _package(add_verb("executables", "Output a list of package specific executables", show_executables), nargs="?")
     _package(add_verb("xml", "Output the XML of the package manifest", show_xml))
 
 
 def _package(parser: argparse.ArgumentParser, **rest: Any) -> None:
     parser.add_argument("package_name", help="Name of the package", **rest)
-
-
-def _prefix(package: str) -> Path:
-    if (found := packages.prefix(package)) is None:
-        raise Refusal(f"Package not found{packages.advice(package)}")
-    return found
 
 
 def show_list(_args: argparse.Namespace) -> None:
@@ -48,33 +40,23 @@ def show_list(_args: argparse.Namespace) -> None:
 
 def show_prefix(args: argparse.Namespace) -> None:
     """Print where a package is installed."""
-    found = _prefix(args.package_name)
-    print(found)
+    print(packages.require(args.package_name))
 
 
 def show_executables(args: argparse.Namespace) -> None:
     """Print the executables of a package, or of all."""
     for package in [args.package_name] if args.package_name else packages.names():
-        found = packages.executables(package)
-        if found is None:
-            raise Refusal(f"Package '{package}' not found{packages.advice(package)}")
-        for path in found:
+        for path in packages.executables(package):
             print(f"{package} {path.name}")
 
 
 def show_xml(args: argparse.Namespace) -> None:
     """Print a package's manifest."""
-    print((_prefix(args.package_name) / "share" / args.package_name / "package.xml").read_text())
+    share = packages.require(args.package_name) / "share" / args.package_name
+    print((share / "package.xml").read_text())
 
 
 # -- create -----------------------------------------------------------------------------------------------------------
-def _user() -> str:
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):
-        return "user"
-
-
 def run_create(args: argparse.Namespace) -> None:
     """Write the package and print what was written."""
     name = args.package_name
@@ -88,7 +70,10 @@ def run_create(args: argparse.Namespace) -> None:
             f"\nAborted!\nThe directory already exists: {Path(name).resolve()}\nEither remove the directory or "
             "choose a different package name"
         )
-    user = _user()
+    try:
+        user = getpass.getuser()
+    except (KeyError, OSError):
+        user = "user"
     print("going to create a new package")
     for title, value in (
         ("package name", name),
@@ -122,35 +107,12 @@ def _write(path: Path, text: str) -> None:
 
 
 # -- the files of a new package: path -> text ------------------------------------------------------------------------
-def _manifest(args: argparse.Namespace, user: str) -> str:
-    lines = [
-        '<?xml version="1.0"?>',
-        '<?xml-model href="http://download.ros.org/schema/package_format3.xsd" '
-        'schematypens="http://www.w3.org/2001/XMLSchema"?>',
-        '<package format="3">',
-        f"  <name>{args.package_name}</name>",
-        "  <version>0.0.0</version>",
-        f"  <description>{DESCRIPTION}</description>",
-        f'  <maintainer email="{user}@todo.todo">{user}</maintainer>',
-        f"  <license>{escape(args.license)}</license>",
-        "",
-        *(
-            f"  <test_depend>{name}</test_depend>"
-            for name in ("ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest")
-        ),
-        "",
-        "  <export>",
-        f"    <build_type>{args.build_type}</build_type>",
-        "  </export>",
-        "</package>",
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def _files(args: argparse.Namespace, user: str) -> dict[str, str]:
     name = args.package_name
     return {
-        "package.xml": _manifest(args, user),
+        "package.xml": PACKAGE_XML.format(
+            name=name, user=user, description=DESCRIPTION, license=escape(args.license), type=args.build_type
+        ),
         "setup.py": SETUP_PY.format(name=name, user=user, description=DESCRIPTION, license=args.license),
         "setup.cfg": f"[develop]\nscript_dir=$base/lib/{name}\n[install]\ninstall_scripts=$base/lib/{name}\n",
         f"resource/{name}": "",
@@ -161,6 +123,25 @@ def _files(args: argparse.Namespace, user: str) -> dict[str, str]:
     }
 
 
+PACKAGE_XML = """<?xml version="1.0"?>
+<?xml-model href="http://download.ros.org/schema/package_format3.xsd" schematypens="http://www.w3.org/2001/XMLSchema"?>
+<package format="3">
+  <name>{name}</name>
+  <version>0.0.0</version>
+  <description>{description}</description>
+  <maintainer email="{user}@todo.todo">{user}</maintainer>
+  <license>{license}</license>
+
+  <test_depend>ament_copyright</test_depend>
+  <test_depend>ament_flake8</test_depend>
+  <test_depend>ament_pep257</test_depend>
+  <test_depend>python3-pytest</test_depend>
+
+  <export>
+    <build_type>{type}</build_type>
+  </export>
+</package>
+"""
 SETUP_PY = """from setuptools import find_packages, setup
 
 package_name = '{name}'

@@ -20,8 +20,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the executable and return its exit code; Ctrl-C reaches it from the terminal."""
     found = packages.executables(args.package_name)
-    if found is None:
-        raise Refusal(f"Package '{args.package_name}' not found{packages.advice(args.package_name)}")
     paths = [path for path in found if path.name == args.executable_name]
     if not paths:
         there = ", ".join(path.name for path in found)

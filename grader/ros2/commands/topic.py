@@ -136,7 +136,6 @@ def subscription(
 
 def run_echo(args: argparse.Namespace) -> None:
     """Print messages as they arrive."""
-    limits = messages.Limits(messages.FULL, not args.no_arr)
     count = 0
 
     def show(message: Any) -> None:
@@ -145,7 +144,7 @@ def run_echo(args: argparse.Namespace) -> None:
             return
         count += 1
         part = message if args.field is None else messages.field(message, args.field)
-        print(shown(part, limits), flush=True)
+        print(shown(part, not args.no_arr), flush=True)
 
     with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
         name, kind, publishers = subscription(seen, args, args.message_type)
@@ -155,14 +154,14 @@ def run_echo(args: argparse.Namespace) -> None:
         seen.node.destroy_subscription(listening)
 
 
-def shown(part: Any, limits: messages.Limits) -> str:
+def shown(part: Any, arrays: bool = True) -> str:
     """Return a message, or the field of one that was asked for, as `echo` prints it.
 
     Like the real command, it prints a field that is no message itself as Python does, in full.
     """
     if not hasattr(part, "__slots__"):
         return f"{part}\n---"
-    return f"{messages.to_yaml(part, limits)}---"
+    return f"{messages.to_yaml(part, messages.FULL, arrays)}---"
 
 
 def run_pub(args: argparse.Namespace) -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import json
 import os
 import socket
 import sys
 import time
-from collections.abc import Callable
 from functools import partialmethod
 from pathlib import Path
 from typing import Any
@@ -46,10 +44,10 @@ class Output:
     debug, info = partialmethod(_say, "DEBUG"), partialmethod(_say, "INFO")
     warn, error = partialmethod(_say, "WARNING"), partialmethod(_say, "ERROR")
 
-    def lines(self, label: str, channel: str, kind: str, lines: list[str]) -> None:
+    def lines(self, label: str, kind: str, error: bool, lines: list[str]) -> None:
         """Print and log lines of a process with its label; `kind` is the value of `output=`."""
         for line in lines:
-            if kind in ("screen", "both", "full") or (kind == "log" and channel == "stderr"):
+            if kind in ("screen", "both", "full") or (kind == "log" and error):
                 self._print(f"[{label}] {line}")
             if kind != "screen":
                 self._log(f"{time.time():.7f} [{label}] {line}")
@@ -98,48 +96,3 @@ class Record:
         if self._file is not None:
             self._file.close()
             self._file = None
-
-
-class LineReader:
-    """Reads a file descriptor in an event loop, cuts what arrives into lines, and closes it at its end.
-
-    `written` is called with the complete lines among what has arrived.
-    """
-
-    def __init__(self, fd: int, loop: asyncio.AbstractEventLoop, written: Callable[[list[str]], None]) -> None:
-        self._fd, self._loop, self._written, self._rest, self.closed = fd, loop, written, b"", False
-        os.set_blocking(fd, False)
-        loop.add_reader(fd, self._read)
-
-    def _read(self) -> bool:
-        """Pass on what has arrived; return whether there may be more already."""
-        try:
-            text = os.read(self._fd, 65536)
-        except BlockingIOError:
-            return False
-        except OSError:  # a terminal whose other end is closed
-            text = b""
-        if not text:
-            self._flush()
-            self._loop.remove_reader(self._fd)
-            os.close(self._fd)
-            self.closed = True
-            return False
-        *lines, self._rest = (self._rest + text).split(b"\n")
-        self._written([_decode(line) for line in lines])
-        return True
-
-    def drain(self) -> None:
-        """Pass on everything that has arrived, with a last line that has no end."""
-        while not self.closed and self._read():
-            pass
-        self._flush()
-
-    def _flush(self) -> None:
-        if self._rest:
-            rest, self._rest = self._rest, b""
-            self._written([_decode(rest)])
-
-
-def _decode(line: bytes) -> str:
-    return line.decode(errors="replace").rstrip("\r")

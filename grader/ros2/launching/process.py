@@ -5,12 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-import pty
 import shlex
 import signal
-import subprocess
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from signal import Signals as _Signals
 from typing import Any
@@ -28,10 +26,11 @@ from .entities import (
     truth,
 )
 from .errors import LaunchError
-from .output import KINDS, LineReader
+from .output import KINDS
 
 # How long each signal has to work before the next one, as in the real launch; `sigterm_timeout:=` sets another limit.
 TIMEOUT_S = 5.0
+_LAST_WORDS_S = 0.5  # for the output of a process that has ended, which what it started may keep open
 # Keywords without an effect here: they say how output looks, or how long an end may take.
 _WITHOUT_EFFECT = ("sigterm_timeout", "sigkill_timeout", "output_format", "cached_output", "log_cmd")
 
@@ -71,10 +70,10 @@ class ExecuteProcess(Action):
         self.process_details: dict[str, Any] = {}
         self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
         self._context: LaunchContext
-        self._process: subprocess.Popen[bytes]
+        self._process: asyncio.SubprocessTransport
+        self._watched: _Watched
         self._life: asyncio.Task[None] | None = None
         self._stop = asyncio.Event()
-        self._readers: list[LineReader] = []
         self._sent: list[str] = []
 
     @property
@@ -118,7 +117,8 @@ class ExecuteProcess(Action):
         if self._output not in KINDS:
             raise ValueError(f"'{self._output}' is not a valid standard output config i.e. one of: {', '.join(KINDS)}")
         everywhere = context.launch_configurations.get("emulate_tty")
-        self._tty = bool(self.emulate_tty) if everywhere is None else truth(context, everywhere)
+        if self.emulate_tty if everywhere is None else truth(context, everywhere):
+            self.process_details["env"].setdefault("PYTHONUNBUFFERED", "1")  # what a terminal is asked for
         self._respawns = self.respawn if isinstance(self.respawn, bool) else truth(context, self.respawn)
         limits = (context.launch_configurations.get(f"{name}_timeout", TIMEOUT_S) for name in ("sigterm", "sigkill"))
         self._limits_s = [float(limit) for limit in limits]
@@ -134,7 +134,7 @@ class ExecuteProcess(Action):
         """Run the process, again as often as it respawns; then declare the action over."""
         context, restarts = self._context, 0
         try:
-            while not (self._stop.is_set() or context.is_shutdown) and self._start():
+            while not (self._stop.is_set() or context.is_shutdown) and await self._start():
                 await self._end()
                 if not self._respawns or 0 <= self.respawn_max_retries <= restarts:
                     break
@@ -149,47 +149,37 @@ class ExecuteProcess(Action):
     def _event(self, kind: type[Any], **more: Any) -> None:
         self._context.emit_event_sync(kind(action=self, **self.process_details, **more))
 
-    def _start(self) -> bool:
+    async def _start(self) -> bool:
         """Start the process and return True; report why that fails and return False."""
         runner, name, cmd = self._context.runner, self.process_details["name"], self.process_details["cmd"]
-        ours, theirs = _channels(self._tty)
+        loop = self._context.asyncio_loop
+        start, words = (loop.subprocess_shell, [" ".join(cmd)]) if self.shell else (loop.subprocess_exec, cmd)
         try:
-            self._process = subprocess.Popen(
-                " ".join(cmd) if self.shell else cmd,
-                shell=self.shell,
+            self._process, self._watched = await start(
+                lambda: _Watched(partial(runner.output.lines, name, self._output)),
+                *words,
                 cwd=self.process_details["cwd"],
                 env=self.process_details["env"],
-                stdin=subprocess.PIPE,
-                stdout=theirs[0],
-                stderr=theirs[1],
                 start_new_session=True,
                 preexec_fn=die_with_parent(),
             )
         except OSError as error:
-            for fd in (*ours, *theirs):
-                os.close(fd)
             runner.output.error(name, f"exception occurred while executing process: {error}")
             runner.record.add("failed", process=name, cmd=cmd, error=str(error), **self.facts)
             return False
-        for fd in theirs:
-            os.close(fd)
         self._started_s = time.monotonic()
         self._sent = []
-        self.process_details["pid"] = self._process.pid
-        runner.groups.append(self._process.pid)
-        self._readers = [reader for reader in self._readers if not reader.closed]
-        for fd, channel in zip(ours, ("stdout", "stderr"), strict=True):
-            written = partial(runner.output.lines, name, channel, self._output)
-            self._readers.append(LineReader(fd, self._context.asyncio_loop, written))
-        runner.output.info(name, f"process started with pid [{self._process.pid}]")
-        runner.record.add("started", process=name, pid=self._process.pid, cmd=cmd, **self.facts)
+        self.process_details["pid"] = pid = self._process.get_pid()
+        runner.groups.append(pid)
+        runner.output.info(name, f"process started with pid [{pid}]")
+        runner.record.add("started", process=name, pid=pid, cmd=cmd, **self.facts)
         self._event(events.ProcessStarted)
         return True
 
     # -- ending ----------------------------------------------------------------------------------------------------
     async def _end(self) -> None:
         """Wait for the process to end, insist once the launch ends, and report how it ended."""
-        ended = asyncio.ensure_future(self._context.runner.ended(self._process))
+        ended = asyncio.ensure_future(self._watched.ended.wait())
         stopped = asyncio.ensure_future(self._stop.wait())
         await asyncio.wait({ended, stopped}, return_when=asyncio.FIRST_COMPLETED)
         stopped.cancel()
@@ -211,6 +201,8 @@ class ExecuteProcess(Action):
         else:
             self._signal(signal.SIGKILL)
         await ended
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._watched.silent.wait(), _LAST_WORDS_S)
         self._report()
 
     def _signal(self, number: _Signals) -> None:
@@ -218,34 +210,30 @@ class ExecuteProcess(Action):
 
         A node below `ros2 run` or a shell would not hear of it otherwise: those wait for their child to end.
         """
-        if self._process.poll() is not None:
+        if self._process.get_returncode() is not None:
             return
         name = self.process_details["name"]
         self._context.runner.output.info(name, f"sending signal '{number.name}' to process[{name}]")
         self._sent.append(number.name)
         if number is signal.SIGINT:
             with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, number)
+                os.killpg(self._process.get_pid(), number)
         else:
             self._process.send_signal(number)
 
     def _report(self) -> None:
-        """Report how the process ended, with the rest of its output."""
-        process, runner, name = self._process, self._context.runner, self.process_details["name"]
-        for reader in self._readers:
-            reader.drain()
-        if process.stdin is not None:
-            process.stdin.close()
-        code = process.poll() or 0
+        """Report how the process ended."""
+        runner, name, pid = self._context.runner, self.process_details["name"], self.process_details["pid"]
+        code = self._process.get_returncode() or 0
         if code == 0:
-            runner.output.info(name, f"process has finished cleanly [pid {process.pid}]")
+            runner.output.info(name, f"process has finished cleanly [pid {pid}]")
         else:
             cmd = " ".join(self.process_details["cmd"])
-            runner.output.error(name, f"process has died [pid {process.pid}, exit code {code}, cmd '{cmd}'].")
+            runner.output.error(name, f"process has died [pid {pid}, exit code {code}, cmd '{cmd}'].")
         runner.record.add(
             "ended",
             process=name,
-            pid=process.pid,
+            pid=pid,
             exit_code=code if code >= 0 else None,
             signal=_Signals(-code).name if code < 0 else None,
             sent=self._sent,
@@ -258,7 +246,24 @@ def _pairs(mapping: Mapping[Any, Any]) -> list[tuple[list[Substitution], list[Su
     return [(substitutions(name), substitutions(value)) for name, value in mapping.items()]
 
 
-def _channels(tty: bool) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return our ends and the process's ends of its stdout and stderr."""
-    (out_r, out_w), (err_r, err_w) = (pty.openpty(), pty.openpty()) if tty else (os.pipe(), os.pipe())
-    return (out_r, err_r), (out_w, err_w)
+class _Watched(asyncio.SubprocessProtocol):
+    """Cuts what a process writes into lines, passes them on, and tells when it has ended and when all is read."""
+
+    def __init__(self, written: Callable[[bool, list[str]], None]) -> None:
+        self.ended, self.silent = asyncio.Event(), asyncio.Event()
+        self._written = written
+        self._rest = {1: b"", 2: b""}  # the line that has no end yet, by the file descriptor
+
+    def pipe_data_received(self, fd: int, data: bytes) -> None:
+        *lines, self._rest[fd] = (self._rest[fd] + data).split(b"\n")
+        self._written(fd == 2, [line.decode(errors="replace").rstrip("\r") for line in lines])
+
+    def pipe_connection_lost(self, fd: int, _error: Exception | None) -> None:
+        if self._rest.get(fd):
+            self.pipe_data_received(fd, b"\n")
+        self._rest.pop(fd, None)
+        if not self._rest:
+            self.silent.set()
+
+    def process_exited(self) -> None:
+        self.ended.set()

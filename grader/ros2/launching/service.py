@@ -33,20 +33,12 @@ class LaunchService:
         self.groups: list[int] = []  # the process groups that were started
         self._descriptions: list[LaunchDescription] = []
         self.next_number = itertools.count(1).__next__  # of a process, counted over the whole launch
-        self._running: list[tuple[Any, asyncio.Event]] = []
         self._pending: list[asyncio.Future[Any]] = []
         self._error: str | None = None
         self._signal: int | None = None
         self._folder: Path | None = None
 
     # -- for the processes -----------------------------------------------------------------------------------------
-    async def ended(self, process: Any) -> None:
-        """Wait until a process has ended."""
-        end = asyncio.Event()
-        self._running.append((process, end))
-        self._reap()  # it may have ended before anybody watched it
-        await end.wait()
-
     def parameter_file(self, text: str) -> Path:
         """Write a temporary parameter file and return its path; it is removed when the launch ends."""
         if self._folder is None:
@@ -88,7 +80,6 @@ class LaunchService:
     async def _run(self) -> int:
         context = self.context
         context.asyncio_loop = loop = asyncio.get_running_loop()
-        loop.add_signal_handler(signal.SIGCHLD, self._reap)
         loop.add_signal_handler(signal.SIGINT, self._interrupted)
         for number in ENDING:
             loop.add_signal_handler(number, self._terminated, number)
@@ -103,7 +94,7 @@ class LaunchService:
             self._pending = [future for future in self._pending if not future.done()]
             if not (self._pending or context.is_shutdown) and context.events.empty():
                 self._shut_down("idle")
-        for number in (signal.SIGCHLD, signal.SIGINT, *ENDING):
+        for number in (signal.SIGINT, *ENDING):
             loop.remove_signal_handler(number)
         return 1 if self._error is not None else 0
 
@@ -151,12 +142,6 @@ class LaunchService:
         self.context.emit_event_sync(events.ShutdownEvent(reason=reason, due_to_sigint=due_to_sigint))
 
     # -- signals ---------------------------------------------------------------------------------------------------
-    def _reap(self) -> None:
-        for process, end in self._running:
-            if process.poll() is not None:
-                end.set()
-        self._running = [(process, end) for process, end in self._running if not end.is_set()]
-
     def _interrupted(self) -> None:
         again = " again, ignoring..." if self.context.is_shutdown else ""
         self.output.warn("launch", f"user interrupted with ctrl-c (SIGINT){again}")

@@ -8,11 +8,11 @@ import yaml
 from grader.ros2.commands import Refusal, messages, param, topic
 
 pytestmark = pytest.mark.ros
-FULL = messages.Limits(messages.FULL)
+FULL = messages.FULL
 
 
 def echoed(part):
-    return topic.shown(part, FULL)
+    return topic.shown(part)
 
 
 def test_a_long_last_text_is_cut_and_keeps_its_line_end():
@@ -21,7 +21,7 @@ def test_a_long_last_text_is_cut_and_keeps_its_line_end():
 
     assert messages.to_yaml(String(data="x" * 128), FULL) == "data: " + "x" * 128 + "\n"
     assert messages.to_yaml(String(data="x" * 129), FULL) == "data: " + "x" * 128 + "...\n"
-    assert messages.to_yaml(String(data="x" * 129), messages.Limits(None)) == "data: " + "x" * 129 + "\n"
+    assert messages.to_yaml(String(data="x" * 129)) == "data: " + "x" * 129 + "\n"
     assert messages.to_yaml("one", FULL) == "one\n"
 
 
@@ -31,7 +31,7 @@ def test_arrays_that_are_not_printed_are_named_by_type_and_length():
     from sensor_msgs.msg import Imu, LaserScan
 
     def kinds(message):
-        plain = yaml.safe_load(messages.to_yaml(message, messages.Limits(messages.FULL, arrays=False)))
+        plain = yaml.safe_load(messages.to_yaml(message, FULL, arrays=False))
         return [value for value in plain.values() if str(value).startswith("<")]
 
     assert kinds(Path(poses=[PoseStamped()] * 3)) == ["<sequence type: geometry_msgs/msg/PoseStamped, length: 3>"]

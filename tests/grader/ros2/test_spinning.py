@@ -32,14 +32,3 @@ def test_ctrl_c_is_delayed_to_the_end_of_the_block(ctrl_c):
         press_and_continue()
     assert done
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_a_second_ctrl_c_is_not_delayed(ctrl_c):
-    def press_twice():
-        with interrupt_later():
-            os.kill(os.getpid(), signal.SIGINT)
-            os.kill(os.getpid(), signal.SIGINT)
-            pytest.fail("was delayed")
-
-    with pytest.raises(KeyboardInterrupt):
-        press_twice()
