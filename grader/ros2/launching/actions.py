@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.machinery
-import importlib.util
 from collections.abc import Callable, Iterable, Iterator
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from .entities import (
@@ -80,12 +80,6 @@ class DeclareLaunchArgument(Action):
         shown = "One of:" if description is None else f"{description}{end} Valid choices are:"
         self.description = f"{shown} {self.choices}"
 
-    def _check(self, value: str) -> None:
-        if self.choices is not None and value not in self.choices:
-            raise LaunchError(
-                f'Argument "{self.name}" provided value "{value}" is not valid. Valid options are: {self.choices}'
-            )
-
     def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[Any, bool]]:
         yield self, conditional or self.condition is not None
 
@@ -97,7 +91,11 @@ class DeclareLaunchArgument(Action):
                     f"Required launch argument '{self.name}' (description: '{self.description}') was not provided."
                 )
             context.launch_configurations[self.name] = perform(context, self.default_value)
-        self._check(str(context.launch_configurations[self.name]))
+        value = str(context.launch_configurations[self.name])
+        if self.choices is not None and value not in self.choices:
+            raise LaunchError(
+                f'Argument "{self.name}" provided value "{value}" is not valid. Valid options are: {self.choices}'
+            )
 
 
 class SetLaunchConfiguration(Action):
@@ -158,16 +156,9 @@ def read(path: Path) -> LaunchDescription:
             f"{path.name} is {other} launch file, which this kit does not read: write it as a Python launch file "
             "(.launch.py) with generate_launch_description()."
         )
-    if not path.is_file():
-        raise FileNotFoundError(f"[Errno 2] No such file or directory: '{path}'")
-    spec = importlib.util.spec_from_loader(
-        "python_launch_file", importlib.machinery.SourceFileLoader("python_launch_file", str(path)), origin=str(path)
-    )
-    if spec is None or spec.loader is None:
-        raise LaunchError(f"{path} cannot be read as Python")
-    module = importlib.util.module_from_spec(spec)
+    module = ModuleType("python_launch_file")
     module.__file__ = str(path)
-    spec.loader.exec_module(module)
+    SourceFileLoader(module.__name__, str(path)).exec_module(module)
     generate = getattr(module, "generate_launch_description", None)
     if generate is None:
         raise LaunchError(
@@ -182,40 +173,29 @@ def read(path: Path) -> LaunchDescription:
 
 
 class LaunchDescriptionSource:
-    """A description, or the place of a file that generates one. One source serves one include."""
+    """The place of a launch file, which in this kit is written in Python. One source serves one include."""
 
-    def __init__(self, launch_description: Any = None, location: SomeSubstitutionsType = "") -> None:
-        self._place = substitutions(location)
-        self._description: LaunchDescription | None = launch_description
+    def __init__(self, launch_file_path: SomeSubstitutionsType) -> None:
+        self._place = substitutions(launch_file_path)
+        self._description: LaunchDescription | None = None
         self.folder = ""  # of the file, once it has been read
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
         """Return the description if its place is known without a context and the file can be read."""
-        if self._description is None and (place := perform_alone(self._place)) is not None:
-            with contextlib.suppress(Exception):  # said when the file is needed
-                self._load(place)
-        return self._description
+        with contextlib.suppress(Exception):  # said when the file is needed
+            return self.get_launch_description(LaunchContext())
+        return None
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
         """Return the description."""
-        return self._description or self._load(perform(context, self._place))
-
-    def _load(self, place: str) -> LaunchDescription:
-        # An absolute path, but with its links kept: a symlinked install names its folder as the user does.
-        path = Path(place).absolute()
-        self._description, self.folder = read(path), str(path.parent)
+        if self._description is None:
+            # An absolute path, but with its links kept: a symlinked install names its folder as the user does.
+            path = Path(perform(context, self._place)).absolute()
+            self._description, self.folder = read(path), str(path.parent)
         return self._description
 
 
-class AnyLaunchDescriptionSource(LaunchDescriptionSource):
-    """A launch file in any format; in this kit that means Python."""
-
-    def __init__(self, launch_file_path: SomeSubstitutionsType) -> None:
-        super().__init__(None, launch_file_path)
-
-
-class PythonLaunchDescriptionSource(AnyLaunchDescriptionSource):
-    """A Python launch file."""
+AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
 
 
 class IncludeLaunchDescription(Action):
@@ -229,9 +209,10 @@ class IncludeLaunchDescription(Action):
         **rest: Any,
     ) -> None:
         super().__init__(**rest)
-        if not isinstance(launch_description_source, LaunchDescriptionSource):
-            launch_description_source = AnyLaunchDescriptionSource(launch_description_source)
-        self.launch_description_source: LaunchDescriptionSource = launch_description_source
+        is_source = isinstance(launch_description_source, LaunchDescriptionSource)
+        self.launch_description_source: LaunchDescriptionSource = (
+            launch_description_source if is_source else LaunchDescriptionSource(launch_description_source)
+        )
         self.launch_arguments = list(launch_arguments or [])
 
     def describe_sub_entities(self) -> Entities:
@@ -243,18 +224,13 @@ class IncludeLaunchDescription(Action):
         description = self.launch_description_source.get_launch_description(context)
         # As in the real one, this stays what it is after the file, too.
         context.locals.current_launch_file_directory = self.launch_description_source.folder
-        given = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
-        self._require(context, description)
-        return [*given, description]
-
-    def _require(self, context: LaunchContext, description: LaunchDescription) -> None:
-        """Raise if a required argument is not among those given; a configuration of the same name does not count."""
         given = {perform(context, name) for name, _ in self.launch_arguments}
-        for argument in _required(description.entities, given):
+        for argument in _required(description.entities, given):  # a configuration of the same name does not count
             raise LaunchError(
                 f"Included launch description missing required argument '{argument.name}' "
                 f"(description: '{argument.description}'), given: [{', '.join(sorted(given))}]"
             )
+        return [*(SetLaunchConfiguration(name, value) for name, value in self.launch_arguments), description]
 
     def names_given(self) -> set[str]:
         """Return the names of the given arguments that are known beforehand."""

@@ -13,12 +13,9 @@ from .errors import LaunchError, explain
 from .service import LaunchService
 from .substitutions import find_prefix
 
-ENDINGS = (".py", *OTHER_FORMATS)
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
-    parser.add_argument("-d", "--debug", action="store_true", help="Put the launch system in debug mode, more output")
     parser.add_argument("-s", "--show-args", "--show-arguments", action="store_true", help="Show the file's arguments")
     text = "Write how each process started and ended to FILE, as JSON lines"
     parser.add_argument("--record", metavar="FILE", type=Path, help=text)
@@ -42,7 +39,7 @@ def main(args: argparse.Namespace) -> int:
     except Exception as error:
         print(explain(error), file=sys.stderr)
         return 1
-    service = LaunchService(debug=args.debug, record=args.record)
+    service = LaunchService(record=args.record)
     service.output.begin()
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
     include.place = None  # no line of a launch file
@@ -70,7 +67,8 @@ def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[s
         raise LaunchError(f"Package '{package}' not found: {error}") from error
     found = sorted(path for path in share.rglob(file) if path.is_file())
     if not found:
-        there = ", ".join(path.name for path in launch_files(share))
+        endings = (".py", *OTHER_FORMATS)
+        there = ", ".join(path.name for path in sorted(share.rglob("*launch*")) if path.suffix in endings)
         has = f"; it holds {there}" if there else ""
         raise LaunchError(
             f"file '{file}' was not found in the share directory of package '{package}' which is at '{share}'{has}"
@@ -81,15 +79,6 @@ def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[s
             f"{[str(path) for path in found]}"
         )
     return found[0], words
-
-
-def launch_files(share: Path) -> list[Path]:
-    """Return the files below a share folder whose names look like launch files."""
-    return sorted(
-        path
-        for path in share.rglob("*launch*")
-        if path.is_file() and path.suffix in ENDINGS and path.name != "package.xml"
-    )
 
 
 def parse(words: list[str]) -> dict[str, str]:

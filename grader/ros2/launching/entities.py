@@ -242,12 +242,9 @@ class LaunchDescriptionEntity:
 class LaunchDescription(LaunchDescriptionEntity):
     """A list of entities in the order in which they are visited."""
 
-    def __init__(
-        self, initial_entities: Iterable[LaunchDescriptionEntity] | None = None, *, deprecated_reason: str | None = None
-    ) -> None:
+    def __init__(self, initial_entities: Iterable[LaunchDescriptionEntity] | None = None) -> None:
         super().__init__()
         self.entities = list(initial_entities or [])
-        self.deprecated_reason = deprecated_reason
 
     def visit(self, context: LaunchContext) -> Entities:  # noqa: ARG002 - as every entity
         return self.entities
@@ -259,9 +256,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         """Add one at the end."""
         self.entities.append(entity)
 
-    def add_action(self, action: Action) -> None:
-        """Add an action at the end."""
-        self.add_entity(action)
+    add_action = add_entity
 
 
 class Action(LaunchDescriptionEntity):

@@ -19,8 +19,7 @@ KINDS = ("screen", "log", "both", "own_log", "full")
 class Output:
     """The screen and the log folder of one launch."""
 
-    def __init__(self, *, debug: bool = False) -> None:
-        self.debug_wanted = debug
+    def __init__(self) -> None:
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
         name = f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
         self.folder = log_root() / name
@@ -34,12 +33,12 @@ class Output:
     def begin(self) -> None:
         """Print where the log files are."""
         self.info("launch", f"All log files can be found below {self.folder}")
-        self.info("launch", f"Default logging verbosity is set to {'DEBUG' if self.debug_wanted else 'INFO'}")
+        self.info("launch", "Default logging verbosity is set to INFO")
 
     def _say(self, level: str, name: str, text: str) -> None:
-        if level != "DEBUG" or self.debug_wanted:
+        if level != "DEBUG":
             self._print(f"[{level}] [{name}]: {text}")
-            self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
+        self._log(f"{time.time():.7f} [{level}] [{name}]: {text}")
 
     debug, info = partialmethod(_say, "DEBUG"), partialmethod(_say, "INFO")
     warn, error = partialmethod(_say, "WARNING"), partialmethod(_say, "ERROR")

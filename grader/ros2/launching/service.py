@@ -26,9 +26,9 @@ ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 class LaunchService:
     """Runs descriptions until nothing is left running or waiting."""
 
-    def __init__(self, *, debug: bool = False, record: Path | None = None) -> None:
+    def __init__(self, *, record: Path | None = None) -> None:
         self.context = LaunchContext()
-        self.output = Output(debug=debug)
+        self.output = Output()
         self.record = Record(record)
         self.groups: list[int] = []  # the process groups that were started
         self._descriptions: list[LaunchDescription] = []
@@ -43,10 +43,9 @@ class LaunchService:
         """Write a temporary parameter file and return its path; it is removed when the launch ends."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="launch_params_"))
-        handle, name = tempfile.mkstemp(prefix="launch_params_", suffix=".yaml", dir=self._folder)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        return Path(name)
+        path = self._folder / f"launch_params_{len(list(self._folder.iterdir()))}.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
 
     # -- for the command -------------------------------------------------------------------------------------------
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
@@ -134,7 +133,7 @@ class LaunchService:
             step()
         except Exception as error:
             self._error = explain(error)
-            self.output.error("launch", f"Caught exception in launch (see debug for traceback): {self._error}")
+            self.output.error("launch", f"Caught exception in launch (its traceback is in launch.log): {self._error}")
             self.output.debug("launch", traceback.format_exc())
             self._shut_down(f"Caught exception in launch: {self._error}")
 
