@@ -82,15 +82,16 @@ def builds(subject: Subject) -> list[Job[Any]]:
     settings = subject.settings
     if not needs_build(settings):
         return []
+    keeps_itself: Callable[[object], bool] = lambda _built: False  # noqa: E731 - building/cache.py keeps it
     first = "" if building.contract_is_built(settings.cache, settings.course) else say(building.FIRST_TIME)
     contract = Job(
         _CONTRACT, Where.SANDBOX, Built,
         lambda: building.build_contract(settings.cache, settings.course, "", _far(first, settings)),
-        lasting=_kept_by_itself, says=first,
+        lasting=keeps_itself, says=first,
     )  # fmt: skip
     package = Job(
         BUILD, Where.SANDBOX, tuple[Built, Built], lambda built: _build(subject.submission, built, settings),
-        after=_CONTRACT, lasting=_kept_by_itself, says=say(_BUILDING),
+        after=_CONTRACT, lasting=keeps_itself, says=say(_BUILDING),
     )  # fmt: skip
     return [contract, package]
 
@@ -125,11 +126,6 @@ def _jobs(asked: Mapping[str, Asked]) -> list[Job[Any]]:
     return list({job.name: job for each in asked.values() for job in each.jobs}.values())
 
 
-def _kept_by_itself(_built: object) -> bool:
-    """Return that a build is not to be kept: building/cache.py does it."""
-    return False
-
-
 def kept_evidence(settings: Settings) -> Kept:
     """Return the evidence of earlier gradings with this kit, machine and seed."""
     if settings.reuse is Reuse.NONE:
@@ -154,10 +150,6 @@ def needs_build(settings: Settings) -> bool:
     return not settings.checked <= text - later
 
 
-def _folders(submission: Submission) -> list[Path]:
-    return [submission.package] + ([submission.interfaces] if submission.interfaces else [])
-
-
 def _far(step: str, settings: Settings) -> Callable[[str], None]:
     """Return a function that says how far a step is, in brackets behind it."""
     return lambda far: settings.progress(f"{progress.step(step)} ({far})")
@@ -167,7 +159,7 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
     main, course = submission.intake.package, settings.course
     built = building.build(
-        _folders(submission), settings.cache, course,
+        [path for path in (submission.package, submission.interfaces) if path], settings.cache, course,
         seconds=settings.build_seconds, main=main, far=_far(say(_BUILDING), settings),
     )  # fmt: skip
     if (types := built.facts.types_package) != course.package:

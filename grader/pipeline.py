@@ -117,7 +117,16 @@ def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
             say("There is no file or folder {path}.", path=printable(str(source))), say("Check the path.")
         )
     try:
-        with _entries(out) as fresh:
+        with ExitStack() as stack:
+            try:
+                fresh = stack.enter_context(tempdir.replace_entries(out))
+            except OSError as error:
+                if error.errno in (errno.ENOSPC, errno.EDQUOT):
+                    raise
+                raise UsageError(
+                    say("Cannot write to {path}: {why}.", path=printable(str(out)), why=error.strerror),
+                    say("Choose another --out."),
+                ) from error
             yield fresh
     except OSError as error:
         # A failed write does not say where.
@@ -176,22 +185,6 @@ def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult])
     )
 
 
-@contextmanager
-def _entries(out: Path) -> Iterator[Path]:
-    """Yield an empty folder whose entries will replace those in `out` (tempdir.replace_entries)."""
-    with ExitStack() as stack:
-        try:
-            fresh = stack.enter_context(tempdir.replace_entries(out))
-        except OSError as error:
-            if error.errno in (errno.ENOSPC, errno.EDQUOT):
-                raise
-            raise UsageError(
-                say("Cannot write to {path}: {why}.", path=printable(str(out)), why=error.strerror),
-                say("Choose another --out."),
-            ) from error
-        yield fresh
-
-
 def _require_own(out: Path, source: Path, sha256: str = "") -> None:
     """Check that `out` has no report, or that of the submission `source` with the content `sha256`."""
     if found := report.of_another(out, source, sha256):
@@ -220,9 +213,10 @@ def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool =
     """Take the submission in, collect the evidence, and add what made it. It will go to `out`."""
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         settings.progress(say("taking in {name}", name=printable(source.resolve().name)))
+        reports = out if source.resolve() in out.resolve().parents else None  # they are not part of it
         submission = open_submission(
             source, folder / "submission", settings.course,
-            package=settings.package_path, leave_out=_below(out, source),
+            package=settings.package_path, leave_out=reports,
         )  # fmt: skip
         if not overwrite:
             _require_own(out, source, submission.intake.sha256)
@@ -247,11 +241,6 @@ def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool =
             found, intake=replace(found.intake, notes=[say(submission_user.RUNS_AS_ROOT), *found.intake.notes])
         )
     return found
-
-
-def _below(out: Path, source: Path) -> Path | None:
-    """Return the folder `out` if it lies in the folder `source`: reports are not part of a submission."""
-    return out if source.resolve() in out.resolve().parents else None
 
 
 def _only(whole: Rubric, wanted: set[str]) -> Rubric:

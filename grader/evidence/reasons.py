@@ -13,76 +13,67 @@ from grader.words import mark, say
 
 
 class Kind(Enum):
-    """What kind of reason it is."""
+    """What kind of reason it is: its name in the evidence, and its `words`, with a reason's fields and some more."""
+
+    words: str
+
+    def __new__(cls, value: str, words: str) -> Kind:
+        """Return a kind with its words, which are no part of its value."""
+        self = object.__new__(cls)
+        self._value_, self.words = value, words
+        return self
 
     # How a trial ended before its script did.
-    NO_PROGRAM = "no program"
-    NO_FILE = "no file"
-    DIED_EARLY = "died early"
-    NOT_UP = "not up"
-    DIED = "died"
-    HANGS = "hangs"
-    SLOW = "slow"
-    WAITS = "waits"
-    WAITED = "waited"
-    OBSERVER_CRASHED = "observer crashed"
+    NO_PROGRAM = "no program", mark("there is no executable {name} in lib/{package}")
+    NO_FILE = "no file", mark("there is no {name} in share/{package}{see}")
+    DIED_EARLY = "died early", mark("{starter} ended before {started} came up, with exit status {exit_code}")
+    NOT_UP = "not up", mark("no node {name} came up{within}; the graph shows {graph}")
+    DIED = "died", mark("the node ended at {seconds:.2f} s with exit status {exit_code}")
+    HANGS = "hangs", mark("the node did not answer for {seconds:g} s: a callback hangs{at}")
+    SLOW = "slow", mark("the trial took more than {seconds:g} s of wall time")
+    WAITS = (
+        "waits",
+        mark("the node waited {seconds:g} s longer than a robot would have taken: a callback sleeps, or waits{at}"),
+    )
+    WAITED = (
+        "waited",
+        mark(
+            "the trial was not run: in those before it the node had waited {seconds:g} s longer than a robot would "
+            "have taken, because a callback sleeps, or waits"
+        ),
+    )
+    OBSERVER_CRASHED = (
+        "observer crashed",
+        mark("the process that observes the node crashed on what it was sent, twice in a row"),
+    )
     # Why a call or a goal has no answer.
-    NO_SERVICE = "no service"
-    NO_ACTION = "no action"
-    NO_ANSWER = "no answer"
-    NO_VERDICT = "no verdict"
+    NO_SERVICE = "no service", mark("there is no service {name} of the contract's type")
+    NO_ACTION = "no action", mark("there is no action {name} of the contract's type")
+    NO_ANSWER = "no answer", mark("no answer within {seconds:g} s")
+    NO_VERDICT = "no verdict", mark("the goal was neither accepted nor rejected within {seconds:g} s")
     # Why a check was not judged, or failed, apart from these.
-    NOT_BUILT = "not built"
-    UNHEARD = "unheard"
-    UNWRITTEN = "unwritten"
-    NO_RESPONSE = "no response"
-    NO_MODULES = "no modules"
-    RAISED = "raised"
-    ON_GRAPH = "on graph"
-    INACTIVE = "inactive"
-    SPINS = "spins"
-    NO_FLOAT = "no float"
-    UNTRIED = "untried"
-    DEPENDS = "depends"
+    NOT_BUILT = "not built", mark("`colcon build` {said}{see}")
+    UNHEARD = (
+        "unheard",
+        mark(
+            "{said}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing "
+            "arrives. Subscribe with qos_profile_sensor_data{see}"
+        ),
+    )
+    UNWRITTEN = "unwritten", mark("there is no {name} in share/{package}; {name} is not in the package")
+    NO_RESPONSE = "no response", mark("{said}: `return response`?")
+    NO_MODULES = "no modules", mark("none of the assignment's modules is there: {said}")
+    RAISED = "raised", mark("{said}{at}")
+    ON_GRAPH = "on graph", mark("{said}{see}")
+    INACTIVE = "inactive", mark("{name} is a LifecycleNode that nothing has activated, so it publishes nothing")
+    SPINS = "spins", mark("{said}{at}: it takes the node from the executor that runs it, so nothing answers any more")
+    NO_FLOAT = (
+        "no float",
+        mark("{name} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"),
+    )
+    UNTRIED = "untried", mark("not tried yet: {said}{see}")
+    DEPENDS = "depends", mark("{said}{see}")
 
-
-WORDS = {
-    Kind.NO_PROGRAM: mark("there is no executable {name} in lib/{package}"),
-    Kind.NO_FILE: mark("there is no {name} in share/{package}{see}"),
-    Kind.DIED_EARLY: mark("{starter} ended before {started} came up, with exit status {exit_code}"),
-    Kind.NOT_UP: mark("no node {name} came up{within}; the graph shows {graph}"),
-    Kind.DIED: mark("the node ended at {seconds:.2f} s with exit status {exit_code}"),
-    Kind.HANGS: mark("the node did not answer for {seconds:g} s: a callback hangs{at}"),
-    Kind.SLOW: mark("the trial took more than {seconds:g} s of wall time"),
-    Kind.WAITS: mark(
-        "the node waited {seconds:g} s longer than a robot would have taken: a callback sleeps, or waits{at}"
-    ),
-    Kind.WAITED: mark(
-        "the trial was not run: in those before it the node had waited {seconds:g} s longer than a robot would have "
-        "taken, because a callback sleeps, or waits"
-    ),
-    Kind.OBSERVER_CRASHED: mark("the process that observes the node crashed on what it was sent, twice in a row"),
-    Kind.NO_SERVICE: mark("there is no service {name} of the contract's type"),
-    Kind.NO_ACTION: mark("there is no action {name} of the contract's type"),
-    Kind.NO_ANSWER: mark("no answer within {seconds:g} s"),
-    Kind.NO_VERDICT: mark("the goal was neither accepted nor rejected within {seconds:g} s"),
-    Kind.NOT_BUILT: mark("`colcon build` {said}{see}"),
-    Kind.UNHEARD: mark(
-        "{said}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing "
-        "arrives. Subscribe with qos_profile_sensor_data{see}"
-    ),
-    Kind.UNWRITTEN: mark("there is no {name} in share/{package}; {name} is not in the package"),
-    Kind.NO_RESPONSE: mark("{said}: `return response`?"),
-    Kind.NO_MODULES: mark("none of the assignment's modules is there: {said}"),
-    Kind.RAISED: mark("{said}{at}"),
-    Kind.ON_GRAPH: mark("{said}{see}"),
-    Kind.INACTIVE: mark("{name} is a LifecycleNode that nothing has activated, so it publishes nothing"),
-    Kind.SPINS: mark("{said}{at}: it takes the node from the executor that runs it, so nothing answers any more"),
-    Kind.NO_FLOAT: mark("{name} has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"),
-    Kind.UNTRIED: mark("not tried yet: {said}{see}"),
-    Kind.DEPENDS: mark("{said}{see}"),
-}
-"""Each kind in words, with the reason's fields and some made of them."""
 
 _A_TIMER = mark("return at once and let a timer do the next step; where an answer is needed, `await` the future")
 _CURES = {
@@ -150,7 +141,7 @@ class Reason:
     def __str__(self) -> str:
         """Return the reason as the beginning of a sentence."""
         return say(
-            WORDS[self.kind],
+            self.kind.words,
             **{**vars(self), "said": say(self.said)},
             starter=self.launch or say("the node"),
             started=say("a node") if self.launch else say("it"),

@@ -12,7 +12,6 @@ from xml.sax.saxutils import escape
 
 from . import Refusal, arguments, packages
 
-LICENSES = ("Apache-2.0", "BSL-1.0", "BSD-2.0", "BSD-2-Clause", "BSD-3-Clause", "GPL-3.0-only", "LGPL-3.0-only", "MIT")
 DESCRIPTION = "TODO: Package description"
 
 
@@ -21,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_verb = arguments.verbs(parser, "pkg")
     create = add_verb("create", "Create a new ROS 2 package", run_create)
     create.add_argument("package_name", help="The package name")
-    create.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
+    create.add_argument("--license", default="TODO: License declaration", help="The license, such as Apache-2.0")
     create.add_argument("--build-type", required=True, choices=("ament_python",))
     add_verb("list", "Output a list of available packages", show_list)
     _package(add_verb("prefix", "Output the prefix path of a package", show_prefix))
@@ -74,36 +73,12 @@ def run_create(args: argparse.Namespace) -> None:
         user = getpass.getuser()
     except (KeyError, OSError):
         user = "user"
-    print("going to create a new package")
-    for title, value in (
-        ("package name", name),
-        ("destination directory", Path.cwd()),
-        ("package format", "3"),
-        ("version", "0.0.0"),
-        ("description", DESCRIPTION),
-        ("maintainer", [f"{user} <{user}@todo.todo>"]),
-        ("licenses", [args.license]),
-        ("build type", args.build_type),
-        ("dependencies", []),
-    ):
-        print(f"{title}: {value}")
-    for path, text in _files(args, user).items():
-        _write(Path(name) / path, text)
-    if args.license not in LICENSES:
-        print(
-            f"\n[WARNING]: Unknown license '{args.license}'. This has been set in the package.xml, but no LICENSE "
-            "file has been created.\nIt is recommended to use one of the ament license identifiers:\n"
-            + "\n".join(LICENSES)
-        )
-
-
-def _write(path: Path, text: str) -> None:
-    for parent in reversed(path.parents[:-1]):
-        if not parent.exists():
-            print(f"creating folder .{os.sep}{parent}")
-            parent.mkdir(parents=True)
-    print(f"creating .{os.sep}{path}")
-    path.write_text(text, encoding="utf-8")
+    print(f"going to create a new package\npackage name: {name}\ndestination directory: {Path.cwd()}")
+    for file, text in _files(args, user).items():
+        path = Path(name) / file
+        print(f"creating .{os.sep}{path}")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
 
 
 # -- the files of a new package: path -> text ------------------------------------------------------------------------

@@ -209,10 +209,9 @@ class IncludeLaunchDescription(Action):
         **rest: Any,
     ) -> None:
         super().__init__(**rest)
-        is_source = isinstance(launch_description_source, LaunchDescriptionSource)
-        self.launch_description_source: LaunchDescriptionSource = (
-            launch_description_source if is_source else LaunchDescriptionSource(launch_description_source)
-        )
+        if not isinstance(launch_description_source, LaunchDescriptionSource):
+            launch_description_source = LaunchDescriptionSource(launch_description_source)
+        self.launch_description_source: LaunchDescriptionSource = launch_description_source
         self.launch_arguments = list(launch_arguments or [])
 
     def describe_sub_entities(self) -> Entities:

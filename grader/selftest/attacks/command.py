@@ -13,12 +13,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from grader import pipeline, report
+from grader import building, pipeline, report
 from grader.collect import needs_build
 from grader.course import find, name_of
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Flag
-from grader.host import cgroup
+from grader.host import cgroup, doctor
 from grader.host.namespaces import Confinement, confinement
 from grader.intake.package_edits import Change, copy
 from grader.report import console
@@ -55,9 +55,6 @@ def add(verbs: Any) -> None:
 
 def main(options: argparse.Namespace) -> int:
     """Run the attacks and print the result of each as it ends."""
-    from grader import building, pipeline
-    from grader.scoring import rubric
-
     if unknown := [name for name in options.only or () if name not in ATTACKS]:
         raise UsageError(f"unknown attack {', '.join(unknown)}; --list shows all names.")
     chosen = [ATTACKS[name] for name in options.only or ATTACKS]
@@ -87,8 +84,6 @@ def main(options: argparse.Namespace) -> int:
 
 def _defences() -> list[str]:
     """Return which defences this host lacks, in the doctor's words."""
-    from grader.host import doctor
-
     lacking = [diagnosis for diagnosis in doctor.examine_sandbox() if diagnosis.state is not doctor.State.OK]
     if not lacking:
         return ["All defences work: the sandbox, its networks, cgroups for memory and processes."]
@@ -173,12 +168,16 @@ def run(
         GraderError: the package without any attack cannot be graded.
     """
     attacks = list(attacks)
-    baseline = _Baseline(reference, settings, attacks)
+    baselines: dict[tuple[Change, ...], Points] = {}
     results = []
     for each in attacks:
         begin(each)
         started = time.monotonic()
-        result = _run_one(each, reference, settings, baseline)
+        if each.weak not in baselines:
+            needs = {name for other in attacks if other.weak == each.weak for name in other.needs}
+            baselines[each.weak] = _baseline(each.weak, needs, reference, settings)
+        before = {name: points for name, points in baselines[each.weak].items() if name in each.needs}
+        result = _run_one(each, reference, settings, before)
         if each.not_without_namespaces and confinement() is not Confinement.NAMESPACES:
             result = _as_known(result)
         results.append(replace(result, seconds=time.monotonic() - started))
@@ -195,36 +194,22 @@ def _as_known(result: AttackResult) -> AttackResult:
     )
 
 
-class _Baseline:
-    """The points of packages with a weakness but no attack, graded once for all requirements that attacks need."""
-
-    def __init__(self, reference: Path, settings: pipeline.Settings, attacks: list[Attack]) -> None:
-        self._reference, self._settings = reference, settings
-        self._needs: dict[tuple[Change, ...], set[str]] = {}
-        for each in attacks:
-            self._needs.setdefault(each.weak, set()).update(each.needs)
-        self._points: dict[tuple[Change, ...], Points] = {}
-
-    def points(self, weak: tuple[Change, ...]) -> Points:
-        if weak not in self._points:
-            with tempfile.TemporaryDirectory(prefix="attack-") as folder:
-                package = copy(self._reference, Path(folder))
-                for change in weak:
-                    change(package)
-                needs = tuple(sorted(self._needs[weak]))
-                patient = replace(self._settings, requirements=needs, build_seconds=_BUILD_SECONDS)
-                grading = pipeline.grade(package, Path(folder) / "out", patient)
-            if needs_build(patient) and not grading.evidence.build.ok:
-                log = grading.evidence.build.log_tail
-                raise GraderError(f"The package without an attack does not build here: {log}")
-            if unjudged := [s.requirement.id for s in grading.unjudged]:
-                raise GraderError(f"The grader could not judge {', '.join(unjudged)} of the package without an attack.")
-            self._points[weak] = _points(grading)
-        return self._points[weak]
+def _baseline(weak: tuple[Change, ...], needs: set[str], reference: Path, settings: pipeline.Settings) -> Points:
+    """Return the points of the package with a weakness but no attack."""
+    with tempfile.TemporaryDirectory(prefix="attack-") as folder:
+        package = copy(reference, Path(folder))
+        for change in weak:
+            change(package)
+        patient = replace(settings, requirements=tuple(sorted(needs)), build_seconds=_BUILD_SECONDS)
+        grading = pipeline.grade(package, Path(folder) / "out", patient)
+    if needs_build(patient) and not grading.evidence.build.ok:
+        raise GraderError(f"The package without an attack does not build here: {grading.evidence.build.log_tail}")
+    if unjudged := [s.requirement.id for s in grading.unjudged]:
+        raise GraderError(f"The grader could not judge {', '.join(unjudged)} of the package without an attack.")
+    return _points(grading)
 
 
-def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, baseline: _Baseline) -> AttackResult:
-    before = {name: points for name, points in baseline.points(each.weak).items() if name in each.needs}
+def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, before: Points) -> AttackResult:
     with tempfile.TemporaryDirectory(prefix="attack-") as folder, planted() as tokens:
         submission = _prepare(each, reference, Path(folder), tokens.placeholders)
         chosen = replace(settings, requirements=each.needs, build_seconds=each.build_seconds or _BUILD_SECONDS)

@@ -57,7 +57,9 @@ def test_a_refusal_names_the_line_that_includes_and_nothing_of_the_event_loop(la
     (tmp_path / "a.launch.xml").write_text("<launch/>")
     run = launch(write(tmp_path, f"IncludeLaunchDescription('{tmp_path}/a.launch.xml')")).end()
     assert run.code == 1
-    assert "(its traceback is in launch.log): a.launch.xml is an XML launch file, which this kit does not read" in run.out
+    assert (
+        "(its traceback is in launch.log): a.launch.xml is an XML launch file, which this kit does not read" in run.out
+    )
     assert f" ({tmp_path}/made.launch.py, line 11)\n" in run.out
     assert "asyncio" not in run.out
     assert "Traceback" not in run.out + run.err
