@@ -43,6 +43,14 @@ def node_argument(parser: argparse.ArgumentParser, **rest: Any) -> None:
     parser.add_argument("node_name", help="Node name to request information", **rest)
 
 
+def positive(text: str) -> float:
+    """Return a number above zero."""
+    value = float(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"{text} is not greater than zero")
+    return value
+
+
 # -- the verb `list` --------------------------------------------------------------------------------------------------
 def list_arguments(parser: argparse.ArgumentParser, kind: str) -> None:
     """Declare the flags of a verb that lists names of a kind, such as topic."""

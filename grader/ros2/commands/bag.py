@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     record.add_argument("-o", "--output", help="Destination of the bag folder; a name with the time by default")
     play = add_verb("play", "Play back ROS data from a bag", run_play)
     play.add_argument("bag_path", type=Path, help="Bag to open")
-    play.add_argument("-r", "--rate", type=float, default=1.0, help="Rate at which to play back messages")
+    play.add_argument("-r", "--rate", type=arguments.positive, default=1.0, help="Playback rate (default: 1)")
     play.add_argument("--topics", nargs="+", default=[], help="Topics to replay, separated by space")
     play.add_argument("-m", "--remap", nargs="+", default=[], help="Topics to remap, as old:=new")
     info = add_verb("info", "Print information about a bag to the screen", run_info)
@@ -196,8 +196,6 @@ def _date(stamp_ns: int) -> str:
 
 def run_play(args: argparse.Namespace) -> None:
     """Publish the recorded messages at the pace of the recording."""
-    if not args.rate > 0:
-        raise Refusal("rate must be greater than zero")
     new_names = dict(rule.split(":=", 1) for rule in args.remap if ":=" in rule)
     only = set(map(full_name, args.topics))
     with _opened(args.bag_path) as bag, graph() as seen:
@@ -214,7 +212,7 @@ def run_play(args: argparse.Namespace) -> None:
             publishers[connection.id] = seen.node.create_publisher(kind, name, profile)
         # Subscribers have to find the publishers before the first message is gone.
         seen.wait_for(lambda: all(p.get_subscription_count() for p in publishers.values()), 1.0)
-        say("rosbag2_player", "Set rate to " + f"{args.rate:g}")
+        say("rosbag2_player", f"Set rate to {args.rate:g}")
         _play(bag, [c for c in chosen if c.id in publishers], publishers, args.rate)
         time.sleep(0.1)
 

@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -68,6 +69,7 @@ def quick_discovery(slowness: float) -> Iterator[None]:
                 del os.environ[name]
 
 
+@dataclass(frozen=True)
 class Graph:
     """The graph as `node` sees it.
 
@@ -77,10 +79,9 @@ class Graph:
         slowness: the factor by which this machine is slower than an idle one.
     """
 
-    def __init__(self, node: Any, rest_s: float | None = None, slowness: float = 1.0) -> None:
-        self.node = node
-        self.rest_s = rest_s
-        self.slowness = slowness
+    node: Any
+    rest_s: float | None = None
+    slowness: float = 1.0
 
     def settle(self) -> None:
         """Wait until the graph has stopped changing."""
@@ -90,14 +91,10 @@ class Graph:
             now, seen = time.monotonic(), self._seen()
             if seen != last:
                 last, changed = seen, now
-            if self.rest_s is not None:
-                if now - began >= self.rest_s:
-                    return
-            elif now - began >= LONGEST_S:
+            if now - began >= (LONGEST_S if self.rest_s is None else self.rest_s):
                 return
-            elif now - changed >= REST_S * self.slowness and self._whole():
-                others = len(last[0]) > 1
-                if others:
+            if self.rest_s is None and now - changed >= REST_S * self.slowness and self._whole():
+                if len(last[0]) > 1:  # others are there
                     return
                 if now - began >= ALONE_S:
                     if said := of_silence(SETUP):

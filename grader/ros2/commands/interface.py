@@ -19,15 +19,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "interface")
     show = add_verb("show", "Output the interface definition", run_show)
-    _add_type(show, "Show an interface definition (e.g. 'example_interfaces/msg/String')")
+    show.add_argument("type", help="Show an interface definition (e.g. 'example_interfaces/msg/String')")
     package = add_verb("package", "Output a list of available interface types within one package", run_package)
     package.add_argument("package_name", help="Name of the package (e.g. 'example_interfaces')")
     proto = add_verb("proto", "Output an interface prototype", run_proto)
-    _add_type(proto, "Show an interface prototype (e.g. 'example_interfaces/msg/String')")
-
-
-def _add_type(parser: argparse.ArgumentParser, text: str) -> None:
-    parser.add_argument("type", help=text)
+    proto.add_argument("type", help="Show an interface prototype (e.g. 'example_interfaces/msg/String')")
 
 
 def run_package(args: argparse.Namespace) -> None:

@@ -38,7 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.name_argument(pub, "topic")
     pub.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
     pub.add_argument("values", nargs="?", default="", help="Values to fill the message with in YAML format")
-    pub.add_argument("-r", "--rate", metavar="N", type=positive, default=1.0, help="Publishing rate in Hz (default: 1)")
+    pub.add_argument(
+        "-r", "--rate", metavar="N", type=arguments.positive, default=1.0, help="Publishing rate in Hz (default: 1)"
+    )
     group = pub.add_mutually_exclusive_group()
     group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
     group.add_argument("-t", "--times", type=int, default=0, help="Publish this number of times and then exit")
@@ -102,14 +104,6 @@ def endpoint(end: Any) -> str:
 
 
 # -- echo and pub -----------------------------------------------------------------------------------------------------
-def positive(text: str) -> float:
-    """Return a number above zero."""
-    value = float(text)
-    if not value > 0:
-        raise argparse.ArgumentTypeError(f"{text} is not greater than zero")
-    return value
-
-
 def subscription(
     seen: Graph, args: argparse.Namespace, given: str | None = None, wait_for_it: bool = False
 ) -> tuple[str, Any, list[Any]]:

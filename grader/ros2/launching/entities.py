@@ -89,24 +89,16 @@ def substitutions(value: Any) -> list[Substitution]:
     Raises:
         TypeError: it is something else, such as a Path or a list in a list: the real launch refuses it in these words.
     """
-    if isinstance(value, str):
-        return [TextSubstitution(text=value)]
-    if isinstance(value, Substitution):
-        return [value]
-    if not isinstance(value, Iterable):
+    if not isinstance(value, Iterable | Substitution):
         raise TypeError(f"'{type(value).__name__}' object is not iterable: {_instead(value)}")
-    return [_one(item) for item in value]
-
-
-def _one(item: Any) -> Substitution:
-    if isinstance(item, Substitution):
-        return item
-    if isinstance(item, str):
-        return TextSubstitution(text=item)
-    raise TypeError(
-        f"Failed to normalize given item of type '{type(item)}', when only 'str' or 'launch.Substitution' were "
-        f"expected: {_instead(item)}"
-    )
+    items = [value] if isinstance(value, str | Substitution) else list(value)
+    for item in items:
+        if not isinstance(item, str | Substitution):
+            raise TypeError(
+                f"Failed to normalize given item of type '{type(item)}', when only 'str' or 'launch.Substitution' were "
+                f"expected: {_instead(item)}"
+            )
+    return [TextSubstitution(text=item) if isinstance(item, str) else item for item in items]
 
 
 def _instead(value: Any) -> str:

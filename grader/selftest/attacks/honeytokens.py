@@ -10,7 +10,7 @@ import socket
 import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from grader import KIT
@@ -38,12 +38,8 @@ class Honeytokens:
         self._datagrams.bind(("127.0.0.1", self._server.getsockname()[1]))
         self._before = self._state()
         self.calls = 0
-        self._threads = [
-            threading.Thread(target=self._count_connections, daemon=True),
-            threading.Thread(target=self._count_datagrams, daemon=True),
-        ]
-        for thread in self._threads:
-            thread.start()
+        for receive in (lambda: self._server.accept()[0].close(), lambda: self._datagrams.recv(1000)):
+            threading.Thread(target=self._count, args=[receive], daemon=True).start()
 
     @property
     def placeholders(self) -> dict[str, str]:
@@ -116,16 +112,9 @@ class Honeytokens:
                         found.append(entry.name)
         return found
 
-    def _count_connections(self) -> None:
+    def _count(self, receive: Callable[[], object]) -> None:
         with contextlib.suppress(OSError):
-            while True:
-                connection, _ = self._server.accept()
-                self.calls += 1
-                connection.close()
-
-    def _count_datagrams(self) -> None:
-        with contextlib.suppress(OSError):
-            while self._datagrams.recv(1000):
+            while receive() != b"":  # an empty datagram when the socket is shut down
                 self.calls += 1
 
 
