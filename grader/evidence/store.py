@@ -44,26 +44,16 @@ def _unplain(value: Any) -> Any:
     return value
 
 
-def _is_untyped(kind: Any) -> bool:
-    return bool(kind == dict[str, Any])
-
-
 def _is_frozenset(kind: Any) -> bool:
     return get_origin(kind) is frozenset
 
 
-def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter(forbid_extra_keys=True)
-    # JSON has neither inf nor nan; float() reads back the words that str() writes.
-    converter.register_unstructure_hook(float, lambda value: value if math.isfinite(value) else str(value))
-    converter.register_unstructure_hook_func(_is_untyped, _plain)
-    converter.register_unstructure_hook_func(_is_frozenset, sorted)
-    converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
-    return converter
-
-
-_CONVERTER = _converter()
-
+_CONVERTER = cattrs.Converter(forbid_extra_keys=True)
+# JSON has neither inf nor nan; float() reads back the words that str() writes.
+_CONVERTER.register_unstructure_hook(float, lambda value: value if math.isfinite(value) else str(value))
+_CONVERTER.register_unstructure_hook_func(lambda kind: kind == dict[str, Any], _plain)
+_CONVERTER.register_unstructure_hook_func(_is_frozenset, sorted)
+_CONVERTER.register_structure_hook_func(lambda kind: kind == dict[str, Any], lambda value, _: _unplain(dict(value)))
 
 # Without `indent`, with which json encodes in Python and takes almost twice as long.
 _ENCODER = json.JSONEncoder(allow_nan=False, sort_keys=True)
