@@ -40,7 +40,6 @@ def main(args: argparse.Namespace) -> int:
         print(explain(error), file=sys.stderr)
         return 1
     service = LaunchService(record=args.record)
-    service.output.begin()
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
     include.place = None  # no line of a launch file
     service.include_launch_description(LaunchDescription([include]))

@@ -39,8 +39,8 @@ class LaunchError(RuntimeError):
 class UnsupportedError(LaunchError):
     """A launch file asks for a feature of ROS 2 that this kit does not implement."""
 
-    def __init__(self, feature: str, instead: str = "", place: Place | None = None) -> None:
-        self.place = place or caller()
+    def __init__(self, feature: str, instead: str = "") -> None:
+        self.place = caller()
         where = f"{self.place}: " if self.place else ""
         super().__init__(f"{where}{feature} is not supported by the launch of this kit. {instead}".strip())
 

@@ -15,8 +15,8 @@ from types import ModuleType
 from typing import Any
 
 from ..commands import near  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
-from . import actions, entities, events, parameters, process, ros_actions, service, substitutions
-from .errors import InvalidConditionExpressionError, LaunchError, SubstitutionFailure, UnsupportedError, caller
+from . import actions, entities, errors, events, parameters, process, ros_actions, service, substitutions
+from .errors import LaunchError, UnsupportedError
 
 # The names by the modules of launch 3.4.3 and launch_ros 0.26.6 that have them. `LogInfo` of launch.actions is in
 # launch.actions.log_info, too, and so are the others.
@@ -79,11 +79,9 @@ INSTEAD = {
 
 def table() -> dict[str, dict[str, Any]]:
     """Return the supported names by the modules that have them."""
-    places = (actions, entities, events, parameters, process, ros_actions, service, substitutions)
+    places = (actions, entities, errors, events, parameters, process, ros_actions, service, substitutions)
     known: dict[str, Any] = {name: value for place in places for name, value in vars(place).items()}
     known |= {
-        "InvalidConditionExpressionError": InvalidConditionExpressionError,
-        "SubstitutionFailure": SubstitutionFailure,
         "PushRosNamespace": ros_actions.PushROSNamespace,
         "SomeEntitiesType": Any,
         "evaluate_condition_expression": entities.truth,
@@ -114,7 +112,7 @@ class _Refusing(type):
 
 def _refusal(module: str, name: str) -> UnsupportedError:
     known = {one for names in table().values() for one in names}
-    return UnsupportedError(f"{name} of {module}", INSTEAD.get(name) or near(name, known).strip(), caller())
+    return UnsupportedError(f"{name} of {module}", INSTEAD.get(name) or near(name, known).strip())
 
 
 def _missing(module: str, name: str) -> type:

@@ -29,9 +29,6 @@ class Output:
             self._file = (self.folder / "launch.log").open("a", buffering=1)
         except OSError as error:
             self.warn("launch", f"no log files are written: {self.folder}: {error.strerror}")
-
-    def begin(self) -> None:
-        """Print where the log files are."""
         self.info("launch", f"All log files can be found below {self.folder}")
         self.info("launch", "Default logging verbosity is set to INFO")
 
@@ -62,12 +59,6 @@ class Output:
             with contextlib.suppress(OSError):  # a full disk must not keep a launch from ending its nodes
                 self._file.write(line + "\n")
 
-    def close(self) -> None:
-        """Close the log file."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-
 
 def log_root() -> Path:
     """Return the folder that holds the log folders of all launches."""
@@ -90,8 +81,3 @@ class Record:
         """Write one event: `started` and `ended` for each process, `launch_ended` last."""
         if self._file is not None:
             self._file.write(json.dumps({"event": event, "time_s": round(time.time(), 3), **facts}) + "\n")
-
-    def close(self) -> None:
-        if self._file is not None:
-            self._file.close()
-            self._file = None

@@ -59,9 +59,7 @@ class LaunchService:
             code = asyncio.run(self._run())
         finally:
             self._clear_away()
-            self.output.close()
         self.record.add("launch_ended", exit_code=code, error=self._error)
-        self.record.close()
         if self._signal is not None:  # the processes are gone: die of the signal, so that the parent sees it
             signal.signal(self._signal, signal.SIG_DFL)
             os.kill(os.getpid(), self._signal)
