@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -177,16 +177,20 @@ def _add_grade(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
-    parser.add_argument("--out", type=Path, required=True, help="the folder for the reports and the evidence")
+    parser.add_argument("--out", type=Path, help="the folder for the reports and the evidence")
     parser.add_argument(
         "--package-path",
         metavar="PATH",
         help="the package to grade, if the submission has several: its folder in there",
     )
     parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
+    parser.add_argument(
+        "--explain", action="store_true", help="build, and then print what a grading would do instead of doing it"
+    )
     parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
     add_course(parser)
-    parser.add_argument("--build-timeout", type=float, default=300.0, metavar="S", help="for colcon (default 300 s)")
+    seconds = _number(1, 3600, "seconds")
+    parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
         "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"
     )
@@ -280,6 +284,18 @@ def _add_doctor(verbs: Any) -> None:
     parser.set_defaults(run=_doctor)
 
 
+def _number(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
+    """Return a reader of a number from `lowest` to `highest`."""
+
+    def read(text: str) -> float:
+        with contextlib.suppress(ValueError):
+            if lowest <= (value := float(text)) <= highest:
+                return value
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of {unit} from {lowest:g} to {highest:g}")
+
+    return read
+
+
 def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import building, pipeline, report
@@ -288,8 +304,8 @@ def _grade(options: argparse.Namespace) -> int:
     from grader.report import console
     from grader.scoring import rubric
 
-    if not 1 <= options.build_timeout <= 3600:  # with none, no build would end in time
-        raise UsageError("--build-timeout takes a number of seconds from 1 to 3600.")
+    if options.out is None and not options.explain:
+        raise UsageError(say("There is no place for the report."), say("Give one: --out FOLDER."))
     course = find(options.course)
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
@@ -305,6 +321,11 @@ def _grade(options: argparse.Namespace) -> int:
         progress=progress.say,
     )
     try:
+        if options.explain:
+            listed = pipeline.explain(options.submission, settings)
+            progress.done()
+            print(console.jobs(listed))
+            return EXIT_GRADED
         grading = pipeline.grade(options.submission, options.out, settings, write=report.write, overwrite=options.force)
     except SubmissionError as error:
         progress.done()

@@ -18,7 +18,7 @@ from grader.intake.submission import Submission
 from grader.league.source import LeagueCases
 from grader.mutation.source import Mutants
 from grader.processes import jobs
-from grader.processes.jobs import Job
+from grader.processes.jobs import Job, Where
 from grader.processes.kept import NOTHING_KEPT, Kept, forget_old
 from grader.quality.source import PackageText
 from grader.settings import Reuse, Settings
@@ -85,15 +85,32 @@ def builds(subject: Subject) -> list[Job[Any]]:
     keeps_itself: Callable[[object], bool] = lambda _built: False  # noqa: E731 - building/cache.py keeps it
     first = "" if building.contract_is_built(settings.cache, settings.course) else say(building.FIRST_TIME)
     contract = Job(
-        _CONTRACT, Built,
+        _CONTRACT, Where.SANDBOX, Built,
         lambda: building.build_contract(settings.cache, settings.course, "", _far(first, settings)),
         lasting=keeps_itself, says=first,
     )  # fmt: skip
     package = Job(
-        BUILD, tuple[Built, Built], lambda built: _build(subject.submission, built, settings),
+        BUILD, Where.SANDBOX, tuple[Built, Built], lambda built: _build(subject.submission, built, settings),
         after=_CONTRACT, lasting=keeps_itself, says=say(_BUILDING),
     )  # fmt: skip
     return [contract, package]
+
+
+def explain(submission: Submission, folder: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
+    """Return the jobs of a grading, each with the time at which its kept result was made, "" if it would be done.
+
+    The submission is built, if need be; nothing else is done.
+    """
+    kept = kept_evidence(settings)
+    with ExitStack() as closing:
+        subject = Subject(submission, settings, folder, closing)
+        before, later = _asked(Phase.TEXT, subject), _asked(Phase.DATA, subject)
+        listed = [*_jobs(before), *builds(subject)]
+        built, contract = jobs.run(builds(subject), kept, settings.progress).results.get(BUILD, (None, None))
+        if built is not None and built.facts.ok:
+            later |= _asked(Phase.RUN, replace(subject, built=built, contract=contract))
+        listed += _jobs(later)
+        return [(job, (jobs.find(job, kept) or ("", ""))[1]) for job in listed]
 
 
 def _asked(phase: Phase, subject: Subject) -> dict[str, Asked]:

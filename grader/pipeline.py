@@ -11,17 +11,19 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import SOURCES, collect, kept_evidence
+from grader.collect import explain as explain_jobs
 from grader.course import name_of, reader
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.host import namespaces, provenance, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.processes import jobs
-from grader.processes.jobs import Job
+from grader.processes.jobs import Job, Where
 from grader.processes.kept import NOTHING_KEPT
 from grader.sanitize import printable
 from grader.scoring.grading import Grading, Refusal
@@ -30,7 +32,7 @@ from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.settings import Settings
 from grader.words import say
 
-__all__ = ["EVIDENCE", "Settings", "check_ids", "grade", "judge", "observe"]
+__all__ = ["EVIDENCE", "Settings", "check_ids", "explain", "grade", "judge", "observe"]
 
 EVIDENCE = report.EVIDENCE
 
@@ -85,6 +87,19 @@ def observe(source: Path, out: Path, settings: Settings) -> None:
         evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
 
 
+def explain(source: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
+    """Return the jobs of a grading of `source`, each with when its kept result was made, "" if it would be done now.
+
+    Raises:
+        SubmissionError, GraderError: as by `grade`.
+    """
+    require_host(settings)
+    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
+        submission = open_submission(source, folder / "submission", settings.course, package=settings.package_path)
+        (folder / "work").mkdir()
+        return explain_jobs(submission, folder / "work", settings)
+
+
 def require_host(settings: Settings) -> None:
     """Check that this host can grade, and say as whom submissions run."""
     shortage.require_memory()
@@ -132,7 +147,7 @@ def judge(
     to_run = [check for check in check_ids(settings) if check not in known]
     found = evidence.load(folder)
     job = Job(
-        "the checks", list[CheckResult], lambda: checks_run.run(settings.course, folder, to_run),
+        "the checks", Where.HOST, list[CheckResult], lambda: checks_run.run(settings.course, folder, to_run),
         decided_by=(evidence.digest(found), *to_run),
         lasting=lambda results: not any(result.outcome is Outcome.ERROR for result in results),
     )  # fmt: skip

@@ -12,7 +12,7 @@ from grader.course import Course
 from grader.course.reader import modules
 from grader.evidence import FunctionAnswer
 from grader.host import ros_env, tempdir
-from grader.processes.jobs import Job
+from grader.processes.jobs import Job, Where
 from grader.sandbox import untrusted
 from grader.source import Asked, Collected, Source, Subject
 
@@ -87,9 +87,10 @@ class FunctionCalls(Source):
         """Return the one job of calling them all."""
         settings = subject.settings
         job = Job(
-            self.name, list[FunctionAnswer],
+            self.name, Where.SANDBOX, list[FunctionAnswer],
             lambda: call_functions(subject.install, settings.seed, settings.course, subject.ros_name),
             decided_by=(subject.seen_by_nodes,),
             lasting=lambda answers: not any(answer.problem for answer in answers),
+            serves=self.serves(settings),
         )  # fmt: skip
         return Asked([job], lambda results: Collected({self.name: results[self.name]}))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from grader.errors import SubmissionError
 from grader.evidence import BrokenPromise, Hunt, Kind, Reason, Trial
-from grader.processes.jobs import Job, Turn
+from grader.processes.jobs import Job, Turn, Where
 from grader.scoring.rubric import Requirement
 from grader.settings import Settings
 from grader.source import Asked, Collected, Source, Subject
@@ -43,12 +43,12 @@ class Hunts(Source):
         found: list[Job[Any]] = []
         for requirement in hunted:
             found.append(Job(
-                job_name(requirement.id), tuple[Hunt, list[Trial]],
+                job_name(requirement.id), Where.NETWORK, tuple[Hunt, list[Trial]],
                 partial(_hunt, running, requirement, settings),
                 decided_by=(*started_by(subject), str(requirement.hunt)),
                 lasting=lambda result: result[0].broken is not None or not result[1],
                 after=found[-1].name if found else "",
-                turn=Turn.PLACE,
+                turn=Turn.PLACE, serves=frozenset({requirement.id}),
                 says=say(_SAYS, requirement=requirement.id, cases=requirement.hunt),
             ))  # fmt: skip
         return Asked(found, lambda results: _collected({r.id: results[job_name(r.id)] for r in hunted}))

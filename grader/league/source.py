@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from grader.evidence import League, LeagueCase
 from grader.league import pool
 from grader.league.pool import Package
-from grader.processes.jobs import Job, Turn
+from grader.processes.jobs import Job, Turn, Where
 from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.words import say
 
@@ -38,11 +38,11 @@ class LeagueCases(Source):
         names = [f"{self.name} {number} of {len(packages)}" for number, _ in enumerate(packages, 1)]
         jobs = [
             Job(
-                name, list[CaseRun],
+                name, Where.NETWORK, list[CaseRun],
                 partial(run_cases, package, cases, subject.folder / name.replace(" ", "-"), settings),
                 decided_by=(package.content, *(case.text() for case in cases)),
                 lasting=lambda runs: not any(run.problem for run in runs),
-                turn=Turn.PLACE,
+                turn=Turn.PLACE, serves=self.serves(settings),
                 says=say("the handed-in cases on package {name}", name=name.removeprefix(self.name).strip()),
             )
             for name, package in zip(names, packages, strict=True) if cases

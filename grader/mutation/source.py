@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from grader.evidence import Flag, Mutation, short_name
 from grader.mutation.mutant_run import WORKERS, life_s, mutate
-from grader.processes.jobs import Job, Turn
+from grader.processes.jobs import Job, Turn, Where
 from grader.source import Asked, Collected, Source, Subject
 from grader.student_tests.source import OWN_TESTS, own_tests
 from grader.student_tests.suite_run import SuiteRun
@@ -38,8 +38,8 @@ class Mutants(Source):
             return Collected({"mutation": found}, (_told_apart(found),) if found.convicted else ())
 
         job = Job(
-            _MUTANTS, Mutation, run, after=OWN_TESTS, turn=Turn.CHAIN,
-            lasting=lambda found: not found.convicted,
+            _MUTANTS, Where.SANDBOX, Mutation, run, after=OWN_TESTS, turn=Turn.CHAIN,
+            lasting=lambda found: not found.convicted, serves=self.serves(settings),
             decided_by=(subject.handed_in, subject.seen_by_nodes, str(settings.mutation_budget_s)),
             says=say("mutating the package to see whether its own tests notice"),
         )  # fmt: skip

@@ -12,12 +12,21 @@ from enum import Enum
 from typing import Any, Generic, TypeVar
 
 from grader.processes.kept import NOTHING_KEPT, Kept
+from grader.words import mark
 
 T = TypeVar("T")
 
 _PLACES_PER_CORE = 2  # more than one, because every process waits at times
 _RESERVED = 1  # by each job of the chain
 _TRIALS_AT_ONCE, _BESIDE_AT_ONCE = 4, 2
+
+
+class Where(Enum):
+    """What a job may touch."""
+
+    HOST = mark("reads files, runs nothing of the submission")
+    SANDBOX = mark("runs code of the submission in a sandbox without a network")
+    NETWORK = mark("runs nodes of the submission in a sandbox, and an observer beside it, in a network of their own")
 
 
 class Turn(Enum):
@@ -39,6 +48,7 @@ class Job(Generic[T]):
 
     Attributes:
         name: what a report calls it.
+        where: what it may touch.
         kind: the type of its result.
         work: does it, and returns the result. It is given the result of the job `after`, if it has one.
         decided_by: the hashes and texts that decide the result. What is kept of the same ones is taken instead, unless
@@ -46,16 +56,19 @@ class Job(Generic[T]):
         lasting: whether another run is expected to have the same result, so that this one may be kept.
         after: the job before it in the list, by name, whose result it needs.
         turn: when it may use the cores.
+        serves: the ids of the requirements that it is for; none of what all need.
         says: what is said when it begins.
     """
 
     name: str
+    where: Where
     kind: type[T]
     work: Callable[..., T]
     decided_by: tuple[str, ...] = ()
     lasting: Callable[[T], bool] = lambda _result: True
     after: str = ""
     turn: Turn = Turn.AT_ONCE
+    serves: frozenset[str] = frozenset()
     says: str = ""
 
 

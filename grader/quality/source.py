@@ -22,7 +22,7 @@ from grader import building, evidence
 from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import Finding, Flag, Manifest, Quality, SourceFile, reading_limits
-from grader.processes.jobs import Job
+from grader.processes.jobs import Job, Where
 from grader.quality import source_files
 from grader.quality.source_files import PythonFile
 from grader.sandbox import untrusted
@@ -230,9 +230,9 @@ class PackageText(Source):
         lint = bool(settings.checked & served(settings, "linters"))
         made = [f"{path}\0{building.content_key([], untrusted.read_text(file) or '')}" for path, file in left.items()]
         job = Job(
-            _TEXT, Quality,
+            _TEXT, Where.HOST, Quality,
             lambda: analyse_package(submission.package, settings.course, submission.interfaces, left, lint=lint),
-            decided_by=(str(lint), subject.handed_in, *sorted(made)),
+            decided_by=(str(lint), subject.handed_in, *sorted(made)), serves=self.serves(settings),
         )  # fmt: skip
         return Asked([job], lambda results: Collected({"quality": results[_TEXT]}, tuple(hidden_flags(results[_TEXT]))))
 

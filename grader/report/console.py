@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TextIO
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, TextIO
 
+from grader.processes.jobs import Job, Where
 from grader.report.cause import Cause, find
 from grader.scoring.grading import Grading, Loss, count_graded, place, points, price_of_flags
 from grader.scoring.scorecard import CriterionScore, Outcome, RequirementScore
@@ -40,6 +41,21 @@ def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encodi
     page = _Page(grading, colour, width)
     text = "\n".join(page.lines())
     return text.encode(encoding, "backslashreplace").decode(encoding)
+
+
+def jobs(listed: Sequence[tuple[Job[Any], str]]) -> str:
+    """Return the jobs of a grading by what they touch, with whether each is kept, and the requirements it is for."""
+    lines = []
+    for where in Where:
+        rows = [(job, since) for job, since in listed if job.where is where]
+        lines += [f"{say(where.value)}:"] if rows else []
+        for job, since in rows:
+            state = say("kept since {when}", when=since) if since else say("to do")
+            after = say("after {job}", job=say(job.after)) if job.after else ""
+            serves = " ".join(sorted(job.serves, key=lambda id_: (id_[0], len(id_), id_)))
+            told = "; ".join(filter(None, [state, after, serves]))
+            lines.append(f"  {say(job.name):<38}  {told}")
+    return "\n".join(lines)
 
 
 def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH, encoding: str = "utf-8") -> str:

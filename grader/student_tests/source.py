@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from grader.processes.jobs import Job, Turn
-from grader.source import Asked, Collected, Source, Subject
+from grader.processes.jobs import Job, Turn, Where
+from grader.source import Asked, Collected, Source, Subject, served
 from grader.student_tests.discover import discover_tests, is_run
 from grader.student_tests.suite_run import SuiteRun, run_suite
 from grader.student_tests.warm_worker import Start
@@ -48,8 +48,9 @@ def own_tests(subject: Subject, start: Start | None = None) -> Job[SuiteRun]:
         )  # fmt: skip
 
     return Job(
-        OWN_TESTS, SuiteRun, run, turn=Turn.CHAIN, lasting=_lasting,
+        OWN_TESTS, Where.SANDBOX, SuiteRun, run, turn=Turn.CHAIN, lasting=_lasting,
         decided_by=(subject.handed_in, subject.seen_by_nodes, str(settings.test_seconds)),
+        serves=served(settings, StudentTestRuns.name),
     )  # fmt: skip
 
 

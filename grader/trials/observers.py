@@ -22,7 +22,7 @@ from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import dds_domain, namespaces, ros_env, shortage
-from grader.processes.jobs import Job, Turn
+from grader.processes.jobs import Job, Turn, Where
 from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     ALL_BEHIND_S,
@@ -199,12 +199,12 @@ def jobs(observers: Observers, plans: Iterable[TrialPlan]) -> list[tuple[TrialPl
         others = groups[first.name][1:]
         turn = Turn.BESIDE if first.real_time or first.mostly_waits else Turn.PLACE
         found.append((first, Job(
-            job_name(first.name), evidence.Trial, partial(observers.run, first, others),
+            job_name(first.name), Where.NETWORK, evidence.Trial, partial(observers.run, first, others),
             turn=turn, says=_says(first),
         )))  # fmt: skip
         for plan in others:
             found.append((plan, Job(
-                job_name(plan.name), evidence.Trial, partial(observers.follower, plan),
+                job_name(plan.name), Where.NETWORK, evidence.Trial, partial(observers.follower, plan),
                 after=job_name(plan.follows), says=_says(plan),
             )))  # fmt: skip
     return found

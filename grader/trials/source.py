@@ -41,8 +41,8 @@ class Trials(Source):
         )  # fmt: skip
         return Asked(
             [
-                replace(job, decided_by=started_by(subject), lasting=went_well)
-                for _, job in observers.jobs(running, plans.values())
+                replace(job, decided_by=started_by(subject), lasting=went_well, serves=serves(plan, settings))
+                for plan, job in observers.jobs(running, plans.values())
             ],
             lambda results: self._collected(subject, {name: results[observers.job_name(name)] for name in plans}),
         )

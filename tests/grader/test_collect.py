@@ -11,7 +11,8 @@ from helpers.course import PACKAGE
 from grader import KIT, collect
 from grader.evidence import Build, Flag, FunctionAnswer, Intake
 from grader.intake.submission import Submission
-from grader.processes.jobs import Job
+from grader.processes.jobs import Job, Where
+from grader.report import console
 from grader.scoring.rubric import load
 from grader.settings import Settings
 from grader.source import Asked, Collected, Phase, Source, Subject
@@ -32,7 +33,7 @@ class Answers(Source):
 
     def ask(self, subject: Subject) -> Asked:
         self.subject = subject
-        job = Job(self.name, str, self.work)
+        job = Job(self.name, Where.HOST, str, self.work)
         return Asked([job], lambda _results: self._collected)
 
     def work(self) -> str:
@@ -121,6 +122,19 @@ def test_a_job_of_two_sources_is_done_once(monkeypatch, submission, settings, bu
     monkeypatch.setattr(collect, "SOURCES", tuple(sources))
     collect.collect(submission, tmp_path, replace(settings, requirements=("T3",)))
     assert done == ["tests"]
+
+
+def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission, settings, built, tmp_path: Path):
+    done: list[str] = []
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
+    monkeypatch.setattr(collect, "SOURCES", (drive, read))
+    listed = collect.explain(submission, tmp_path, replace(settings, requirements=("F4",)))
+    assert [job.name for job, _ in listed] == ["read", "the contract's build", "the package's build", "drive"]
+    assert (done, built) == ([], ["built"])
+    words = console.jobs(listed)
+    assert "\n  drive                                   to do" in words
+    assert "the package's build                     to do; after the contract's build" in words
 
 
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):

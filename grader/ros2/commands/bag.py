@@ -75,19 +75,40 @@ def look(seen: Graph, writer: Any, waiting: set[str] | None, done: set[str]) -> 
 
 
 def _subscribe(node: Any, writer: Any, name: str, type_name: str, publishers: list[Any]) -> None:
-    kind = messages.load(type_name, "msg")
+    kind, offered = messages.load(type_name, "msg"), [end.qos_profile for end in publishers]
     connection = writer.add_connection(
         name,
         type_name,
         msgdef=message_text(type_name),
         rihs01=messages.hash_text(publishers[0]),
+        offered_qos_profiles=[_offered(profile) for profile in offered],
     )
 
     def take(raw: bytes) -> None:
         writer.write(connection, node.get_clock().now().nanoseconds, raw)
 
-    node.create_subscription(kind, name, take, matching([end.qos_profile for end in publishers], depth=1000), raw=True)
+    node.create_subscription(kind, name, take, matching(offered, depth=1000), raw=True)
     say("rosbag2_recorder", f"Subscribed to topic '{name}'")
+
+
+def _offered(profile: Any) -> Any:
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    def time_of(duration: Any) -> Any:
+        return QosTime(duration.nanoseconds // 10**9, duration.nanoseconds % 10**9)
+
+    # The graph does not say which history another node's endpoint keeps.
+    return Qos(
+        QosHistory.KEEP_LAST,
+        max(profile.depth, 1),
+        QosReliability[profile.reliability.name],
+        QosDurability[profile.durability.name],
+        time_of(profile.deadline),
+        time_of(profile.lifespan),
+        QosLiveliness[profile.liveliness.name],
+        time_of(profile.liveliness_lease_duration),
+        profile.avoid_ros_namespace_conventions,
+    )
 
 
 def run_record(args: argparse.Namespace) -> None:

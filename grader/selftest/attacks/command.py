@@ -46,6 +46,9 @@ def add(verbs: Any) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME", help="run only these attacks")
     parser.add_argument("--list", action="store_true", help="list the attacks and run none")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
+    parser.add_argument(
+        "--reference", type=Path, help="the package to build attacks into (default: the course's solution)"
+    )
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: in the user's cache folder)")
     parser.set_defaults(run=main)
 
@@ -62,14 +65,15 @@ def main(options: argparse.Namespace) -> int:
         return 0
     course = find(options.course)
     whole = rubric.load(course.rubric)
-    if not (course.solution / "package.xml").is_file():
-        raise GraderError(f"There is no package in {course.solution}. Attacks are built into the course's solution.")
+    reference = options.reference or course.solution
+    if not (reference / "package.xml").is_file():
+        raise GraderError(f"There is no package in {reference}. Name the reference package with --reference.")
     settings = pipeline.Settings(rubric=whole, cache=options.cache or building.cache_folder(), course=course)
     print("\n".join(_defences()))
     names = [each.name for each in chosen]
     results = run(
         [each.on(course, whole) for each in chosen],
-        course.solution,
+        reference,
         settings,
         done=lambda one: print(f"\n{row(one, width)}", flush=True),
         begin=lambda one: print(f"[{names.index(one.name) + 1} of {len(names)}] {one.name}", file=sys.stderr),

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from grader.processes import jobs
-from grader.processes.jobs import Job, Turn, run
+from grader.processes.jobs import Job, Turn, Where, run
 from grader.processes.kept import Kept
 
 
@@ -28,7 +28,7 @@ class Work:
             self.done.append(name)
             return result
 
-        return Job(name, str, note, **how)
+        return Job(name, Where.HOST, str, note, **how)
 
 
 @pytest.fixture
