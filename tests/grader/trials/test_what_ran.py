@@ -76,17 +76,6 @@ def test_functions_of_a_thread_are_noted(run):
     assert ran == Ran({"node.py": [2]})
 
 
-def test_a_file_is_noted_that_is_imported_after_all_others_have_been(run):
-    """Tracing stops once a function of each file has run, and goes on with the next import."""
-    later = "def f():\n    pass\n"
-    ran = run(
-        "import first\nfirst.f()\nimport sys\nassert not sys.gettrace()\nimport second\nsecond.f()\n",
-        first=later,
-        second=later,
-    )
-    assert ran == Ran({"first.py": [1], "node.py": [], "second.py": [1]})
-
-
 def test_other_trials_note_nothing_but_what_cannot_be_read(run):
     assert run("def f():\n    pass\nf()\n", functions=False) is None
     assert kinds(run("exec('x = 1')\n", functions=False)) == {"code made at run time"}
