@@ -98,11 +98,3 @@ def test_what_a_killed_build_left_goes_and_what_is_being_built_stays(tmp_path: P
         assert [path.name[0] for path in (tmp_path / "builds").glob("*.work")] == ["c"]
     cache.remove_abandoned(tmp_path)
     assert not list((tmp_path / "builds").glob("*.work"))
-
-
-def test_a_lock_whose_file_was_removed_meanwhile_is_taken_on_the_new_one(tmp_path: Path):
-    path = tmp_path / "a.lock"
-    with cache.locked(path):
-        path.unlink()
-        with cache.locked(path, wait=False), pytest.raises(BlockingIOError), cache.locked(path, wait=False):
-            pass
