@@ -33,11 +33,7 @@ _FILES = mark(
 )
 _FORBIDS = mark(
     "The grader may not use {what}: {why}. No points are lost, and earlier results are unchanged. Change its "
-    "permissions or its place."
-)
-_IN_THE_WAY = mark(
-    "{what} is in the way: {why}. No points are lost, and earlier results are unchanged. Remove it or choose another "
-    "place."
+    "permissions, remove what is in the way, or choose another place."
 )
 _LACKS = mark(
     "The program {what} is not on the PATH. No points are lost, and earlier results are unchanged. Run "
@@ -45,8 +41,7 @@ _LACKS = mark(
 )
 # Messages of the standard library and the loader in errors without an errno.
 _MEMORY_WORDS = ("can't start new thread", "failed to map segment", "cannot allocate memory", "memoryerror")
-_NOT_A_FOLDER = (errno.ENOTDIR, errno.EEXIST, errno.EISDIR)
-_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.EISDIR)
 
 
 def require_memory() -> None:
@@ -119,8 +114,6 @@ def _explain_one(error: BaseException) -> str:
         return say(_FILES)
     if number in _FORBIDDEN and what:
         return say(_FORBIDS, what=what, why=os.strerror(number))
-    if number in _NOT_A_FOLDER and what:
-        return say(_IN_THE_WAY, what=what, why=os.strerror(number))
     if number == errno.ENOENT and what and "/" not in what:
         return say(_LACKS, what=what)
     return ""

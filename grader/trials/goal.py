@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 
 from grader import evidence
 from grader.course import GoalFields
 from grader.trials.messages import fill
-from sim.bridge import Bridge
+from grader.trials.node_under_test import NodeUnderTest
 
 _STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -22,18 +22,10 @@ _SILENT_S = 0.6
 _FEEDBACK_KEPT = 20_000  # a flood must not fill our memory
 
 
-class Client(Protocol):
-    """What a goal needs of the node that it is sent to: its action and the bridge that spins for its answers."""
-
-    action: Any
-    action_type: Any
-    bridge: Bridge
-
-
 class SentGoal:
     """A goal that was sent: its progress and, in the end, its facts. Position in the odom frame, in metres."""
 
-    def __init__(self, node: Client, fields: GoalFields, x: float, y: float, tolerance: float) -> None:
+    def __init__(self, node: NodeUnderTest, fields: GoalFields, x: float, y: float, tolerance: float) -> None:
         self._node, self._fields = node, fields
         self._sent_t = node.bridge.time
         self._x, self._y, self._tolerance = x, y, tolerance

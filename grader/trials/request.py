@@ -17,14 +17,11 @@ READY = "ready"
 CANNOT = "cannot: "
 """How a worker's answer begins when this machine, not the submission, kept it from running the trial; why follows."""
 
-LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
-"""How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
-
 PATIENCE_S = 20.0
 DEAF_S = 10.0
+"""How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
 BEHIND_S, ALL_BEHIND_S = 30.0, 300.0
 """How much longer than a robot would take a node's callbacks may wait in one trial, and in all of a submission."""
-"""How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
 
 
 def node_environment() -> dict[str, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -13,7 +12,7 @@ from grader.source import Asked, Collected, Source, Subject, served
 from grader.trials import catalog, observers, what_ran
 from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
-from grader.trials.request import LATE_VARIABLE, went_well
+from grader.trials.request import went_well
 
 
 class Trials(Source):
@@ -60,7 +59,7 @@ class Trials(Source):
 def started_by(subject: Subject) -> tuple[str, ...]:
     """Return the hashes and texts that decide what any trial of a subject shows, beside the trial itself."""
     reliability = "best effort" if subject.settings.best_effort else "reliable"
-    return subject.seen_by_nodes, reliability, os.environ.get(LATE_VARIABLE, "")
+    return subject.seen_by_nodes, reliability
 
 
 def wanted(settings: Settings) -> dict[str, TrialPlan]:

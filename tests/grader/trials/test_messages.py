@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from grader.trials.wire_layout import reader
+from grader.trials.messages import reader
 
 CONTRACT = SimpleNamespace(
     get_fields_and_field_types=lambda: {"header": "std_msgs/Header", "distance": "float", "battery": "float"}
