@@ -69,12 +69,10 @@ def process_limit(read: Callable[[str], str | None]) -> int:
     return min((int(text) for text in found if text.strip().isdigit()), default=1 << 30)
 
 
-def free_memory() -> int:
+def free_memory(read: Callable[[str], str | None] = lambda path: Path(path).read_text()) -> int:
     """Return the bytes of memory that new processes can use, swap left out, as /proc/meminfo estimates them."""
-    for line in Path("/proc/meminfo").read_text().splitlines():
-        if line.startswith("MemAvailable:"):
-            return int(line.split()[1]) * 1024
-    return 0
+    lines = (read("/proc/meminfo") or "").splitlines()
+    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:")), 0)
 
 
 def explain(error: BaseException) -> str:

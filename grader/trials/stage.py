@@ -25,11 +25,10 @@ from grader.evidence import Kind, Reason
 from grader.host import dds_sockets
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
-from grader.trials.goal import ANSWER_WALL_S, SentGoal
 from grader.trials.messages import LOG_QOS, Reader, fill, interface, plain, set_back
 from grader.trials.node_under_test import SEND_GOAL, NodeUnderTest, Program
 from grader.trials.plan import TrialPlan
-from grader.trials.recorder import TrialRecorder
+from grader.trials.recorder import ANSWER_WALL_S, SentGoal, TrialRecorder
 from grader.trials.service_proxy import ServiceProxy
 from sim import Circle
 from sim.bridge import TICK_S
