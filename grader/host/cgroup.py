@@ -22,6 +22,19 @@ ROOT = Path("/sys/fs/cgroup")
 HOST_MEMORY = "memory of the host"
 _PREFIX = "ros2-course-kit"
 _NUMBERS = itertools.count()
+# Waits for its standard input to close, which happens when the grader ends, and kills what is left in the grader's
+# groups. Repeatedly: a process that was being started at that moment joins its group a little later.
+_WATCHDOG = """
+cat >/dev/null
+for round in 1 2 3 4 5 6 7 8 9 10; do
+    for group in GROUPS; do
+        [ -d "$group" ] || continue
+        while read -r member; do kill -9 "$member"; done <"$group/cgroup.procs"
+        rmdir "$group"
+    done
+    sleep 0.2
+done
+"""
 
 
 @dataclass(frozen=True)
@@ -103,11 +116,12 @@ def create(memory_bytes: int, processes: int) -> Group:
 def find_hierarchy(root: Path = ROOT) -> Hierarchy | None:
     """Return where groups with limits on memory and processes can be made, None if nowhere.
 
-    Also removes what killed gradings have left.
+    Also removes what killed gradings have left, and starts this grader's own watchdog.
     """
     hierarchy = _hierarchy(root)
     if hierarchy is not None:
         _sweep(hierarchy)
+        _start_watchdog(set(hierarchy.folders.values()))
     return hierarchy
 
 
@@ -124,6 +138,23 @@ def _hierarchy(root: Path) -> Hierarchy | None:
         return Hierarchy(2, {"memory": folder, "pids": folder}) if folder else None
     folders = {name: root / name / own.get(name, "/").lstrip("/") for name in ("memory", "pids")}
     return Hierarchy(1, folders) if all(_usable(folder) for folder in folders.values()) else None
+
+
+def _start_watchdog(folders: set[Path]) -> None:
+    """Start a process that kills what is left in this grader's groups once the grader has been killed.
+
+    If bubblewrap is killed while it sets up a sandbox, its child waits for ever. It runs no code of a submission, but
+    without the watchdog it would live until the next grading.
+    """
+    patterns = [f'"{folder}"/{_PREFIX}.{os.getpid()}.*' for folder in folders]
+    script = _WATCHDOG.replace("GROUPS", " ".join(patterns))
+    read_end, _write_end = os.pipe()  # the write end stays open as long as this process lives; no child inherits it
+    quiet = [(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_WRONLY, 0) for stream in (1, 2)]
+    os.posix_spawn(
+        "/bin/sh", ["sh", "-c", script], {"PATH": os.environ.get("PATH", os.defpath)},
+        file_actions=[(os.POSIX_SPAWN_DUP2, read_end, 0), *quiet], setsid=True,
+    )  # fmt: skip
+    os.close(read_end)
 
 
 def _version_2(own: Path) -> Path | None:

@@ -125,7 +125,10 @@ def test_a_group_is_removed_with_its_sandbox():
 @needs_cgroups
 @pytest.mark.sandbox
 def test_a_sandbox_does_not_outlive_its_grader_even_during_set_up(tmp_path: Path):
-    """A grader that is killed before bubblewrap has tied itself to it never lets the command start."""
+    """A grader that is killed before bubblewrap has tied itself to it never lets the command start.
+
+    And the watchdog kills a half-built sandbox.
+    """
     code = (
         "import os, signal\nfrom grader import sandbox\nfrom grader.sandbox import process\n"
         "process._Output = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
