@@ -120,7 +120,7 @@ def _build_tools(machine: Machine) -> list[Diagnosis]:
         beside = str(Path(sys.executable).with_name(tool))
         path = beside if machine.exists(beside) else machine.which(tool)
         package = {"make": "make", "prlimit": "util-linux"}.get(tool)
-        fix = install_line(machine, [package]) if package else _pip("install -r requirements.txt")
+        fix = install_line(machine, [package]) if package else ".venv/bin/python -m pip install -r requirements.txt"
         diagnoses.append(_ok(tool, path) if path else _bad(tool, "not found", fix))
     return diagnoses
 
@@ -342,10 +342,6 @@ def _resources(machine: Machine) -> list[Diagnosis]:
         if free >= LOW_DISK
         else (_warn if free >= NO_DISK else _bad)("disk", low_disk, "make clean"),
     ]
-
-
-def _pip(arguments: str) -> str:
-    return f".venv/bin/python -m pip {arguments}"
 
 
 def _last_line(text: str) -> str:

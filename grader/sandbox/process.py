@@ -87,7 +87,8 @@ class Process:
                     inside, box, self._view, user=self._user, info_fd=info_fd,
                     locked=not namespaces.sandbox_disabled(),
                 )  # fmt: skip
-            _leave_keyring()
+            # This thread, and so what it starts, gets an empty session keyring; a kernel without any refuses.
+            ctypes.CDLL(None).syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
             try:
                 self._popen = subprocess.Popen(
                     [*enter_cgroup(self._group), *command_line], start_new_session=True,
@@ -358,11 +359,6 @@ def require(*, for_points: bool = True) -> None:
                 why=tried.output.strip()[:300],
             )
         )
-
-
-def _leave_keyring() -> None:
-    """Give this thread, and so what it starts, an empty session keyring of its own; a kernel without any refuses."""
-    ctypes.CDLL(None).syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
 
 
 def _require_readable(box: Sandbox) -> None:

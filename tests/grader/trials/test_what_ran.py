@@ -18,6 +18,7 @@ from grader.evidence import Ran, Trial
 from grader.host import ros_env
 from grader.quality.source_files import PythonFile
 from grader.trials import what_ran
+from grader.trials.source import integrity_flags
 from grader.trials.what_ran import Notes
 
 TEXTS = beside(__file__)
@@ -236,7 +237,7 @@ def test_a_flag_names_kind_file_and_trials():
         words = ["code made at run time: a string, by lib/p/node:7", "code made at run time: a string, by lib/p/node:9"]
         return Trial(name, "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
 
-    (flag,) = what_ran.unseen_flags({name: shown(name) for name in ("status", "wall_fast")})
+    (flag,) = integrity_flags({name: shown(name) for name in ("status", "wall_fast")})
     assert (flag.kind, flag.where, flag.trial) == ("code made at run time", "lib/p/node", "status, wall_fast")
     assert "lib/p/node:7" in flag.what
     assert flag.concerns == ["what ran", "student tests", "mutation"]
@@ -255,12 +256,10 @@ def test_who_made_unseen_code_run_is_named_by_the_file_handed_in(tmp_path: Path)
     found = what_ran.places({"status": shown}, [PythonFile("scripts/node", b"run()\n")], tmp_path)
     placed = what_ran.in_package(shown, found)
     assert placed.ran == Ran(unseen=["code made at run time: a string, by scripts/node:7", *words[1:]])
-    assert len(what_ran.unseen_flags({"status": placed})) == 3
+    assert len(integrity_flags({"status": placed})) == 3
 
 
 def test_an_archive_is_flagged_once_whoever_imports_from_it():
     words = [f"archive: share/p/table, by share/p/table/{name}.py:1" for name in "ab"] + ["archive: share/p/table"]
     shown = Trial("status", "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
-    assert [(flag.kind, flag.where) for flag in what_ran.unseen_flags({"status": shown})] == [
-        ("archive", "share/p/table")
-    ]
+    assert [(flag.kind, flag.where) for flag in integrity_flags({"status": shown})] == [("archive", "share/p/table")]
