@@ -23,13 +23,13 @@ from grader import building, evidence, sandbox
 from grader.course import Course, load
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
-from grader.host import shortage
+from grader.host import ros_env, shortage
 from grader.trials import catalog, parameter_files
 from grader.trials.case import Case
 from grader.trials.messages import Reader, interface, own_package, reader
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
-from grader.trials.request import CANNOT, READY, TrialRequest, node_environment, not_started, went_well
+from grader.trials.request import CANNOT, READY, TrialRequest, not_started, went_well
 from grader.trials.stage import LAUNCH, Stage, source_folder
 from grader.trials.what_ran import Notes
 from sim import Pose, Simulator, World, load_world
@@ -203,7 +203,12 @@ def _sandbox(
         visible |= {_ROS2: "/ws/ros2"}
     if plan.namespace:
         visible |= {course.path("trials/launch"): "/ws/launch"}
-    environment = {**node_environment(), "ROS_DOMAIN_ID": str(request.domain_id)}
+    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME)
+    environment |= {
+        "ROS_DOMAIN_ID": str(request.domain_id),
+        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
+        "PYTHONPATH": f"{sandbox.AT_START}:{environment['PYTHONPATH']}",
+    }
     return sandbox.Sandbox(visible, environment=environment, network=True, pipes=(notes.pipe,)), in_files
 
 
