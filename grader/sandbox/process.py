@@ -72,13 +72,11 @@ class Process:
             submission_user.give(self._written, self._user)
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
         self._init_end: int | None = None
-        self._guard: DiskGuard | None = None
-        self._counter: ProcessGuard | None = None
+        self._guards: list[DiskGuard | ProcessGuard] = []
         inside = (*WAIT_FOR_GO, *with_limits(command, limits))
         self._view = users.lay_out(box, self._user) if namespaces.refusal() else None
-        with contextlib.ExitStack() as stack:
-            read_end, info_fd = os.pipe()
-            info = stack.enter_context(os.fdopen(read_end, "rb"))
+        read_end, info_fd = os.pipe()
+        with os.fdopen(read_end, "rb") as info:
             filter_fd = open_filter()
             if self._view is None:
                 command_line = [*bwrap_command(box, info_fd, filter_fd, self._user), *inside]
@@ -116,9 +114,9 @@ class Process:
         with contextlib.suppress(BrokenPipeError), self._popen.stdin:  # it could not be set up
             self._popen.stdin.write(b"go\n")
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
-            self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
+            self._guards.append(DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree))
         if self._init_pid and not self._group.folders:
-            self._counter = ProcessGuard(self.pids, limits.processes, self._kill_tree)
+            self._guards.append(ProcessGuard(self.pids, limits.processes, self._kill_tree))
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -177,8 +175,8 @@ class Process:
 
     def stopped(self) -> str:
         """Return the limit of the whole sandbox that the command has exceeded: "memory", "processes", "disk" or ""."""
-        guards = [guard.exceeded for guard in (self._guard, self._counter) if guard is not None]
-        return self._stopped or next(filter(None, guards), "") or self._group.limit_hit()
+        exceeded = next((guard.exceeded for guard in self._guards if guard.exceeded), "")
+        return self._stopped or exceeded or self._group.limit_hit()
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""
@@ -204,9 +202,8 @@ class Process:
         """
         self._kill_tree()
         gone = self._await_init()
-        for guard in (self._guard, self._counter):
-            if guard is not None:
-                guard.close()
+        for guard in self._guards:
+            guard.close()
         if self._init_end is not None:  # not before: a guard may be killing the tree
             os.close(self._init_end)
             self._init_end = None
@@ -220,8 +217,9 @@ class Process:
         self._group.close()
         if not gone:
             raise GraderError(say(_HELD, seconds=_GONE_S))
-        if self._guard is not None and self._guard.host_full:
-            raise GraderError(self._guard.host_full)
+        for guard in self._guards:
+            if isinstance(guard, DiskGuard) and guard.host_full:
+                raise GraderError(guard.host_full)
         if self._stopped == cgroup.HOST_MEMORY:
             raise GraderError(say(shortage.NO_MEMORY))
 
