@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from grader import building
+from grader import building, progress
 from grader.building import Built
 from grader.evidence import Build, Evidence
 from grader.functions.source import FunctionCalls
@@ -85,7 +85,7 @@ def builds(subject: Subject) -> list[Job[Any]]:
     first = "" if building.contract_is_built(settings.cache, settings.course) else say(building.FIRST_TIME)
     contract = Job(
         _CONTRACT, Where.SANDBOX, Built,
-        lambda: building.build_contract(settings.cache, settings.course),
+        lambda: building.build_contract(settings.cache, settings.course, "", _far(first, settings)),
         lasting=_kept_by_itself, says=first,
     )  # fmt: skip
     package = Job(
@@ -158,17 +158,22 @@ def _folders(submission: Submission) -> list[Path]:
     return [submission.package] + ([submission.interfaces] if submission.interfaces else [])
 
 
+def _far(step: str, settings: Settings) -> Callable[[str], None]:
+    """Return a function that says how far a step is, in brackets behind it."""
+    return lambda far: settings.progress(f"{progress.step(step)} ({far})")
+
+
 def _build(submission: Submission, contract: Built, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
     main, course = submission.intake.package, settings.course
     built = building.build(
         _folders(submission), settings.cache, course,
-        seconds=settings.build_seconds, main=main,
+        seconds=settings.build_seconds, main=main, far=_far(say(_BUILDING), settings),
     )  # fmt: skip
     if (types := built.facts.types_package) != course.package:
         words = mark("building the contract as {package}: once on this machine, about a minute, longer on a busy one")
-        settings.progress(say(words, package=types))
-        contract = building.build_contract(settings.cache, course, types)
+        settings.progress(says := say(words, package=types))
+        contract = building.build_contract(settings.cache, course, types, _far(says, settings))
     facts = replace(
         built.facts,
         contract_hashes=contract.facts.type_hashes,

@@ -11,7 +11,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,15 +61,35 @@ class _Job:
     seconds: float
     trusted: bool
     main: str
+    far: Callable[[str], object]
 
 
 FIRST_TIME = mark("building the contract's interfaces: once on this machine, about a minute, longer on a busy one")
 
 
-def build_contract(cache: Path, course: Course, package: str = "") -> Built:
+_STEP = re.compile(r"^\[(\d+)/(\d+)\] (Generating|Building C |Building CXX |Linking)?.*$", re.MULTILINE)
+_STEPS = {
+    "Generating": mark("generating code"), "Building C ": mark("compiling C"), "Building CXX ": mark("compiling C++"),
+    "Linking": mark("linking"),
+}  # fmt: skip
+
+
+def how_far(log: str) -> str:
+    """Return how far a build is, from the last step in its log: "compiling C++: 21 of 43"; "" before the first one."""
+    if not (steps := _STEP.findall(log)):
+        return ""
+    n, total, kind = steps[-1]
+    far = say("{n} of {total}", n=n, total=total)
+    return f"{say(_STEPS[kind])}: {far}" if kind else far
+
+
+def build_contract(
+    cache: Path, course: Course, package: str = "", far: Callable[[str], object] = lambda _far: None
+) -> Built:
     """Return the course's own interfaces, built once on this machine. The observer uses these types.
 
-    `package` is the name of the package that has them, for a submission that has them under another name.
+    `package` is the name of the package that has them, for a submission that has them under another name. `far` is
+    called about once a second with how far the build is.
 
     Raises:
         GraderError: they do not build here.
@@ -79,7 +99,7 @@ def build_contract(cache: Path, course: Course, package: str = "") -> Built:
     with tempfile.TemporaryDirectory(prefix="contract-") as folder:
         renamed = package not in ("", course.package)
         source = _copy_renamed(course.contract, Path(folder) / package) if renamed else course.contract
-        built = build([source], cache, course, seconds=600.0, trusted=True, main=package)
+        built = build([source], cache, course, seconds=600.0, trusted=True, main=package, far=far)
     if not built.facts.ok:
         words = mark("The contract's own interfaces do not build on this machine:\n{log}\nRun `grader doctor`.")
         raise GraderError(say(words, log=built.facts.log_tail))
@@ -100,20 +120,15 @@ def contract_is_built(cache: Path, course: Course) -> bool:
 
 
 def build(
-    packages: Sequence[Path],
-    cache: Path,
-    course: Course,
-    *,
-    seconds: float = 300.0,
-    trusted: bool = False,
-    main: str = "",
-) -> Built:
+    packages: Sequence[Path], cache: Path, course: Course, *,
+    seconds: float = 300.0, trusted: bool = False, main: str = "", far: Callable[[str], object] = lambda _far: None,
+) -> Built:  # fmt: skip
     """Build the package folders in the sandbox and return the facts and the install tree.
 
     A second build of the same content returns the first one's result. Only the kit's own builds (`trusted`) write to
     the compiler cache; submissions just read it, so that none can plant an object file for another. `main` is the name
     of the package to look for in the install tree, by default the course's; a build that installs none counts as
-    failed.
+    failed. `far` is called about once a second with how far it is, in words.
 
     Raises:
         GraderError: no sandbox, no disk space or no compiler. A package that does not compile is a fact, not an error.
@@ -125,13 +140,15 @@ def build(
             facts = build_cache.load(folder)
             if facts is not None:
                 return Built(replace(facts, cached=True), folder / "install")
+            for left in folder.parent.glob(f"{folder.name}.*.work"):  # by a grader that was killed
+                tempdir.remove(left)
             if missing := ros_env.missing_tools():
                 words = mark(
                     "This machine has no {tools}, so no package can be built. Run `grader doctor`; it prints the "
                     "command that installs what is missing."
                 )
                 raise GraderError(say(words, tools=say(" and no ").join(missing)))
-            job = _Job(packages, cache, course, seconds, trusted, main or course.package)
+            job = _Job(packages, cache, course, seconds, trusted, main or course.package, far)
             with submission_user.readable_by_sandboxes():
                 return _build(job, folder)
     except OSError as error:
@@ -251,7 +268,12 @@ def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
         *again, "--cmake-args", "-G", "Ninja", "-DCMAKE_PROJECT_INCLUDE=/ws/wheel_prefix.cmake", "-DBUILD_TESTING=OFF",
         *launchers,
     ]  # fmt: skip
-    return sandbox.run(command, box, sandbox.Limits(wall_seconds=job.seconds))
+
+    def heard(log: str) -> None:
+        if far := how_far(log):
+            job.far(far)
+
+    return sandbox.run(command, box, sandbox.Limits(wall_seconds=job.seconds), heard)
 
 
 def _looks_at_files(cmake: str) -> bool:

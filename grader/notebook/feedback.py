@@ -197,6 +197,10 @@ class Progress:
             self._clock.start()
         self._show()
 
+    def more(self, far: str) -> None:
+        """Show how far the current step is."""
+        self.say(f"{step_of(self._step)} ({far})")
+
     def __enter__(self) -> Self:
         return self
 

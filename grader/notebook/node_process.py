@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
@@ -24,8 +24,10 @@ _KILL_AFTER_S = 3.0
 _OUTPUT_CAP = 200_000
 
 
-def install(workspace: Workspace, node: str) -> Path:
+def install(workspace: Workspace, node: str, far: Callable[[str], object] = lambda _far: None) -> Path:
     """Build the package if it has changed, and return its install tree, which holds the node.
+
+    `far` is called about once a second with how far the build is.
 
     Raises:
         SubmissionError: the package lacks something, does not build, or does not install the node.
@@ -37,7 +39,7 @@ def install(workspace: Workspace, node: str) -> Path:
         raise SubmissionError(f"{gap.seen}; {gap.try_}")
     if workspace.is_linked:
         return workspace.install
-    built = building.build([workspace.package], building.cache_folder(), course())
+    built = building.build([workspace.package], building.cache_folder(), course(), far=far)
     if not built.facts.ok:
         raise SubmissionError(
             say("the package does not build: {first_error}", first_error=prerequisites.first_error(built.facts))

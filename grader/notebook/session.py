@@ -275,13 +275,13 @@ class Run:
         contract_is_built = building.contract_is_built(building.cache_folder(), course())
         try:
             progress.say(say("building your package") + ("" if contract_is_built else say(_FIRST_TIME)))
-            install = node_process.install(self._workspace, self.node)
+            install = node_process.install(self._workspace, self.node, progress.more)
         except KitError as error:
             self._give_up(str(error))
             return
         if not contract_is_built:
             progress.say(say(building.FIRST_TIME))
-        interface_types.load(self._workspace)
+        interface_types.load(self._workspace, progress.more)
         progress.say(say("starting {node}", node=self.node))
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 

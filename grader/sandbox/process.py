@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import IO
@@ -162,15 +162,17 @@ class Process:
         self._await_init()
         return self.exit_code()
 
-    def wait_on_cpu_clock(self, seconds: float) -> int | None:
+    def wait_on_cpu_clock(self, seconds: float, heard: Callable[[str], object] | None = None) -> int | None:
         """Wait in the same way, but exclude time spent waiting for a CPU, so that a busy machine changes no outcome.
 
-        Waits at most four times as long in all.
+        Waits at most four times as long in all. `heard` is called about once a second with the output so far.
         """
         clock = CpuClock(self)
         while (counted := clock.read()) < seconds and self.wall_seconds < _MAX_STRETCH * seconds:
             if (code := self.wait(min(_CLOCK_PERIOD_S, seconds - counted))) is not None:
                 return code
+            if heard is not None:
+                heard(self.output)
         return None
 
     def stopped(self) -> str:
@@ -302,15 +304,19 @@ class _Output:
             self._stream.close()
 
 
-def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> RunResult:
+def run(
+    command: Sequence[str], box: Sandbox, limits: Limits | None = None, heard: Callable[[str], object] | None = None
+) -> RunResult:
     """Run `command` in the sandbox, wait until it ends or exceeds its time limit, and return the result.
+
+    `heard` is called about once a second with the output so far.
 
     Raises:
         GraderError: this host cannot set up a sandbox.
     """
     limits = limits or Limits()
     with Process(command, box, limits) as process:
-        exit_code = process.wait_on_cpu_clock(limits.wall_seconds)
+        exit_code = process.wait_on_cpu_clock(limits.wall_seconds, heard)
         seconds = process.wall_seconds
     output = process.output
     if exit_code is not None and output.startswith(("bwrap: ", "proot error: ", "seccomp: ")):

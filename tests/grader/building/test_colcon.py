@@ -142,3 +142,17 @@ def test_a_colcon_that_does_not_run_is_charged_to_nobody(package: Path, tmp_path
     monkeypatch.setattr(sandbox, "Sandbox", with_broken_colcon)
     with pytest.raises(GraderError, match="colcon does not run on this machine: ModuleNotFoundError"):
         building.build([package], tmp_path / "cache", COURSE)
+
+
+@pytest.mark.parametrize(
+    ("log", "far"),
+    [
+        ("-- Configuring done\n", ""),
+        ("[1/43] Generating C code for ROS interfaces\n", "generating code: 1 of 43"),
+        ("[20/43] Linking C x.so\n[21/43] Building CXX object y.cpp.o\nwarning\n", "compiling C++: 21 of 43"),
+        ("[2/43] Building C object a.o\n[3/4", "compiling C: 2 of 43"),
+        ("[43/43] Running utility command\n", "43 of 43"),
+    ],
+)  # fmt: skip
+def test_a_log_says_how_far_the_build_is(log: str, far: str):
+    assert colcon.how_far(log) == far
