@@ -37,7 +37,7 @@ _MUTANTS, _OWN_TESTS = "mutants (T3)", "own tests (T1, T2)"
 _KINDS = {
     "observers with the simulator": r"grader\.trials\.worker",
     "launch files": r"/ws/ros2",
-    "nodes": r"/ws/install/",
+    "nodes": r"/ws/install/|fork_nodes",
     _OWN_TESTS: r"/ws/worker/worker\.py",
     "linters": r"flake8|pycodestyle|pydocstyle|ruff",
     "reading the text": r"grader\.quality",

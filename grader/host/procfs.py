@@ -68,6 +68,17 @@ def cpu_seconds(pids: Iterable[int]) -> float:
     return ticks / os.sysconf("SC_CLK_TCK")
 
 
+def exit_code(pid: int) -> int | None:
+    """Return how a process has ended that its parent has not asked yet, negative for a signal; None if it is gone.
+
+    See proc(5), /proc/PID/stat, exit_code.
+    """
+    try:
+        return os.waitstatus_to_exitcode(int(_status(pid)[49]))
+    except OSError:
+        return None
+
+
 def send(pid: int, number: signal.Signals) -> None:
     """Send a signal to a process, if it is still there."""
     with contextlib.suppress(ProcessLookupError):

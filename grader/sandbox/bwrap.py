@@ -72,6 +72,8 @@ class Sandbox:
     as_init: bool = False
     """The command is the first process of the pid namespace: nothing in the sandbox can stop or kill it, and it has to
     wait for processes that have lost their parents."""
+    asked: bool = False
+    """The command reads what the grader tells it while it runs (`Process.tell`); else its standard input is empty."""
 
 
 def _namespaces(network: bool, user: int | None) -> list[str]:
@@ -159,7 +161,7 @@ def enter_cgroup(group: cgroup.Group) -> list[str]:
 
 # Waits for a line on standard input before it runs the command; gives up if the pipe is closed. bubblewrap asks the
 # kernel to kill it with its parent; were the grader killed before that, the sandbox would stay. The line comes after.
-WAIT_FOR_GO = ("sh", "-c", 'read -r go || exit 96; exec "$@" </dev/null', "wait")
+WAIT_FOR_GO = ("sh", "-c", 'read -r go || exit 96; [ "$go" = asked ] || exec </dev/null; exec "$@"', "wait")
 
 
 def beside_script(folder: str) -> dict[Path, str]:

@@ -111,8 +111,9 @@ class Process:
         if self._init_pid:
             with contextlib.suppress(ProcessLookupError):  # it has ended
                 self._init_end = os.pidfd_open(self._init_pid)
-        with contextlib.suppress(BrokenPipeError), self._popen.stdin:  # it could not be set up
-            self._popen.stdin.write(b"go\n")
+        self.tell("asked" if box.asked else "go")
+        if not box.asked:
+            self._popen.stdin.close()
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
             self._guards.append(DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree))
         if self._init_pid and not self._group.folders:
@@ -128,6 +129,12 @@ class Process:
         """Kill the whole process tree."""
         self.kill()
 
+    def tell(self, line: str) -> None:
+        """Write a line to the command's standard input, which a sandbox has to be `asked` for."""
+        assert self._popen.stdin is not None
+        with contextlib.suppress(BrokenPipeError):  # it has ended, or could not be set up
+            self._popen.stdin.write(f"{line}\n".encode())
+
     @property
     def wall_seconds(self) -> float:
         """Return the wall time since the start, in seconds."""
@@ -142,6 +149,10 @@ class Process:
         if self._popen.poll() is not None:
             self._output.wait()
         return self._output.text()
+
+    def forget_output(self) -> None:
+        """Forget what it has written so far."""
+        self._output.forget()
 
     def exit_code(self) -> int | None:
         """Return the exit status, negative for a signal, or None while the process runs."""
@@ -209,6 +220,8 @@ class Process:
         if self._init_end is not None:  # not before: a guard may be killing the tree
             os.close(self._init_end)
             self._init_end = None
+        if self._popen.stdin is not None:
+            self._popen.stdin.close()
         self._output.close()
         if self._view is not None:
             self._view.close()
@@ -288,6 +301,10 @@ class _Output:
                 self._tail += chunk[max(0, space) :]
                 self._dropped += max(0, len(self._tail) - self._half)
                 self._tail = self._tail[-self._half :]
+
+    def forget(self) -> None:
+        with self._lock:
+            self._head, self._tail, self._dropped = b"", b"", 0
 
     def text(self) -> str:
         with self._lock:

@@ -32,7 +32,7 @@ _ENTRY_SCRIPT = re.compile(r"# EASY-INSTALL-ENTRY-SCRIPT: ('[\w.=+!-]+'),'consol
 # The SHA-256 of what setuptools 79 writes for an entry point, without the first line and the two names.
 _ENTRY_SCRIPT_DIGEST = "18eb4eac508fcd1d7564cb8d5f05df5c3ccf64c0bfd1ae70a3a989821894c308"
 # Where a sandbox has files that are neither the system's nor the grader's. libffi maps its own closures from memory.
-_BROUGHT = re.compile(r"/(ws/(?!ros2/|at_start/|launch/)|tmp/|home/|run/|dev/shm/|memfd:(?!libffi))")
+_BROUGHT = re.compile(r"/(ws/(?!ros2/|at_start/|first/|launch/)|tmp/|home/|run/|dev/shm/|memfd:(?!libffi))")
 _OF_TYPES = re.compile(
     rf"lib/lib\w+__rosidl_(generator|typesupport)(_fastrtps|_introspection)?_(c|cpp|py)\.so|{ros_env.SITE_IN_PREFIX}/"
     r"(\w+)/\4_s__rosidl_typesupport_(fastrtps_|introspection_)?c(\.[\w-]+)?\.so"
@@ -51,29 +51,37 @@ _WORDS = {
 
 
 class Notes:
-    """The pipe into which the processes of a node's trials write what runs. Close it at the end.
+    """The pipe into which the processes of a trial write what runs, of one trial after another. Close it at the end.
+
+    A Python that starts before the first trial begins finds a pipe into which it cannot write, and notes nothing.
 
     Args:
         parent: a folder, for a new one in it. Its path can be read in the sandbox, so it does not name the trial.
-        functions: whether each function that runs is noted.
     """
 
-    def __init__(self, parent: Path, *, functions: bool) -> None:
+    def __init__(self, parent: Path) -> None:
         folder = Path(tempfile.mkdtemp(prefix="ran-", dir=parent))
         folder.chmod(0o755)
         self.pipe = folder / "pipe"
         """Where it is on the host."""
         os.mkfifo(self.pipe)
         self._read_end = os.open(self.pipe, os.O_RDONLY | os.O_NONBLOCK)
-        self.pipe.chmod(0o222)
+        self.pipe.chmod(0)
         with contextlib.suppress(OSError):  # of a user with many large pipes: it holds 64 KB, and no note beyond
             fcntl.fcntl(self._read_end, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
-        self._functions = functions
-        if functions:
-            (folder / "functions").touch()
+        self.functions = False
         self._outside: list[str] = []
+        self._if_functions = folder / "functions"
         self.mounts = {folder: "/ws/ran", _AT_START: str(sandbox.AT_START)}
         """What the sandbox has to show, and where."""
+
+    def begin(self, *, functions: bool) -> None:
+        """Begin with a trial; `functions` is whether each function that runs is noted."""
+        self.functions, self._outside = functions, []
+        self.pipe.chmod(0o222)
+        self._if_functions.touch() if functions else self._if_functions.unlink(missing_ok=True)
+        while self._chunk():
+            pass
 
     def close(self) -> None:
         """Close the pipe."""
@@ -99,7 +107,7 @@ class Notes:
         told = any(words.startswith("notes turned off") for words in ran.unseen)  # it has said who did that
         further = [words for words in self._outside if not (told and words.startswith("notes turned off"))]
         ran = replace(ran, unseen=list(dict.fromkeys([*ran.unseen, *further]))[:_MOST_UNSEEN])
-        if self._functions and node_is_up:
+        if self.functions and node_is_up:
             return ran
         return Ran(unseen=ran.unseen, of_functions=False) if ran.unseen else None
 

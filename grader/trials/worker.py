@@ -23,10 +23,11 @@ from grader import building, evidence, sandbox
 from grader.course import Course, load
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
-from grader.host import ros_env, shortage
+from grader.host import shortage
 from grader.trials import catalog, parameter_files
 from grader.trials.case import Case
 from grader.trials.messages import Reader, interface, own_package, reader
+from grader.trials.node_server import ForkedNode, NodeServer, can_fork, node_environment
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
 from grader.trials.request import CANNOT, READY, TrialRequest, not_started, went_well
@@ -47,12 +48,17 @@ def main() -> int:
     catalog.trials(course)
     answers = _answers()
     print(READY, file=answers, flush=True)
+    with closing(Forks()) as forks:
+        return _serve(course, answers, forks)
+
+
+def _serve(course: Course, answers: TextIO, forks: Forks) -> int:
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
         case = Case.of(request.case) if request.case else None
         plan = case.plan(request.trial) if case else catalog.trials(course)[request.trial]
         try:
-            run_trial(course, plan, request)
+            run_trial(course, plan, request, forks)
         except Exception as error:  # an error of ours must not take the other trials along
             if Path(request.out).is_file():
                 # The trial was over. A process that cannot leave the graph starts no other.
@@ -89,7 +95,41 @@ def _save(request: TrialRequest, facts: evidence.Trial) -> None:
     part.replace(request.out)
 
 
-def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
+class Forks:
+    """The sandbox in which nodes are forked, from the first trial on that has such a node until one that spoils it."""
+
+    def __init__(self) -> None:
+        self._server: NodeServer | None = None
+        self._possible: dict[Path, bool] = {}
+
+    def take(self, plan: TrialPlan, request: TrialRequest) -> NodeServer | None:
+        """Return it for a trial, None if that trial's node has to be started plainly, or beside others."""
+        install = Path(request.install)
+        program = install / "lib" / request.ros_name / plan.node
+        plain = plan.launch or plan.params_file or plan.beside or plan.namespace or plan.shows_source
+        if plain or not self._possible.setdefault(program, can_fork(install, program)):
+            return None
+        server, self._server = self._server or NodeServer(install, Path(request.out).parent, _LIMITS), None
+        if server.works:
+            return server
+        server.close()
+        self._possible[program] = False
+        return None
+
+    def give_back(self, server: NodeServer) -> None:
+        """Clear it for the next trial, or end it if that does not work."""
+        if server.clear():
+            self._server = server
+        else:
+            server.close()
+
+    def close(self) -> None:
+        """End it."""
+        if self._server is not None:
+            self._server.close()
+
+
+def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: Forks | None = None) -> None:
     """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph."""
     install = Path(request.install)
     missing = _missing(plan, install, request.ros_name)
@@ -100,15 +140,25 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
     simulator = Simulator(_transformed_world(course, plan, request.seed), seed=seed)
     plan = plan.placed_in(simulator.world)
     with ExitStack() as others:
-        notes = others.enter_context(closing(Notes(Path(request.out).parent, functions=plan.notes_functions)))
+        server = None
+        if forks and (server := forks.take(plan, request)):
+            others.callback(forks.give_back, server)
+        notes = server.notes if server else others.enter_context(closing(Notes(Path(request.out).parent)))
+        notes.begin(functions=plan.notes_functions)
         box, in_files = _sandbox(course, plan, request, notes)
-        programs: list[sandbox.Process] = []
+        command = _command(plan, install, request.ros_name)
+        process: sandbox.Process | ForkedNode
+        if server:
+            process = server.start(command, box.environment)
+        else:
+            process = others.enter_context(sandbox.Process(command, box, _LIMITS))
+        programs: list[sandbox.Process | ForkedNode] = [process]
 
         def start(command: Sequence[str]) -> sandbox.Process:
-            programs.append(others.enter_context(sandbox.Process(command, box, _LIMITS)))
-            return programs[-1]
+            other = others.enter_context(sandbox.Process(command, box, _LIMITS))
+            programs.append(other)
+            return other
 
-        process = start(_command(plan, install, request.ros_name))
         node = NodeUnderTest(
             course, plan, simulator, process, request.domain_id,
             one_thread=bool(request.package) and has_one_thread(Path(request.package)),
@@ -136,7 +186,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest) -> None:
         stage.close()
 
 
-def _play(stage: Stage, programs: Sequence[sandbox.Process], notes: Notes) -> evidence.Trial:
+def _play(stage: Stage, programs: Sequence[sandbox.Process | ForkedNode], notes: Notes) -> evidence.Trial:
     """Run a trial's script and return its facts; the first of `programs` is the node."""
     plan, node, is_up = stage.plan, stage.node, stage.node.ready
     stage.recorded.thresholds.update(node.contract.thresholds({**stage.recorded.in_files, **plan.parameters}))
@@ -158,7 +208,7 @@ def _play(stage: Stage, programs: Sequence[sandbox.Process], notes: Notes) -> ev
     return replace(facts, ran=notes.read(facts.ready and not is_up))
 
 
-def _ended_well(facts: evidence.Trial, process: sandbox.Process) -> bool:
+def _ended_well(facts: evidence.Trial, process: sandbox.Process | ForkedNode) -> bool:
     """Return whether the node may go on with another trial: nothing went wrong, and no parameter was set."""
     is_changed = any(answer.accepted is not None for answer in facts.parameters)
     runs_on = any(goal.accepted and goal.status == "unfinished" for goal in facts.goals)
@@ -203,12 +253,7 @@ def _sandbox(
         visible |= {_ROS2: "/ws/ros2"}
     if plan.namespace:
         visible |= {course.path("trials/launch"): "/ws/launch"}
-    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME)
-    environment |= {
-        "ROS_DOMAIN_ID": str(request.domain_id),
-        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
-        "PYTHONPATH": f"{sandbox.AT_START}:{environment['PYTHONPATH']}",
-    }
+    environment = node_environment() | {"ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(visible, environment=environment, network=True, pipes=(notes.pipe,)), in_files
 
 

@@ -307,7 +307,7 @@ def test_where_a_sandboxes_files_come_from_does_not_name_the_trial(tmp_path: Pat
     request = TrialRequest(
         plan.name, str(tmp_path / "install"), 0, 7, str(tmp_path / f"{plan.name}.json"), ros_name="x"
     )
-    with closing(Notes(tmp_path, functions=False)) as notes:
+    with closing(Notes(tmp_path)) as notes:
         box, _ = worker._sandbox(load(HALL), plan, request, notes)
     assert any(path.name == "a.yaml" for path in box.read_only)
     assert not any("alcove" in str(path) for path in box.read_only)

@@ -21,7 +21,7 @@ _FOLDER = "/ws/ran"
 _PIPE = _FOLDER + "/pipe"
 _ALL_FUNCTIONS = _FOLDER + "/functions"  # it is there if functions are to be noted
 _OWN = ("/ws/install/", "/ws/src/")
-_OF_THE_GRADER = ("/ws/ros2/", "/ws/at_start/", "/ws/launch/", "<frozen ")
+_OF_THE_GRADER = ("/ws/ros2/", "/ws/at_start/", "/ws/first/", "/ws/launch/", "<frozen ")
 _LONGEST = 2000  # bytes of a line; what is written at once below 4096 bytes is not mixed with another's
 _MOST_UNSEEN = 50
 _SHORT_COMMAND = 200  # `python -c` with no more characters can only start what is seen by itself
@@ -181,7 +181,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         caller, file = frame.f_code.co_filename, code.co_filename
         if caller.startswith(("<frozen importlib", "<frozen zipimport")):
             run_by_import(code, frame)
-        elif caller.startswith(("<frozen runpy", "/ws/ros2/")):
+        elif caller.startswith(("<frozen runpy", "/ws/ros2/", "/ws/first/")):
             if is_read(code):
                 note_import(file)
             elif not (is_library(file) and isfile(file)):

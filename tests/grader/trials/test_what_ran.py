@@ -36,7 +36,8 @@ def run(tmp_path: Path):
     (tmp_path / "ws/at_start/sitecustomize.py").write_text(hook)
 
     def started(program: str, functions: bool = True, **modules: str) -> Ran | None:
-        with closing(Notes(tmp_path, functions=functions)) as notes:
+        with closing(Notes(tmp_path)) as notes:
+            notes.begin(functions=functions)
             folder = next(host for host, inside in notes.mounts.items() if inside == "/ws/ran")
             (tmp_path / "ws/ran").unlink(missing_ok=True)
             (tmp_path / "ws/ran").symlink_to(folder)
@@ -171,13 +172,15 @@ def test_a_process_that_has_ended_shows_nothing(tmp_path: Path):
 
 
 def test_a_node_that_came_up_and_noted_nothing_has_turned_the_notes_off(tmp_path: Path):
-    with closing(Notes(tmp_path, functions=True)) as notes:
+    with closing(Notes(tmp_path)) as notes:
+        notes.begin(functions=True)
         assert notes.read(node_is_up=False) is None
         assert kinds(notes.read(node_is_up=True)) == {"notes turned off"}
 
 
 def test_what_is_written_into_the_pipe_is_not_believed(tmp_path: Path):
-    with closing(Notes(tmp_path, functions=True)) as notes:
+    with closing(Notes(tmp_path)) as notes:
+        notes.begin(functions=True)
         folder = next(iter(notes.mounts))
         writer = os.open(folder / "pipe", os.O_WRONLY | os.O_NONBLOCK)
         os.write(writer, b"start\ncall\t/etc/passwd\t1\ncall\t/ws/install/a.py\tnan\ncall\nunseen\tx\ty\tz\n\xff\n\n")
