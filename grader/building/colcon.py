@@ -116,12 +116,7 @@ def _copy_renamed(source: Path, target: Path) -> Path:
 
 def contract_is_built(cache: Path, course: Course) -> bool:
     """Return whether `build_contract` will return at once."""
-    return not course.interfaces or is_built([course.contract], cache, course)
-
-
-def is_built(packages: Sequence[Path], cache: Path, course: Course) -> bool:
-    """Return whether `build` will return an earlier build's result."""
-    return build_cache.load(_folder(packages, cache, course)) is not None
+    return not course.interfaces or build_cache.load(_folder([course.contract], cache, course)) is not None
 
 
 def build(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 import sysconfig
 import tempfile
@@ -99,20 +98,17 @@ def render(diagnoses: list[Diagnosis]) -> str:
 
 
 def _compilers(machine: Machine) -> list[Diagnosis]:
-    return [
-        _compiler(machine, "C compiler", ("cc", "gcc", "clang"), "c", "#include <stdio.h>"),
-        _compiler(machine, "C++ compiler", ("c++", "g++", "clang++"), "c++", "#include <string>"),
-    ]
+    return [_compiler(machine, "C", "stdio.h"), _compiler(machine, "C++", "string")]
 
 
-def _compiler(machine: Machine, name: str, tools: tuple[str, ...], language: str, include: str) -> Diagnosis:
-    fix = install_line(machine, ["compiler"])
-    tool = next((tool for tool in tools if machine.which(tool)), None)
+def _compiler(machine: Machine, language: str, header: str) -> Diagnosis:
+    name, fix = f"{language} compiler", install_line(machine, ["compiler"])
+    tool = next(filter(machine.which, ros_env.COMPILERS[name]), None)
     if tool is None:
         return _bad(name, "not found", fix)
-    source = f"{include}\nint main(void) {{ return 0; }}\n"
+    source = f"#include <{header}>\nint main(void) {{ return 0; }}\n"
     with tempfile.TemporaryDirectory() as folder:
-        ran = machine.run([tool, "-x", language, "-", "-o", f"{folder}/program"], 20, text=source)
+        ran = machine.run([tool, "-x", language.lower(), "-", "-o", f"{folder}/program"], 20, text=source)
     if not ran.ok:
         return _bad(name, f"{tool} does not compile a one-line program: {_last_line(ran.output)}", fix)
     return _ok(name, f"{tool} compiles")
@@ -124,7 +120,7 @@ def _build_tools(machine: Machine) -> list[Diagnosis]:
         beside = str(Path(sys.executable).with_name(tool))
         path = beside if machine.exists(beside) else machine.which(tool)
         package = {"make": "make", "prlimit": "util-linux"}.get(tool)
-        fix = install_line(machine, [package]) if package else _pip("install -r requirements.txt")
+        fix = install_line(machine, [package]) if package else ".venv/bin/python -m pip install -r requirements.txt"
         diagnoses.append(_ok(tool, path) if path else _bad(tool, "not found", fix))
     return diagnoses
 
@@ -335,9 +331,7 @@ def _limits(machine: Machine) -> list[Diagnosis]:
 
 
 def _resources(machine: Machine) -> list[Diagnosis]:
-    match = re.search(r"^MemAvailable:\s*(\d+) kB", machine.read("/proc/meminfo") or "", re.MULTILINE)
-    memory = int(match[1]) * 1024 if match else 0
-    free = machine.free_bytes(str(KIT))
+    memory, free = shortage.free_memory(machine.read), machine.free_bytes(str(KIT))
     low_memory = f"{memory / GB:.1f} GB available; 2 GB are recommended"
     low_disk = f"{free / GB:.1f} GB free; 2 GB are recommended"
     return [
@@ -348,10 +342,6 @@ def _resources(machine: Machine) -> list[Diagnosis]:
         if free >= LOW_DISK
         else (_warn if free >= NO_DISK else _bad)("disk", low_disk, "make clean"),
     ]
-
-
-def _pip(arguments: str) -> str:
-    return f".venv/bin/python -m pip {arguments}"
 
 
 def _last_line(text: str) -> str:

@@ -74,8 +74,12 @@ def _tried(command: Sequence[str]) -> str:
         raise GraderError(say(words, seconds=_PROBE_SECONDS)) from None
     except OSError as error:
         return str(error)
-    lines = [line.strip() for line in ended.stderr.splitlines() if line.strip()]
-    return "" if ended.returncode == 0 else (lines or [f"bwrap ended with status {ended.returncode}"])[-1]
+    return "" if ended.returncode == 0 else last_line(ended)
+
+
+def last_line(ended: subprocess.CompletedProcess[str]) -> str:
+    """Return the last line of what a program that failed has said, or its exit status."""
+    return (ended.stderr.strip().splitlines() or [f"exit status {ended.returncode}"])[-1].strip()[:200]
 
 
 def inherited() -> dict[str, str]:

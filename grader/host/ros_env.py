@@ -16,11 +16,9 @@ PREFIXES = (BASE_PREFIX, PREFIX)
 """The folders in which Python and the kit's packages are."""
 CMAKE_HOOK = Path(__file__).parent / "wheel_prefix.cmake"
 _PATH = f"{PREFIX}/bin:/usr/local/bin:/usr/bin:/bin"
-# Each with the names under which CMake looks for it.
-_TOOLS = {
-    "C compiler": ("cc", "gcc", "clang"), "C++ compiler": ("c++", "g++", "clang++"), "colcon": ("colcon",),
-    "cmake": ("cmake",), "ninja": ("ninja",),
-}  # fmt: skip
+COMPILERS = {"C compiler": ("cc", "gcc", "clang"), "C++ compiler": ("c++", "g++", "clang++")}
+"""Each with the names under which CMake looks for it."""
+_TOOLS = COMPILERS | {tool: (tool,) for tool in ("colcon", "cmake", "ninja")}
 
 
 def has_package(package: str) -> bool:

@@ -33,11 +33,7 @@ _FILES = mark(
 )
 _FORBIDS = mark(
     "The grader may not use {what}: {why}. No points are lost, and earlier results are unchanged. Change its "
-    "permissions or its place."
-)
-_IN_THE_WAY = mark(
-    "{what} is in the way: {why}. No points are lost, and earlier results are unchanged. Remove it or choose another "
-    "place."
+    "permissions, remove what is in the way, or choose another place."
 )
 _LACKS = mark(
     "The program {what} is not on the PATH. No points are lost, and earlier results are unchanged. Run "
@@ -45,8 +41,7 @@ _LACKS = mark(
 )
 # Messages of the standard library and the loader in errors without an errno.
 _MEMORY_WORDS = ("can't start new thread", "failed to map segment", "cannot allocate memory", "memoryerror")
-_NOT_A_FOLDER = (errno.ENOTDIR, errno.EEXIST, errno.EISDIR)
-_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.EISDIR)
 
 
 def require_memory() -> None:
@@ -74,12 +69,10 @@ def process_limit(read: Callable[[str], str | None]) -> int:
     return min((int(text) for text in found if text.strip().isdigit()), default=1 << 30)
 
 
-def free_memory() -> int:
+def free_memory(read: Callable[[str], str | None] = lambda path: Path(path).read_text()) -> int:
     """Return the bytes of memory that new processes can use, swap left out, as /proc/meminfo estimates them."""
-    for line in Path("/proc/meminfo").read_text().splitlines():
-        if line.startswith("MemAvailable:"):
-            return int(line.split()[1]) * 1024
-    return 0
+    lines = (read("/proc/meminfo") or "").splitlines()
+    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:")), 0)
 
 
 def explain(error: BaseException) -> str:
@@ -119,8 +112,6 @@ def _explain_one(error: BaseException) -> str:
         return say(_FILES)
     if number in _FORBIDDEN and what:
         return say(_FORBIDS, what=what, why=os.strerror(number))
-    if number in _NOT_A_FOLDER and what:
-        return say(_IN_THE_WAY, what=what, why=os.strerror(number))
     if number == errno.ENOENT and what and "/" not in what:
         return say(_LACKS, what=what)
     return ""

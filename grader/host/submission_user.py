@@ -116,8 +116,8 @@ def refusal() -> str:
         return ""
     if (plain := _run(["bwrap", "--unshare-user", "--ro-bind", "/", "/", "true"])).returncode != 0:
         words = mark("No sandbox can be set up: {why}. Run `grader doctor`; it prints the fix.")
-        raise GraderError(say(words, why=_last_line(plain)))
-    return _last_line(ended)
+        raise GraderError(say(words, why=namespaces.last_line(plain)))
+    return namespaces.last_line(ended)
 
 
 def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
@@ -128,10 +128,6 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
     except (OSError, subprocess.TimeoutExpired) as error:
         words = mark("Cannot start {program} ({why}). Run `grader doctor`; it prints the fix.")
         raise GraderError(say(words, program=command[0], why=error)) from error
-
-
-def _last_line(ended: subprocess.CompletedProcess[str]) -> str:
-    return (ended.stderr.strip().splitlines() or [f"exit status {ended.returncode}"])[-1][:200]
 
 
 @contextmanager

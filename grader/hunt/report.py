@@ -97,7 +97,7 @@ def save(finding: Finding, folder: Path) -> Path:
     name = "-".join([*finding.promise.serves[:1], finding.promise.name])
     file = folder / f"{name}.yaml"
     head = {"breaks": finding.promise.name, "seen": finding.broken.seen}
-    text = yaml.dump(head, sort_keys=False, allow_unicode=True, width=100) + finding.case.text()
+    text = yaml.dump(head, sort_keys=False, allow_unicode=True, width=100) + finding.case.text
     file.write_text(text, encoding="utf-8")
     file.with_suffix(".html").write_text(page(finding), encoding="utf-8")
     test = test_of(file)
@@ -140,5 +140,5 @@ def page(finding: Finding) -> str:
         title=say("Not kept: {promise}", promise=say(finding.promise.sentence)),
         rows=rows(finding),
         figure=figure,
-        case=finding.case.text(),
+        case=finding.case.text,
     )

@@ -171,4 +171,4 @@ def _holds(runner: Runner, finding: Finding) -> bool:
 
 
 def _size(case: Case) -> tuple[int, int]:
-    return len(case.steps), len(case.text())
+    return len(case.steps), len(case.text)

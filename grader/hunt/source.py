@@ -72,7 +72,7 @@ def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before
         return Hunt(0, trial=name), [not_started(Case("", ()).plan(name), 0, ended=ended)]
     facts = Hunt(hunted.cases, len(hunted.unsteady))
     if (found := hunted.finding) is not None:
-        case = f"breaks: {found.promise.name}\n{found.case.text()}"
+        case = f"breaks: {found.promise.name}\n{found.case.text}"
         broken = BrokenPromise(found.promise.name, found.promise.sentence, found.broken.seen, case)
         return replace(facts, broken=broken, trial=name), [replace(found.trial, name=name)]
     if hunted.unjudged:  # else a node that brings observers down keeps every promise

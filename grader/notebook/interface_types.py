@@ -44,7 +44,7 @@ def load(workspace: Workspace, far: Callable[[str], object] = lambda _far: None)
         for kind in _KINDS:
             if any(type_.startswith(kind) for type_ in course().interfaces):
                 importlib.import_module(f"{package}.{kind}")
-        from grader.trials.interfaces import interface
+        from grader.trials.messages import interface
 
         for type_ in course().interfaces:
             interface(type_).__class__.__import_type_support__()
@@ -61,7 +61,7 @@ def provided(action: Callable[[], T]) -> T:
     with Progress() as progress:
         if not building.contract_is_built(building.cache_folder(), course()):
             progress.say(say(building.FIRST_TIME))
-        load(find(), progress.more)
+        load(find())
     return action()
 
 

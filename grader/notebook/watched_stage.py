@@ -13,8 +13,7 @@ from typing import Any
 
 from grader.course import Course
 from grader.evidence import Kind, Reason
-from grader.trials.interfaces import interface
-from grader.trials.messages import fill
+from grader.trials.messages import fill, interface
 from grader.trials.node_under_test import NodeUnderTest, Program, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
 from grader.trials.recorder import TrialRecorder

@@ -67,14 +67,8 @@ NOTHING_KEPT = Kept()
 
 
 def forget_old(folder: Path, days: float = KEPT_DAYS) -> None:
-    """Remove what was kept longer ago than `days`; look once a day, because there may be tens of thousands of files."""
+    """Remove what was kept longer ago than `days`."""
     before = time.time() - days * 86400
-    looked = folder / "looked.at"
-    with contextlib.suppress(OSError):
-        if looked.stat().st_mtime > time.time() - 86400:
-            return
-    with contextlib.suppress(OSError):
-        looked.touch()
     for path in folder.glob("*.*"):
         with contextlib.suppress(OSError):  # another grading has just removed it
             if path.stat().st_mtime < before:

@@ -72,13 +72,11 @@ class Process:
             submission_user.give(self._written, self._user)
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
         self._init_end: int | None = None
-        self._guard: DiskGuard | None = None
-        self._counter: ProcessGuard | None = None
+        self._guards: list[DiskGuard | ProcessGuard] = []
         inside = (*WAIT_FOR_GO, *with_limits(command, limits))
         self._view = users.lay_out(box, self._user) if namespaces.refusal() else None
-        with contextlib.ExitStack() as stack:
-            read_end, info_fd = os.pipe()
-            info = stack.enter_context(os.fdopen(read_end, "rb"))
+        read_end, info_fd = os.pipe()
+        with os.fdopen(read_end, "rb") as info:
             filter_fd = open_filter()
             if self._view is None:
                 command_line = [*bwrap_command(box, info_fd, filter_fd, self._user), *inside]
@@ -87,7 +85,8 @@ class Process:
                     inside, box, self._view, user=self._user, info_fd=info_fd,
                     locked=not namespaces.sandbox_disabled(),
                 )  # fmt: skip
-            _leave_keyring()
+            # This thread, and so what it starts, gets an empty session keyring; a kernel without any refuses.
+            ctypes.CDLL(None).syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
             try:
                 self._popen = subprocess.Popen(
                     [*enter_cgroup(self._group), *command_line], start_new_session=True,
@@ -116,9 +115,9 @@ class Process:
         if not box.asked:
             self._popen.stdin.close()
         if watched := [*box.writable, *(self._view.own if self._view is not None else ())]:
-            self._guard = DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree)
+            self._guards.append(DiskGuard(watched, limits.disk_bytes, limits.files, self._kill_tree))
         if self._init_pid and not self._group.folders:
-            self._counter = ProcessGuard(self.pids, limits.processes, self._kill_tree)
+            self._guards.append(ProcessGuard(self.pids, limits.processes, self._kill_tree))
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -189,8 +188,8 @@ class Process:
 
     def stopped(self) -> str:
         """Return the limit of the whole sandbox that the command has exceeded: "memory", "processes", "disk" or ""."""
-        guards = [guard.exceeded for guard in (self._guard, self._counter) if guard is not None]
-        return self._stopped or next(filter(None, guards), "") or self._group.limit_hit()
+        exceeded = next((guard.exceeded for guard in self._guards if guard.exceeded), "")
+        return self._stopped or exceeded or self._group.limit_hit()
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""
@@ -216,9 +215,8 @@ class Process:
         """
         self._kill_tree()
         gone = self._await_init()
-        for guard in (self._guard, self._counter):
-            if guard is not None:
-                guard.close()
+        for guard in self._guards:
+            guard.close()
         if self._init_end is not None:  # not before: a guard may be killing the tree
             os.close(self._init_end)
             self._init_end = None
@@ -234,8 +232,9 @@ class Process:
         self._group.close()
         if not gone:
             raise GraderError(say(_HELD, seconds=_GONE_S))
-        if self._guard is not None and self._guard.host_full:
-            raise GraderError(self._guard.host_full)
+        for guard in self._guards:
+            if isinstance(guard, DiskGuard) and guard.host_full:
+                raise GraderError(guard.host_full)
         if self._stopped == cgroup.HOST_MEMORY:
             raise GraderError(say(shortage.NO_MEMORY))
 
@@ -381,11 +380,6 @@ def require(*, for_points: bool = True) -> None:
                 why=tried.output.strip()[:300],
             )
         )
-
-
-def _leave_keyring() -> None:
-    """Give this thread, and so what it starts, an empty session keyring of its own; a kernel without any refuses."""
-    ctypes.CDLL(None).syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
 
 
 def _require_readable(box: Sandbox) -> None:

@@ -87,17 +87,14 @@ class Case:
 
     def __eq__(self, other: object) -> bool:
         """Return whether the other has the same text: two NaN are not equal, and the cases that have them are."""
-        return isinstance(other, Case) and self.text() == other.text()
+        return isinstance(other, Case) and self.text == other.text
 
     def __hash__(self) -> int:
-        return hash(self.text())
-
-    def text(self) -> str:
-        """Return it as YAML, a line for each step."""
-        return self._text
+        return hash(self.text)
 
     @cached_property
-    def _text(self) -> str:
+    def text(self) -> str:
+        """Return it as YAML, a line for each step."""
         text: str = yaml.dump(
             self.plain(), Dumper=_Dumper, default_flow_style=None, sort_keys=False, width=100, allow_unicode=True
         )
@@ -146,10 +143,6 @@ def _cancel(_stage: Stage, _to: object, so_far: _SoFar) -> None:
         so_far.goals[-1].cancel()
 
 
-def _arrive(stage: Stage, to: float, so_far: _SoFar) -> None:
-    stage.run_until(lambda: all(goal.ended or goal.problem for goal in so_far.goals), to)
-
-
 def _obstacle(stage: Stage, to: Mapping[str, Any], _so_far: _SoFar) -> None:
     stage.add_obstacle(
         to["distance"], math.radians(to["bearing"]), to["radius"], name=str(to["name"]),
@@ -188,7 +181,9 @@ STEPS: Mapping[str, Callable[[Stage, Any, _SoFar], object]] = {
     "call": _call,
     "goal": _goal,
     "cancel": _cancel,
-    "arrive": _arrive,
+    "arrive": lambda stage, to, so_far: stage.run_until(
+        lambda: all(goal.ended or goal.problem for goal in so_far.goals), to
+    ),
     "obstacle": _obstacle,
     "remove": _remove,
     "limits": _limits,

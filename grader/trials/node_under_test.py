@@ -16,9 +16,9 @@ from rclpy.parameter_client import AsyncParameterClient
 from grader import evidence, tracebacks
 from grader.course import Course, Node
 from grader.evidence import Kind, Reason
-from grader.sandbox.cpu_clock import CpuClock
+from grader.sandbox.cpu_clock import CpuClock, Timed
 from grader.trials import graph
-from grader.trials.interfaces import interface
+from grader.trials.messages import interface
 from grader.trials.plan import TrialPlan
 from grader.trials.request import BEHIND_S, DEAF_S, PATIENCE_S
 from sim.bridge import Bridge, Topics
@@ -50,7 +50,7 @@ class TrialOver(Exception):
         self.reason = reason
 
 
-class Program(Protocol):
+class Program(Timed, Protocol):
     """A running program of the submission's: in a sandbox for grading, an ordinary process in a notebook."""
 
     @property
@@ -72,12 +72,6 @@ class Program(Protocol):
 
     def stopped(self) -> str:
         """Return the limit that it exceeded, "" if none."""
-
-    def thread_times(self) -> dict[int, tuple[float, float]]:
-        """Return for each of its threads the seconds that it has run, and has waited for a core."""
-
-    def cpu_seconds(self) -> float:
-        """Return the CPU time that all its processes have used, those that have ended included."""
 
     def abort(self) -> None:
         """Send it SIGABRT, on which Python's faulthandler writes down what each thread was doing."""

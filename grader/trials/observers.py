@@ -6,11 +6,10 @@ import compileall
 import contextlib
 import itertools
 import json
-import os
+import select
 import signal
 import subprocess
 import sys
-import threading
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -24,15 +23,7 @@ from grader.evidence import Kind, Reason
 from grader.host import dds_domain, namespaces, ros_env, shortage
 from grader.processes.jobs import Job, Turn, Where
 from grader.trials.plan import TrialPlan
-from grader.trials.request import (
-    ALL_BEHIND_S,
-    CANNOT,
-    LATE_VARIABLE,
-    PATIENCE_S,
-    READY,
-    TrialRequest,
-    not_started,
-)
+from grader.trials.request import ALL_BEHIND_S, CANNOT, PATIENCE_S, READY, TrialRequest, not_started
 from grader.words import say
 
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the worker in it
@@ -278,8 +269,7 @@ def start_worker(course: Course, environment: Mapping[str, str], folder: Path, n
 def _environment(contract: Path, folder: Path) -> dict[str, str]:
     home = folder / "worker-home"
     home.mkdir(parents=True, exist_ok=True)
-    late = {LATE_VARIABLE: os.environ[LATE_VARIABLE]} if LATE_VARIABLE in os.environ else {}
-    return observer_environment(contract, home=home) | namespaces.inherited() | late
+    return observer_environment(contract, home=home) | namespaces.inherited()
 
 
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
@@ -308,19 +298,13 @@ def _ask(process: subprocess.Popen[str], request: TrialRequest) -> tuple[str, bo
     """Return a worker's answer to a request, "" if it died, and whether it was killed because its time was up."""
     assert process.stdin is not None
     assert process.stdout is not None
-    out_of_time = threading.Event()
-
-    def end() -> None:
-        out_of_time.set()
-        process.kill()
-
-    timer = threading.Timer(_TRIAL_CAP_S, end)
-    timer.start()
-    try:
+    waiting = select.poll()  # unlike select(), with any number of open files
+    waiting.register(process.stdout, select.POLLIN)
+    with contextlib.suppress(OSError):
         process.stdin.write(json.dumps(asdict(request)) + "\n")
         process.stdin.flush()
-        return process.stdout.readline().strip(), out_of_time.is_set()
-    except OSError:
-        return "", out_of_time.is_set()
-    finally:
-        timer.cancel()
+        if not waiting.poll(_TRIAL_CAP_S * 1000):
+            process.kill()
+            return "", True
+        return process.stdout.readline().strip(), False
+    return "", False

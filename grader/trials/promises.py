@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
-from hypothesis.strategies import SearchStrategy
+from hypothesis.strategies import SearchStrategy, one_of
 
 from grader import tracebacks
 from grader.checks import first_cause
@@ -135,13 +135,7 @@ class Hunts:
                 raise UsageError(words, say("There are {known}.", known=", ".join(self.requirements)))
         strategies = [making.cases for making in self.makings if {*making.serves} & {*wanted}]
         promises = [promise for promise in self.promises if not promise.serves or {*promise.serves} & {*wanted}]
-        return Making(wanted, strategies[0] if len(strategies) == 1 else _either(strategies)), (*promises, LIVES)
-
-
-def _either(strategies: list[SearchStrategy[Case]]) -> SearchStrategy[Case]:
-    from hypothesis.strategies import one_of
-
-    return one_of(strategies)
+        return Making(wanted, one_of(strategies)), (*promises, LIVES)
 
 
 def makes(*serves: str) -> Callable[[Callable[[], SearchStrategy[Case]]], Callable[[], SearchStrategy[Case]]]:

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from grader import building, evidence, sandbox
+from grader import evidence
 from grader.evidence import Reason
-from grader.host import ros_env
 from grader.trials.plan import TrialPlan
 
 READY = "ready"
@@ -17,21 +16,11 @@ READY = "ready"
 CANNOT = "cannot: "
 """How a worker's answer begins when this machine, not the submission, kept it from running the trial; why follows."""
 
-LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
-"""How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
-
 PATIENCE_S = 20.0
 DEAF_S = 10.0
+"""How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
 BEHIND_S, ALL_BEHIND_S = 30.0, 300.0
 """How much longer than a robot would take a node's callbacks may wait in one trial, and in all of a submission."""
-"""How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
-
-
-def node_environment() -> dict[str, str]:
-    """Return the environment of nodes but for their DDS domain: that of the ROS which has been chosen by now."""
-    found = ros_env.environment(building.INSTALL, home=sandbox.HOME)
-    # With faulthandler a node that hangs can tell where.
-    return found | {"PYTHONFAULTHANDLER": "1", "PYTHONPATH": f"{sandbox.AT_START}:{found['PYTHONPATH']}"}
 
 
 @dataclass(frozen=True)

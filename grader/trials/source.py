@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from grader.evidence import Flag, Kind, Trial
@@ -13,7 +12,7 @@ from grader.source import Asked, Collected, Source, Subject, served
 from grader.trials import catalog, observers, what_ran
 from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan
-from grader.trials.request import LATE_VARIABLE, went_well
+from grader.trials.request import went_well
 
 
 class Trials(Source):
@@ -60,7 +59,7 @@ class Trials(Source):
 def started_by(subject: Subject) -> tuple[str, ...]:
     """Return the hashes and texts that decide what any trial of a subject shows, beside the trial itself."""
     reliability = "best effort" if subject.settings.best_effort else "reliable"
-    return subject.seen_by_nodes, reliability, os.environ.get(LATE_VARIABLE, "")
+    return subject.seen_by_nodes, reliability
 
 
 def wanted(settings: Settings) -> dict[str, TrialPlan]:
@@ -76,16 +75,23 @@ def serves(plan: TrialPlan, settings: Settings) -> frozenset[str]:
 
 def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:
     """Return what an instructor should look at in the trials: each finding once, with the trials that showed it."""
-    seen: dict[tuple[str, str], list[str]] = {}
+    found: dict[tuple[str, str], Flag] = {}
+    names: dict[tuple[str, str], list[str]] = {}
     for name, trial in ran.items():
-        for publisher in trial.foreign:
-            what = f"only the simulator should publish this, but something else did: {publisher}"
-            seen.setdefault(("foreign publisher", what), []).append(name)
-        if trial.dropped:
-            seen.setdefault(("flood", "the node sent more messages than could be kept"), []).append(name)
-        if trial.ended is not None and trial.ended.kind is Kind.OBSERVER_CRASHED:
-            seen.setdefault(("observer", str(trial.ended)), []).append(name)
-        if trial.stopped:
-            seen.setdefault(("limit", f"the node exceeded its limit of {trial.stopped}"), []).append(name)
-    flags = [Flag(kind, what, trial=", ".join(names[:5])) for (kind, what), names in seen.items()]
-    return flags + what_ran.unseen_flags(ran)
+        for flag in _flags(trial):
+            key = flag.kind, flag.where or flag.what
+            found.setdefault(key, flag)
+            names.setdefault(key, []).append(name)
+    return [replace(flag, trial=", ".join(list(dict.fromkeys(names[key]))[:5])) for key, flag in found.items()]
+
+
+def _flags(trial: Trial) -> Iterator[Flag]:
+    for publisher in trial.foreign:
+        yield Flag("foreign publisher", f"only the simulator should publish this, but something else did: {publisher}")
+    if trial.dropped:
+        yield Flag("flood", "the node sent more messages than could be kept")
+    if trial.ended is not None and trial.ended.kind is Kind.OBSERVER_CRASHED:
+        yield Flag("observer", str(trial.ended))
+    if trial.stopped:
+        yield Flag("limit", f"the node exceeded its limit of {trial.stopped}")
+    yield from what_ran.unseen_flags(trial)

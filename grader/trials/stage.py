@@ -8,7 +8,7 @@ import os
 import random
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Any
@@ -25,14 +25,11 @@ from grader.evidence import Kind, Reason
 from grader.host import dds_sockets
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
-from grader.trials.goal import ANSWER_WALL_S, SentGoal
-from grader.trials.interfaces import interface
-from grader.trials.messages import LOG_QOS, fill, plain, set_back
+from grader.trials.messages import LOG_QOS, Reader, fill, interface, plain, set_back
 from grader.trials.node_under_test import SEND_GOAL, NodeUnderTest, Program
 from grader.trials.plan import TrialPlan
-from grader.trials.recorder import TrialRecorder
+from grader.trials.recorder import ANSWER_WALL_S, SentGoal, TrialRecorder
 from grader.trials.service_proxy import ServiceProxy
-from grader.trials.wire_layout import Reader
 from sim import Circle
 from sim.bridge import TICK_S
 from sim.obstacles import Path as Motion
@@ -57,19 +54,6 @@ ChangeRanges = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
 def source_folder(course: Course) -> Path:
     """Return the package's source folder in the sandbox."""
     return Path("/ws/src", course.package)
-
-
-@dataclass(frozen=True)
-class _ScanFilter:
-    """Changes the ranges of each scan, and the limits that it states."""
-
-    change: ChangeRanges | None = None
-    limits: tuple[float, float] | None = None
-
-    def __call__(self, scan: ScanReading) -> ScanReading:
-        range_min, range_max = self.limits or (scan.range_min, scan.range_max)
-        ranges = scan.ranges if self.change is None else self.change(np.array(scan.ranges, dtype=float))
-        return replace(scan, ranges=ranges, range_min=range_min, range_max=range_max)
 
 
 def _start_nothing(command: Sequence[str]) -> Program:
@@ -121,7 +105,8 @@ class Stage:
         self.bridge.on_published = self.recorder.take_published
         self._start, self._launch_file, self.readers = start, launch_file, readers
         self._others = dict(others)
-        self._scan_filter = _ScanFilter()
+        self._change: ChangeRanges | None = None
+        self._limits: tuple[float, float] | None = None
         self._service_proxy: ServiceProxy | None = None
         self._other_graph: evidence.Graph | None = None
         self._interrupted = False
@@ -404,11 +389,13 @@ class Stage:
 
         `stage.distort(lambda ranges: ranges + 0.1)`
         """
-        self._filter_scans(replace(self._scan_filter, change=change))
+        self._change = change
+        self.bridge.filter_scan = self._filtered
 
     def set_range_limits(self, range_min: float, range_max: float) -> None:
         """Publish scans that state other limits, in m, with the same ranges: `stage.set_range_limits(0.2, 5.0)`."""
-        self._filter_scans(replace(self._scan_filter, limits=(range_min, range_max)))
+        self._limits = range_min, range_max
+        self.bridge.filter_scan = self._filtered
 
     def add_obstacle(
         self,
@@ -493,8 +480,10 @@ class Stage:
         if any(goal.silent for goal in self.recorder.goals):
             self.bridge.await_feedback()
 
-    def _filter_scans(self, scan_filter: _ScanFilter) -> None:
-        self._scan_filter = self.bridge.filter_scan = scan_filter
+    def _filtered(self, scan: ScanReading) -> ScanReading:
+        range_min, range_max = self._limits or (scan.range_min, scan.range_max)
+        ranges = scan.ranges if self._change is None else self._change(np.array(scan.ranges, dtype=float))
+        return replace(scan, ranges=ranges, range_min=range_min, range_max=range_max)
 
     def _await(self, condition: Callable[[], bool]) -> None:
         """Wait with the clock standing still, which keeps the answer's time exact; if that fails, let time pass."""

@@ -12,7 +12,7 @@ import hashlib
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
@@ -223,24 +223,16 @@ def in_package(trial: Trial, found: Places) -> Trial:
     return replace(trial, ran=replace(trial.ran, functions=known, unseen=unseen))
 
 
-def unseen_flags(trials: Mapping[str, Trial]) -> list[Flag]:
-    """Return a flag for each kind and file of code that ran in a trial and lies in no file that can be read."""
-    seen: dict[tuple[str, str], list[str]] = {}
-    what: dict[tuple[str, str], str] = {}
-    for name, trial in trials.items():
-        for words in trial.ran.unseen if trial.ran else ():
-            kind, _, rest = words.partition(": ")
-            code, known, by = rest.rpartition(", by ")
-            code = code if known else rest
-            # Text that runs has no file but that of the code which runs it.
-            where = code if kind in ("archive", "byte code", "library") else _made_by(words) or trial.node
-            names = seen.setdefault((kind, where), [])
-            names += [name] if name not in names else []
-            what.setdefault((kind, where), f"{_WORDS[kind]}: {code}{f', at {by}' if known else ''}")
-    return [
-        Flag(kind, what[kind, where], where=where, trial=", ".join(names[:5]), concerns=list(_CONCERNS))
-        for (kind, where), names in seen.items()
-    ]
+def unseen_flags(trial: Trial) -> Iterator[Flag]:
+    """Yield a flag for all code that ran in a trial and lies in no file that can be read."""
+    for words in trial.ran.unseen if trial.ran else ():
+        kind, _, rest = words.partition(": ")
+        code, known, by = rest.rpartition(", by ")
+        code = code if known else rest
+        # Text that runs has no file but that of the code which runs it.
+        where = code if kind in ("archive", "byte code", "library") else _made_by(words) or trial.node
+        what = f"{_WORDS[kind]}: {code}{f', at {by}' if known else ''}"
+        yield Flag(kind, what, where=where, concerns=list(_CONCERNS))
 
 
 def _made_by(words: str) -> str:

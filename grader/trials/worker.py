@@ -12,12 +12,10 @@ import math
 import os
 import random
 import sys
-import time
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -26,13 +24,13 @@ from grader.course import Course, load
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
 from grader.host import shortage
-from grader.trials import catalog, parameter_files, wire_layout
+from grader.trials import catalog, parameter_files
 from grader.trials.case import Case
-from grader.trials.interfaces import interface, own_package
-from grader.trials.node_server import ForkedNode, NodeServer, can_fork
+from grader.trials.messages import Reader, interface, own_package, reader
+from grader.trials.node_server import ForkedNode, NodeServer, can_fork, node_environment
 from grader.trials.node_under_test import NodeUnderTest, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, node_environment, not_started, went_well
+from grader.trials.request import CANNOT, READY, TrialRequest, not_started, went_well
 from grader.trials.stage import LAUNCH, Stage, source_folder
 from grader.trials.what_ran import Notes
 from sim import Pose, Simulator, World, load_world
@@ -154,7 +152,6 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: For
             process = server.start(command, box.environment)
         else:
             process = others.enter_context(sandbox.Process(command, box, _LIMITS))
-        time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         programs: list[sandbox.Process | ForkedNode] = [process]
 
         def start(command: Sequence[str]) -> sandbox.Process:
@@ -163,7 +160,8 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, forks: For
             return other
 
         node = NodeUnderTest(
-            course, plan, simulator, process, request.domain_id, one_thread=_has_one_thread(request.package),
+            course, plan, simulator, process, request.domain_id,
+            one_thread=bool(request.package) and has_one_thread(Path(request.package)),
             reliable=not request.best_effort, patience_s=request.patience_s,
         )  # fmt: skip
         own_launch = plan.launch and not plan.namespace
@@ -233,12 +231,6 @@ def _go_on(course: Course, plan: TrialPlan, seed: int, stage: Stage) -> Stage | 
     return stage
 
 
-@cache
-def _has_one_thread(package: str) -> bool:
-    """Read the package, if it is there, once for all trials: it does not change during a grading."""
-    return bool(package) and has_one_thread(Path(package))
-
-
 def _sandbox(
     course: Course, plan: TrialPlan, request: TrialRequest, notes: Notes
 ) -> tuple[sandbox.Sandbox, dict[str, float]]:
@@ -261,16 +253,16 @@ def _sandbox(
         visible |= {_ROS2: "/ws/ros2"}
     if plan.namespace:
         visible |= {course.path("trials/launch"): "/ws/launch"}
-    environment = {**node_environment(), "ROS_DOMAIN_ID": str(request.domain_id)}
+    environment = node_environment() | {"ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(visible, environment=environment, network=True, pipes=(notes.pipe,)), in_files
 
 
-def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:
+def _readers(install: Path, course: Course) -> dict[str, Reader]:
     """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
     published = {topic: t for node in course.nodes.values() for topic, t in node.publishes.items()}
     own = {topic: type_ for topic, type_ in published.items() if type_ in course.interfaces}
     texts = {topic: building.interface_text(install, type_, own_package(type_)) for topic, type_ in own.items()}
-    found = {topic: wire_layout.reader(text, interface(own[topic])) for topic, text in texts.items()}
+    found = {topic: reader(text, interface(own[topic])) for topic, text in texts.items()}
     return {topic: read for topic, read in found.items() if read}
 
 

@@ -21,7 +21,7 @@ ONE_NETWORK = (
     "tests/grader/notebook/test_clinic.py",
     "tests/grader/notebook/test_graph_view.py",
     "tests/grader/trials/test_service_proxy.py",
-    "tests/grader/trials/test_listening.py",
+    "tests/grader/trials/test_messages.py",
 )
 """Files whose nodes use this machine's own network. They run one after the other, in one process, so that no test
 meets the nodes of another. All others start theirs in networks of their own."""

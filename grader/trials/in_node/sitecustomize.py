@@ -59,7 +59,6 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     import re
     import warnings
 
-    settrace = sys.settrace
     encoding = re.compile(rb"^[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)", re.MULTILINE).search
     calls = {number for name, number in opcode.opmap.items() if name.startswith("CALL")}
     getframe, write, compile_, open_ = sys._getframe, os.write, compile, open
@@ -167,8 +166,6 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
             return
         if is_read(code):
             note_import(file)
-            if notes_functions and any(map(is_function, texts[file])):
-                await_function(file)
         else:
             report_file(code, frame, loader)
 
@@ -310,35 +307,19 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
     def is_function(code: CodeType) -> bool:
         return bool(code.co_flags & _FUNCTION) and code.co_name not in _UNNAMED
 
-    # Imported files of which no function has run yet. Without one, tracing shows nothing new, and costs time.
-    awaited: set[str] = set()
-    all_noted = False
-
-    def await_function(file: str) -> None:
-        nonlocal all_noted
-        awaited.add(file)
-        if all_noted:
-            all_noted = False
-            settrace(trace)
-
     seen: dict[int, CodeType] = {}
 
     def first_call(code: CodeType) -> None:
-        nonlocal all_noted
         seen[id(code)] = code  # which keeps it, so that its number stays its own
         if threads is not None and (code in threads_settrace or threads._trace_hook is not trace):
             report(_TURNED_OFF, "threading.settrace", getframe(2))
         if is_function(code) and not is_library(code.co_filename):
             note("call", code.co_filename, str(code.co_firstlineno))
-            awaited.discard(code.co_filename)
-            all_noted = threads is not None and not awaited
 
     def trace(frame: FrameType, _event: str, _arg: object) -> None:
         code = frame.f_code
         if id(code) not in seen:
             first_call(code)
-        if all_noted:
-            settrace(None)
 
     threads: Any = None
     threads_settrace: tuple[CodeType, ...] = ()
@@ -362,7 +343,7 @@ def _install() -> None:  # all in closures, so that no module holds what a packa
         threads = threading
         threads_settrace = (threading.settrace.__code__,)
         threading.settrace(trace)
-        settrace(trace)
+        sys.settrace(trace)
         watched |= _TURNS_OFF
     sys.addaudithook(hook)
 

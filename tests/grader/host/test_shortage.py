@@ -57,7 +57,7 @@ def message(done: subprocess.CompletedProcess[str]) -> str:
         (OSError(errno.EMFILE, "Too many"), "limit on open files"),
         (PermissionError(errno.EACCES, "no", "/a/b"), "may not use /a/b: Permission denied"),
         (OSError(errno.EROFS, "no", "/a/b"), "may not use /a/b: Read-only file system"),
-        (NotADirectoryError(errno.ENOTDIR, "no", "/a/b"), "/a/b is in the way"),
+        (NotADirectoryError(errno.ENOTDIR, "no", "/a/b"), "may not use /a/b: Not a directory"),
         (FileNotFoundError(errno.ENOENT, "no", "bwrap"), "The program bwrap is not on the PATH"),
     ],
 )

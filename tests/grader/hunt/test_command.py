@@ -57,9 +57,9 @@ def test_a_finding_is_said_kept_and_fails_again(hunt: Hunt, tmp_path: Path, caps
 
 def test_a_case_that_breaks_another_promise_now_still_fails(hunt: Hunt, tmp_path: Path):
     file = tmp_path / "case.yaml"
-    file.write_text("breaks: never_touches\n" + Case(NODE, (Step("wait", 1.0),)).text())
+    file.write_text("breaks: never_touches\n" + Case(NODE, (Step("wait", 1.0),)).text)
     assert hunt(moves, "--again", str(file)) == 1
-    file.write_text("breaks: lives\n" + Case(NODE, (Step("wait", 1.0),)).text())
+    file.write_text("breaks: lives\n" + Case(NODE, (Step("wait", 1.0),)).text)
     assert hunt(lambda _: driven(0.0, foreign=["/scan by x"]), "--again", str(file)) == 1
 
 
@@ -122,7 +122,7 @@ def test_a_file_with_a_mistake_is_named(
 def test_a_case_that_shows_nothing_is_not_taken_for_a_good_one(
     hunt: Hunt, tmp_path: Path, facts: dict[str, Any], said: str, capsys: pytest.CaptureFixture[str]
 ):
-    (tmp_path / "case.yaml").write_text(Case(NODE, (Step("wait", 1.0),)).text())
+    (tmp_path / "case.yaml").write_text(Case(NODE, (Step("wait", 1.0),)).text)
     assert hunt(lambda _: driven(0.0, **facts), "--again", str(tmp_path / "case.yaml")) == 3
     assert said in capsys.readouterr().err
     assert hunt(lambda _: driven(0.0, **facts), "F1", "--cases", "3") == 0

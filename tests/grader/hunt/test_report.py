@@ -63,7 +63,7 @@ def test_what_is_kept_is_read_again_with_the_promise_that_it_breaks(tmp_path: Pa
     assert file.name == "F1-is_slow.yaml"
     assert report.read(file, COURSE) == (CASE, "is_slow")
     assert file.read_text().startswith("breaks: is_slow\nseen: touched <pole> at 3.2 s\n")
-    file.write_text(CASE.text())
+    file.write_text(CASE.text)
     assert report.read(file, COURSE) == (CASE, "")
 
 

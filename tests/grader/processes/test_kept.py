@@ -68,15 +68,3 @@ def test_what_is_old_is_forgotten(kept: Kept):
     forget_old(kept.folder)
     assert kept.find(Flag, "trial", "a")
     assert not kept.find(Flag, "trial", "old")
-
-
-def test_old_facts_are_looked_for_once_a_day(kept: Kept):
-    assert kept.folder is not None
-    forget_old(kept.folder)
-    (path,) = kept.folder.glob("*.json.gz")
-    os.utime(path, (0, 0))
-    forget_old(kept.folder)
-    assert path.exists()
-    os.utime(kept.folder / "looked.at", (0, 0))
-    forget_old(kept.folder)
-    assert not path.exists()

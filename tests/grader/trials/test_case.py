@@ -49,7 +49,7 @@ def test_every_case_that_the_course_makes_up_is_read_again_as_it_was(
     made: Case, tmp_path_factory: pytest.TempPathFactory
 ):
     path = tmp_path_factory.getbasetemp() / "made.yaml"
-    path.write_text(f"breaks: it\nseen: once\n{made.text()}", encoding="utf-8")
+    path.write_text(f"breaks: it\nseen: once\n{made.text}", encoding="utf-8")
     read = cases.read(path, COURSE)
     assert read == made
     assert hash(read) == hash(made) == hash(Case.of(made.plain()))

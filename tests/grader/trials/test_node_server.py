@@ -14,8 +14,7 @@ import pytest
 from grader import sandbox
 from grader.host import namespaces, ros_env
 from grader.sandbox.first_process import MODULES
-from grader.trials.node_server import ForkedNode, NodeServer, can_fork
-from grader.trials.request import node_environment
+from grader.trials.node_server import ForkedNode, NodeServer, can_fork, node_environment
 
 pytestmark = pytest.mark.skipif(
     namespaces.confinement() is not namespaces.Confinement.NAMESPACES, reason="needs namespaces"

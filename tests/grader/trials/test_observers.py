@@ -107,11 +107,6 @@ def test_long_trials_begin_first_and_those_of_a_file_are_spread_evenly():
     assert "".join(plan.name for plan in observers._mixed(plans)) == "daebcf"
 
 
-def test_every_trial_is_in_the_mixture_once():
-    plans = list(catalog.trials(COURSE).values())
-    assert sorted(plan.name for plan in observers._mixed(plans)) == sorted(plan.name for plan in plans)
-
-
 def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(tmp_path: Path):
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
     absent = not_started(PLAN, 0, ended=Reason(Kind.NOT_UP, "x", seconds=20.0))

@@ -18,6 +18,7 @@ from grader.evidence import Ran, Trial
 from grader.host import ros_env
 from grader.quality.source_files import PythonFile
 from grader.trials import what_ran
+from grader.trials.source import integrity_flags
 from grader.trials.what_ran import Notes
 
 TEXTS = beside(__file__)
@@ -75,17 +76,6 @@ def test_functions_that_ran_are_noted_with_their_files(run):
 def test_functions_of_a_thread_are_noted(run):
     ran = run("import threading\ndef work():\n    pass\nt = threading.Thread(target=work)\nt.start()\nt.join()\n")
     assert ran == Ran({"node.py": [2]})
-
-
-def test_a_file_is_noted_that_is_imported_after_all_others_have_been(run):
-    """Tracing stops once a function of each file has run, and goes on with the next import."""
-    later = "def f():\n    pass\n"
-    ran = run(
-        "import first\nfirst.f()\nimport sys\nassert not sys.gettrace()\nimport second\nsecond.f()\n",
-        first=later,
-        second=later,
-    )
-    assert ran == Ran({"first.py": [1], "node.py": [], "second.py": [1]})
 
 
 def test_other_trials_note_nothing_but_what_cannot_be_read(run):
@@ -250,7 +240,7 @@ def test_a_flag_names_kind_file_and_trials():
         words = ["code made at run time: a string, by lib/p/node:7", "code made at run time: a string, by lib/p/node:9"]
         return Trial(name, "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
 
-    (flag,) = what_ran.unseen_flags({name: shown(name) for name in ("status", "wall_fast")})
+    (flag,) = integrity_flags({name: shown(name) for name in ("status", "wall_fast")})
     assert (flag.kind, flag.where, flag.trial) == ("code made at run time", "lib/p/node", "status, wall_fast")
     assert "lib/p/node:7" in flag.what
     assert flag.concerns == ["what ran", "student tests", "mutation"]
@@ -269,12 +259,10 @@ def test_who_made_unseen_code_run_is_named_by_the_file_handed_in(tmp_path: Path)
     found = what_ran.places({"status": shown}, [PythonFile("scripts/node", b"run()\n")], tmp_path)
     placed = what_ran.in_package(shown, found)
     assert placed.ran == Ran(unseen=["code made at run time: a string, by scripts/node:7", *words[1:]])
-    assert len(what_ran.unseen_flags({"status": placed})) == 3
+    assert len(integrity_flags({"status": placed})) == 3
 
 
 def test_an_archive_is_flagged_once_whoever_imports_from_it():
     words = [f"archive: share/p/table, by share/p/table/{name}.py:1" for name in "ab"] + ["archive: share/p/table"]
     shown = Trial("status", "robot_controller", "lone_post", 0, True, "lockstep", None, ran=Ran(unseen=words))
-    assert [(flag.kind, flag.where) for flag in what_ran.unseen_flags({"status": shown})] == [
-        ("archive", "share/p/table")
-    ]
+    assert [(flag.kind, flag.where) for flag in integrity_flags({"status": shown})] == [("archive", "share/p/table")]

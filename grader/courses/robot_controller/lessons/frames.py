@@ -58,7 +58,7 @@ def read_bag(folder: str | Path, topic: str) -> list[Any]:
     from rclpy.serialization import deserialize_message
     from rosbags.rosbag2 import Reader
 
-    from grader.trials.interfaces import interface
+    from grader.trials.messages import interface
 
     with Reader(folder) as bag:
         wanted = [connection for connection in bag.connections if connection.topic == topic]

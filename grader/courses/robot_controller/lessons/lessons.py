@@ -157,7 +157,7 @@ def _action() -> Any:
     from grader.notebook import interface_types, workspace
 
     interface_types.load(workspace.find())
-    from grader.trials.interfaces import interface
+    from grader.trials.messages import interface
 
     return interface(next(type_ for node in workspace.course().nodes.values() for type_ in node.actions.values()))
 
