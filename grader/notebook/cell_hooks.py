@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 import time
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from grader import KIT
 from grader.notebook import before_begin, checkpoints, interface_types, lanes, last_hint, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
@@ -24,7 +21,7 @@ class CellHooks:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._backups = FileBackups(workspace)
-        self._active = standing.ActiveTime()
+        self._last = time.monotonic()  # when a cell began or ended
 
     def draw(self) -> None:
         """Frame the figures that are about to be shown, and give them an alternative text for who does not see them."""
@@ -56,8 +53,8 @@ class CellHooks:
             display({"text/markdown": hint, "text/plain": hint}, raw=True)  # type: ignore[no-untyped-call]
 
     def _count(self) -> None:
-        seconds = self._active.until(time.monotonic())
-        standing.add_seconds(self._workspace, os.environ.get(NOTEBOOK, ""), seconds)
+        before, self._last = self._last, time.monotonic()
+        standing.add_seconds(self._workspace, os.environ.get(NOTEBOOK, ""), self._last - before)
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
@@ -106,46 +103,11 @@ def install(workspace: Workspace) -> None:
     transforms = shell.input_transformers_cleanup
     if without_comments_above_a_magic not in transforms:
         transforms.insert(0, without_comments_above_a_magic)
-    if names_of_the_file not in shell.Completer.custom_matchers:
-        shell.Completer.custom_matchers.append(names_of_the_file)
     before_begin.install()
-    warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     jupyters = shell.magics_manager.registry["OSMagics"].writefile  # whatever has taken its name
     for name in before_begin.WRITES:
         shell.register_magic_function(hooks.unless_later(jupyters, name), "cell", name)
-
-
-def names_of_the_file(asked: Any) -> dict[str, Any]:
-    """Return the completions in a cell that writes a file: what its file, and the package around it, define.
-
-    The kernel knows only what was run in it. A class in the cell has what the file's class of that name has, too.
-    """
-    magic, _, body = asked.full_text.partition("\n")
-    name, _, line = magic.partition(" ")
-    path = target(line) if name.removeprefix("%%") in (pieces.MAGIC, *before_begin.WRITES) else None
-    if path is None or asked.cursor_line == 0 or path.suffix not in (".py", ""):
-        return {"completions": []}
-    import jedi
-    from IPython.core.completer import SimpleCompletion
-
-    until = body.split("\n")[: asked.cursor_line]
-    until[-1] = until[-1][: asked.cursor_position]
-    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
-    for known in re.findall(r"^class (\w+)", text, re.MULTILINE):
-        until = [re.sub(rf"^class {known}\b.*:", f"class {known}({known}):", row) for row in until]
-    project = jedi.Project(Path.cwd(), added_sys_path=[str(Path.cwd())])
-    script = jedi.Script(
-        "\n".join([text, *until]), path=path, project=project, environment=jedi.InterpreterEnvironment()
-    )
-    found = [each for each in script.complete() if each.complete is not None]
-    # What rclpy and Python keep for themselves would come first, and is rarely meant.
-    meant = [each for each in found if not each.name.startswith("_") or each.module_path == path] or found
-    given = [SimpleCompletion(asked.token + (each.complete or ""), type=each.type) for each in meant]
-    return {"completions": given, "suppress": bool(given)}
-
-
-names_of_the_file.matcher_api_version = 2  # type: ignore[attr-defined]  # as IPython's decorator says it
 
 
 def _described(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -176,43 +138,25 @@ def without_comments_above_a_magic(lines: list[str]) -> list[str]:
     return lines[first:] if lines and lines[first].startswith("%%") else lines
 
 
-_USUAL_FORMAT = warnings.formatwarning
-
-
-def format_warning(message: Warning | str, category: type[Warning], filename: str, *more: Any, **named: Any) -> str:
-    """Return a warning as Python shows it, but without a place in the simulator, where there is nothing to fix."""
-    if Path(filename).is_relative_to(KIT / "sim"):
-        return f"{category.__name__}: {message}\n"
-    return _USUAL_FORMAT(message, category, filename, *more, **named)
-
-
 def forget_changed_modules(package: Path) -> None:
     """Forget the student's imported modules if one of their files has changed since.
 
     Python reads a module once, so a cell that imports it again would get the old one. A folder without `__init__.py`
     is forgotten, too: it would go on handing out the old modules in it.
     """
-    loaded = {
-        name: Path(file) if (file := getattr(module, "__file__", None)) else None
+    files = {
+        name: Path(getattr(module, "__file__", None) or package)
         for name, module in list(sys.modules.items())
         if name.partition(".")[0] == course().package
     }
-    loaded = {name: path for name, path in loaded.items() if path is None or path.is_relative_to(package)}
-    stamps = {name: _stamp(path) for name, path in loaded.items() if path is not None}
+    changed = {name: path.stat().st_mtime_ns if path.is_file() else 0 for name, path in files.items()}
+    stamps = {name: stamp for name, stamp in changed.items() if files[name].is_relative_to(package)}
     if any(_STAMPS.get(name, stamp) != stamp for name, stamp in stamps.items()):
-        for name in loaded:
+        for name in stamps:
             sys.modules.pop(name, None)
             _STAMPS.pop(name, None)
     else:
         _STAMPS.update(stamps)
 
 
-_STAMPS: dict[str, tuple[int, int]] = {}
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    try:
-        found = path.stat()
-    except OSError:
-        return (0, 0)
-    return found.st_mtime_ns, found.st_size
+_STAMPS: dict[str, int] = {}
