@@ -39,6 +39,11 @@ class Note:
     rows: tuple[tuple[str, str], ...]
 
 
+def seen_expected_try(*texts: object) -> tuple[tuple[str, str], ...]:
+    """Return the rows of a note: what was seen, what was expected, and what to try."""
+    return tuple(zip((say("seen"), say("expected"), say("try")), map(str, texts), strict=True))
+
+
 @dataclass(frozen=True)
 class Answer:
     """The result of one requirement: `points` of `worth`, which is "" for what has no points.
@@ -152,7 +157,7 @@ def welcome(notebook: str, workspace: Workspace) -> str:
     package = workspace.package
     present = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
     present = {path for path in present if "__pycache__" not in path and not path.startswith(".")}
-    missing = [path for path in checkpoints.paths_before(notebook) if path not in present]
+    missing = [path for path in checkpoints.writers_before(notebook) if path not in present]
     holds = mark("Your package, {package}, holds {files}. Cells now work in that folder.")
     lines = [say(holds, package=workspace.shown(package), files=_files(len(present)))]
     if missing:

@@ -6,8 +6,8 @@ import ast
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from grader import python_ast
 from grader.checks import build_log
@@ -34,8 +34,7 @@ _ADVICE = {
 _NEEDS_PLACE = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.WAITED, Kind.DIED, Kind.DIED_EARLY)
 
 
-@dataclass(frozen=True)
-class Gap:
+class Gap(NamedTuple):
     """What a package lacks, in the three rows of a check's answer."""
 
     seen: str
@@ -43,19 +42,15 @@ class Gap:
     try_: str
 
 
-def later(check: str, notebook: str) -> Mapping[str, str] | None:
+def later(check: str, notebook: str, part: str = "later") -> Mapping[str, str] | None:
     """Return what a check waits for in a notebook ("05"), None if it can be judged there, or outside a notebook."""
-    return _row("later", check, notebook)
+    row: Mapping[str, str] | None = course().notebook_table[part].get(check)
+    return row if row and "" < notebook < row["notebook"] else None
 
 
 def stand_in(requirement: str, notebook: str) -> Mapping[str, str] | None:
     """Return what is asked in a notebook ("05") in place of a requirement that needs a later node, None if nothing."""
-    return _row("stand_ins", requirement, notebook)
-
-
-def _row(part: str, name: str, notebook: str) -> Mapping[str, str] | None:
-    row: Mapping[str, str] | None = course().notebook_table[part].get(name)
-    return row if row and "" < notebook < row["notebook"] else None
+    return later(requirement, notebook, "stand_ins")
 
 
 def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None:
@@ -122,13 +117,11 @@ def advice(reason: Reason | None) -> str:
         return say('fix {first} first: `check("{first}")` says more', first=first)
     if reason.cure:
         return reason.cure
-    if reason.kind in _NEEDS_PLACE and not reason.place and not reason.launch:
-        return say(_RUN_IT)
     if reason.launch:
-        return say(
-            "start the file yourself, with the YAML files beside it: `!ros2 launch {package} ...`",
-            package=course().package,
-        )
+        words = mark("start the file yourself, with the YAML files beside it: `!ros2 launch {package} ...`")
+        return say(words, package=course().package)
+    if reason.kind in _NEEDS_PLACE and not reason.place:
+        return say(_RUN_IT)
     built = course().requirement_of("check_build")
     by_cmake = "CMakeLists.txt" in course().layout
     return say(

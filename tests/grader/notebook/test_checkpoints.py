@@ -26,7 +26,7 @@ def test_a_checkpoint_holds_the_files_of_the_notebooks_so_far() -> None:
     assert f"{PACKAGE}/driver.py" in files
     assert f"{PACKAGE}/speed_server.py" not in files
     assert "class RobotController(Driver)" in files[f"{PACKAGE}/robot_controller.py"]
-    assert sorted(checkpoints.paths_before("06")) == sorted(files)
+    assert sorted(checkpoints.writers_before("06")) == sorted(files)
 
 
 def test_every_file_knows_the_notebook_that_writes_it_first() -> None:
@@ -57,7 +57,7 @@ def test_without_solutions_start_at_says_so_in_one_sentence(student_kit: None, w
     said = checkpoints.start_at(workspace, "05")
     assert said == "start_at('05'): this kit holds no solutions to lay out; your instructor has left them out."
     assert not workspace.package.exists()
-    assert f"{PACKAGE}/driver.py" in checkpoints.paths_before("06"), "the course still knows its files"
+    assert f"{PACKAGE}/driver.py" in checkpoints.writers_before("06"), "the course still knows its files"
 
 
 def test_a_damaged_packed_file_is_named(student_kit: None, workspace: Workspace) -> None:
