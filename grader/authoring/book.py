@@ -8,6 +8,7 @@ before it, and stored with its cleaned outputs.
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import runpy
@@ -22,7 +23,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import checkpoint_texts, last_hints, notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, notebook_run, notebook_source
 from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
 from grader.notebook import last_hint
@@ -132,12 +133,13 @@ class Notebook:
     def student(self) -> NotebookNode:
         """Return the student edition, in which the last hints are those that `hints` has."""
         notebook = self._whole()
-        last_hints.take_out(notebook)
+        notebook_source.take_out_hints(notebook)
         return notebook
 
     def hints(self) -> str:
-        """Return the text of the file with the last hints, "" if it has none."""
-        return last_hints.text(last_hints.take_out(self._whole()))
+        """Return the text of the file in which a kernel finds the last hints, "" without any."""
+        taken = notebook_source.take_out_hints(self._whole())
+        return json.dumps(taken, indent=1, ensure_ascii=False, sort_keys=True) + "\n" if taken else ""
 
     def _whole(self) -> NotebookNode:
         return notebook_source.read(self.name, self.rubric, self.folder)

@@ -130,9 +130,10 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
         marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
         (package / course_marker.MARKER).write_text(marker + "\n")
-    words = mark("Your package now holds what the notebooks before {key} leave: {n} files, laid out by the course.")
-    moved = say(" Its earlier content is in {shown}.", shown=workspace.shown(backup)) if backup else ""
-    return say(words, key=key, n=len(files)) + moved
+    text = mark("Your package now holds what the notebooks before {key} leave: {n} files, laid out by the course.")
+    words = say(text, key=key, n=len(files))
+    moved = mark("{words} Its earlier content is in {shown}.")
+    return say(moved, words=words, shown=workspace.shown(backup)) if backup else words
 
 
 def write_files(package: Path, files: Mapping[str, str]) -> None:

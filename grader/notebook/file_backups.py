@@ -14,7 +14,7 @@ from collections.abc import Container, Mapping
 from pathlib import Path
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
-from grader.words import say
+from grader.words import mark, say
 
 _INTO = "into"
 FORCE = "-f"
@@ -44,11 +44,8 @@ class FileBackups:
         content = _content(path)
         if not content or content == text.encode() or self._writers(path):
             return ""
-        return say(
-            "{path.name} was changed outside this notebook. That version is kept: {shown}",
-            path=path,
-            shown=self._workspace.shown(self._copy(path, self._kept)),
-        )
+        words = mark("{path.name} was changed outside this notebook. That version is kept: {shown}")
+        return say(words, path=path, shown=self._workspace.shown(self._copy(path, self._kept)))
 
     def refusal(self, magic: str, line: str, text: str, notebook: str, begun_here: Container[str] = ()) -> str:
         """Return why a cell of this notebook ("05") must not write its file, "" if it may.
@@ -62,30 +59,22 @@ class FileBackups:
         writers = self._writers(path)
         later = max((writer for writer, _ in writers), default="")
         if magic == _INTO and "" < later < notebook and self._name(path) in begun_here:
-            return say(
+            words = mark(
                 "Nothing was written: {path.name} is still that of notebook {later}. First run the cell above that "
-                "begins with %%writefile {name}.",
-                path=path,
-                later=later,
-                name=self._name(path),
+                "begins with %%writefile {name}."
             )
+            return say(words, path=path, later=later, name=self._name(path))
         if later > notebook:
-            why = say(
-                "notebook {later} has written it since, and this cell has the version of notebook {notebook}",
-                later=later,
-                notebook=notebook,
-            )
+            words = mark("notebook {later} has written it since, and this cell has the version of notebook {notebook}")
+            why = say(words, later=later, notebook=notebook)
         elif (notebook, _INTO) in writers and magic != _INTO and not APPENDS & options:
             why = say("it holds functions that you have put in since, and this cell would empty them")
         else:
             return ""
-        return say(
-            "{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {force}.",
-            path=path,
-            why=why,
-            magic=magic,
-            force=FORCE,
+        words = mark(
+            "{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {force}."
         )
+        return say(words, path=path, why=why, magic=magic, force=FORCE)
 
     def note(self, path: Path, notebook: str, magic: str = "") -> None:
         """Note what a cell has written to a file, and in which notebook."""
@@ -110,8 +99,8 @@ class FileBackups:
     def _writers(self, path: Path) -> set[tuple[str, str]]:
         """Return the notebooks and magics whose cells have left a file as it is."""
         content, name = _content(path), self._name(path)
-        writers = (folder for folder in self._written.glob("*-*") if _content(folder / name) == content)
-        return {(folder.name.partition("-")[0], folder.name.partition("-")[2]) for folder in writers}
+        writers = (folder.name for folder in self._written.glob("*-*") if _content(folder / name) == content)
+        return {(notebook, magic) for notebook, _, magic in (writer.partition("-") for writer in writers)}
 
     def _copy(self, path: Path, folder: Path) -> Path:
         ignored_by_colcon(self._kept)

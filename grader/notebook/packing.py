@@ -58,7 +58,9 @@ class PackedSubmission:
 
     def _graded(self) -> Iterator[str]:
         if self.grading is None:
-            words = mark("Nothing was checked. Run `grader submit` without --no-check to see the points.")
+            words = mark(
+                "Nothing was checked. Run `grader submit` without --no-check to see the points of the public checks."
+            )
             yield say(words)
             return
         card = self.grading.scorecard
