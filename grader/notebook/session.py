@@ -14,7 +14,6 @@ import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -101,7 +100,7 @@ class Run:
         self._live: weakref.ref[Live] | None = None
         self._output = ""
         self._closed = False
-        self._sources: dict[Path, int] = {}
+        self._built_at = 0.0
         self._begin()
 
     # ------------------------------------------------------------- time
@@ -113,14 +112,13 @@ class Run:
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
         """Let simulated time pass, `seconds` or until `until()` is true, and return everything recorded so far."""
-        if self._process is not None and self._sources != (now := _sources(self._workspace.package)):
-            self._sources = now
-            print(
-                say(
-                    "your package has changed since this run began, and the node is still the old one; call run_node "
-                    "again"
-                )
+        sources = self._workspace.package.rglob("*.py") if self._process is not None else ()
+        if any(path.stat().st_mtime > self._built_at for path in sources):
+            self._built_at = time.time()
+            words = mark(
+                "your package has changed since this run began, and the node is still the old one; call run_node again"
             )
+            print(say(words))
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
@@ -151,9 +149,8 @@ class Run:
         services = {} if name.startswith("_") else _services()
         service = next((service for service in services if name in (service, service.removeprefix("get_"))), None)
         if service is None:
-            raise AttributeError(
-                say("a run has no {name}; its services are {services}", name=name, services=", ".join(services))
-            )
+            words = mark("a run has no {name}; its services are {services}")
+            raise AttributeError(say(words, name=name, services=", ".join(services)))
         return partial(self.call, service)
 
     def call(self, service: str, *values: object, **fields: object) -> Any:
@@ -264,7 +261,7 @@ class Run:
 
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
-        self._recorder, self._sources = Recorder(self.simulator), _sources(self._workspace.package)
+        self._recorder, self._built_at = Recorder(self.simulator), time.time()
         drawn = [node.thresholds(self._parameters) for node in course().nodes.values()]
         self._recorder.notes[THRESHOLDS_NOTE] = {name: value for each in drawn for name, value in each.items()}
         self._recorded = {topic: [] for topic in _published()}
@@ -305,7 +302,7 @@ class Run:
 
     def _tick(self) -> None:
         with self._lock:
-            self._asked(lambda stage: stage.tick())
+            self._asked(lambda stage: stage.run(TICK_S))
             if self._active_stage() is None:
                 self._recorder.take(self.simulator.step(TICK_S))
 
@@ -377,11 +374,6 @@ class Run:
             view.stop()
 
 
-def _sources(package: Path) -> dict[Path, int]:
-    """Return when each module of the package was changed last."""
-    return {path: path.stat().st_mtime_ns for path in package.rglob("*.py")}
-
-
 def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     process.kill()
     stage.close()
@@ -421,9 +413,7 @@ _RUNS: weakref.WeakValueDictionary[str, Run] = weakref.WeakValueDictionary()
 def start(workspace: Workspace, node: str, world: str | World, **options: Any) -> Run:
     """Return a new run of a node; an older run of the same node is closed first."""
     prepare(workspace, os.environ)
-    older = _RUNS.get(node)
-    if older is not None:
+    if older := _RUNS.get(node):
         older.close()
-    run = Run(workspace, node, world, **options)
-    _RUNS[node] = run
+    _RUNS[node] = run = Run(workspace, node, world, **options)
     return run
