@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import difflib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -80,14 +79,14 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
             return _lacking(say("there is no {name}", name=name), package, name, notebook)
     texts = ((name, (package / name).read_text(encoding="utf-8", errors="replace")) for name in wanted)
     if finished and (stub := next((name for name, text in texts if re.search(r"\bTODO\b", text)), "")):
-        try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
-        return Gap(
-            say("{stub} is still a stub: it has a `TODO`", stub=stub),
-            say("the files of the layout so far, each finished"),
-            try_,
+        seen, expected = (
+            mark("{stub} is still a stub: it has a `TODO`"),
+            mark("the files of the layout so far, each finished"),
         )
+        try_ = mark("do the exercise that writes it, replace the `TODO`, and run its cell")
+        return Gap(say(seen, stub=stub), say(expected), say(try_))
     modules = [name for name in wanted if name.startswith(f"{course().package}/")]
-    return _broken_module(package, modules, notebook)
+    return _broken_module(package, modules)
 
 
 def interfaces_beside(package: Path) -> list[Path]:
@@ -150,49 +149,20 @@ def how_to_get(name: str, notebook: str) -> str:
     if writer == notebook:
         return say("write it in this notebook's exercise, and run that cell")
     if writer < notebook:
-        return say(
-            'notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave',
-            writer=writer,
-            notebook=notebook,
-        )
+        words = mark('notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave')
+        return say(words, writer=writer, notebook=notebook)
     return say("notebook {writer} writes it", writer=writer)
 
 
-def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | None:
-    """Return the first module that is missing or not valid Python, of `names` and the package's modules they import."""
-    todo = [*names]
-    for name in todo:  # which grows meanwhile
+def _broken_module(package: Path, names: Sequence[str]) -> Gap | None:
+    """Return the first of these modules that is not valid Python."""
+    for name in names:
         try:
-            tree = python_ast.tree_of((package / name).read_bytes())
+            python_ast.tree_of((package / name).read_bytes())
         except python_ast.UNPARSABLE as error:
             line = getattr(error, "lineno", None)
             text = (getattr(error, "text", "") or "").strip()
             where = say("{name}, line {line}", name=name, line=line) if line else name
             problem = f"{where}: {getattr(error, 'msg', error)}" + (f": `{text}`" if text else "")
             return Gap(problem, say("valid Python"), say("look at that line, and at the end of the line before it"))
-        for module in _own_imports(tree):
-            path = f"{module.replace('.', '/')}.py"
-            if path in todo or (package / path.removesuffix(".py")).is_dir():
-                continue
-            todo.append(path)
-            if not (package / path).is_file():
-                words = mark("{name} imports {module}, and there is no {path}")
-                return _lacking(say(words, name=name, module=module, path=path), package, path, notebook)
     return None
-
-
-def _own_imports(tree: ast.Module) -> Iterator[str]:
-    """Yield the package's modules that a module imports at its top level, without the generated interfaces."""
-    package = course().package
-    for node in tree.body:
-        found: list[str] = []
-        if isinstance(node, ast.Import):
-            found = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            # `from package.utils import motion` imports a module, `from package.driver import Driver` a name.
-            folder = node.module in (package, f"{package}.utils")
-            found = [f"{node.module}.{alias.name}" for alias in node.names] if folder else [node.module]
-        for module in found:
-            parts = module.split(".")
-            if parts[0] == package and len(parts) > 1 and parts[1] not in ("msg", "srv", "action"):
-                yield module

@@ -16,7 +16,7 @@ import yaml
 from helpers.course import COURSE
 
 from grader import KIT, cli
-from grader.authoring import export, new_course
+from grader.authoring import course_command, export
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def test_the_template_repository_has_a_workflow_and_the_kit(tmp_path: Path):
 
 def test_a_course_of_ones_own_is_in_an_autograder_with_all_that_judges_it(tmp_path: Path):
     """`grader export` had no --course, so the autograder graded by the kit's own."""
-    course = new_course.lay_out(tmp_path / "mine")
+    course = course_command.lay_out(tmp_path / "mine")
     (course.folder / "held_back").mkdir()
     (course.folder / "held_back" / "check_x1.py").touch()
     out = tmp_path / "autograder.zip"
@@ -79,7 +79,7 @@ def test_a_course_of_ones_own_is_in_an_autograder_with_all_that_judges_it(tmp_pa
 
 
 def test_a_rubric_outside_of_the_courses_folder_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    folder = shutil.copytree(new_course.lay_out(tmp_path / "laid_out").folder, tmp_path / "mine")
+    folder = shutil.copytree(course_command.lay_out(tmp_path / "laid_out").folder, tmp_path / "mine")
     (folder / "rubric.yaml").rename(tmp_path / "rubric.yaml")
     (folder / "course.yaml").write_text("title: x\npackage: hall_guard\nrubric: ../rubric.yaml\n")
     assert cli.main(["export", "github", "--course", str(folder), "--out", str(tmp_path / "a.zip")]) == 3
