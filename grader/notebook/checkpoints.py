@@ -45,14 +45,9 @@ class Checkpoint:
     optional: tuple[str, ...] = ()
 
     @property
-    def cells(self) -> tuple[str, ...]:
-        """Return the files that cells write."""
-        return (*self.given, *self.exercises)
-
-    @property
     def written(self) -> tuple[str, ...]:
         """Return the files that the notebook writes, by cells and by commands."""
-        return (*self.cells, *self.made)
+        return (*self.given, *self.exercises, *self.made)
 
 
 def table() -> Mapping[str, Checkpoint]:
@@ -84,9 +79,8 @@ def checkpoint(notebook: str) -> Checkpoint:
 
 
 def written_by(notebook: str) -> tuple[str, ...]:
-    """Return the files that a notebook's cells write; () for "" and for a notebook that the course does not have."""
-    found = _by_number().get(notebook)
-    return found.cells if found else ()
+    """Return the files that a notebook writes; () for "" and for a notebook that the course does not have."""
+    return _by_number().get(notebook, Checkpoint()).written
 
 
 def written_in(path: str) -> str:
@@ -167,11 +161,7 @@ def _student_work_before(key: str) -> set[str]:
 def texts(name: str) -> dict[str, Any]:
     """Return the texts of a notebook's ("05") files, or the patient of a case ("C3")."""
     if PACKED.is_file():
-        try:
-            packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
-        except (OSError, ValueError, zlib.error) as error:
-            words = say("{file} cannot be read: {error}. Unpack the kit anew.", file=PACKED.name, error=error)
-            raise GraderError(words) from error
+        packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
         if name in packed or name in _by_number():
             return packed.get(name, {})  # the last notebook's are never there: `start_at` needs those before it
     else:

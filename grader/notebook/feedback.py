@@ -74,17 +74,14 @@ class Answer:
             return say("{id} could not be judged", id=self.id)
         worth = localized(self.worth)
         if self.elsewhere:
-            return say(
-                "{id} is {elsewhere}, not here ({worth} points)", id=self.id, elsewhere=self.elsewhere, worth=worth
-            )
-        verdict = (
-            f"{self.id} {say('passed so far') if self.so_far else say('passed') if self.passed else say('not yet')}"
-        )
+            words = mark("{id} is {elsewhere}, not here ({worth} points)")
+            return say(words, id=self.id, elsewhere=self.elsewhere, worth=worth)
+        said = mark("passed so far") if self.so_far else mark("passed") if self.passed else mark("not yet")
+        verdict = f"{self.id} {say(said)}"
         if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
             return say("{verdict} (its points come with a later notebook: {worth})", verdict=verdict, worth=worth)
         of = say("{reached} of {max}", reached=localized(self.points), max=worth)
-        of = "; ".join(filter(None, (of, self.sample)))
-        return f"{verdict} ({of})" if worth else verdict
+        return f"{verdict} ({'; '.join(filter(None, (of, self.sample)))})" if worth else verdict
 
     @property
     def state(self) -> str:
@@ -172,6 +169,11 @@ def _files(count: int) -> str:
     return say_count("{n} file", "{n} files", count) if count else say("no files")
 
 
+def in_a_kernel() -> bool:
+    """Return whether this process is a notebook's kernel."""
+    return "IPython" in sys.modules and hasattr(sys.modules["IPython"].get_ipython(), "kernel")
+
+
 class Progress:
     """One line about the current step and how long it has taken; it is empty at the end, so nothing of it is stored.
 
@@ -187,10 +189,8 @@ class Progress:
 
     def say(self, step: str) -> None:
         """Show the current step; how far it is may follow in brackets, and the seconds are then counted on."""
-        shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-        in_a_thread = threading.current_thread() is not threading.main_thread()
-        if not hasattr(shell, "kernel") or in_a_thread:  # no cell is running this code
-            return
+        if threading.current_thread() is not threading.main_thread() or not in_a_kernel():
+            return  # no cell is running this code
         if step_of(step) != step_of(self._step):
             self._began = time.monotonic()
         self._step = step

@@ -8,8 +8,8 @@ has a frame for an exercise, its cell has more in it than the whole lane's.
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from itertools import groupby
 from pathlib import Path
 from textwrap import shorten
@@ -18,6 +18,7 @@ from typing import Any
 from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
+from grader.notebook.feedback import in_a_kernel
 from grader.notebook.file_backups import FORCE, FileBackups
 from grader.notebook.workspace import Workspace, course
 from grader.python_ast import UNPARSABLE
@@ -94,14 +95,13 @@ def choose(workspace: Workspace, notebook: str, lane: str = "") -> str:
     Raises:
         ValueError: the course has no such lane.
     """
-    if not lane:
-        if of(workspace) or not table() or notebook not in minutes(WHOLE):
-            return ""
-        lane = _answer()
-        if not lane:
-            words = mark('Lane: {lane}. begin("{notebook}", lane=...) takes another: {known}.')
-            return say(words, lane=WHOLE, notebook=notebook, known=_described())
     before = of(workspace)
+    if not lane and (before or notebook not in minutes(WHOLE)):
+        return ""
+    lane = lane or _answer()
+    if not lane:
+        words = mark('Lane: {lane}. begin("{notebook}", lane=...) takes another: {known}.')
+        return say(words, lane=WHOLE, notebook=notebook, known=_described())
     keep(workspace, lane)
     return write_folded(workspace.root.parent / "notebooks", lane) if lane not in (before, WHOLE) else ""
 
@@ -124,17 +124,14 @@ def _described() -> str:
 
 def _answer() -> str:
     """Ask for the lane, and return it; "" where nobody can answer."""
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    if not hasattr(shell, "kernel"):
+    if not in_a_kernel():
         return ""
     question = say("Which lane do you take: {known}? Type its name, and Enter: ", known=_described())
-    answer = ""
-    while answer not in table():
-        try:
-            answer = input(question).strip() or WHOLE
-        except (EOFError, RuntimeError):  # the kernel's way to say that its front end cannot ask
-            return ""
-    return answer
+    with suppress(EOFError, RuntimeError):  # the kernel's way to say that its front end cannot ask
+        while (answer := input(question).strip() or WHOLE) not in table():
+            pass
+        return answer
+    return ""
 
 
 # -- what the course gives ---------------------------------------------------------------------------------------------

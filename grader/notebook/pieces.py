@@ -107,12 +107,8 @@ def _refuse_all_but_functions(piece: str) -> None:
 def _refuse_a_slip(text: str, name: str, new: list[str]) -> None:
     """Refuse a new function that is a method without its class, or a name of the file with a typing error."""
     if "." not in name and any(line.startswith(("def ", "async def ")) and "(self" in line for line in new):
-        raise ValueError(
-            say(
-                "`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it",
-                name=name,
-            )
-        )
+        words = mark("`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it")
+        raise ValueError(say(words, name=name))
     owner, _, method = name.rpartition(".")
     beside = [last for o, _, last in (found.name.rpartition(".") for found in definitions(text)) if o == owner]
     near = difflib.get_close_matches(method, beside, n=1, cutoff=0.8)
@@ -138,23 +134,15 @@ def into(line: str, cell: str) -> None:
     name = line.strip()
     path = Path(name).expanduser()
     if not path.is_file():
-        print(
-            say("There is no {name} yet. Run the cell above that writes it, then this one again.", name=name or "file")
-        )
+        words = mark("There is no {name} yet. Run the cell above that writes it, then this one again.")
+        print(say(words, name=name or "file"))
         return
     try:
         before = path.read_text(encoding="utf-8")
         text = merged(before, cell)
     except SyntaxError as error:
-        where, text = (error.lineno or 0) + 1, (error.text or "").strip()
-        print(
-            say(
-                "Nothing was written. Line {where} of this cell: {error.msg}: {text_}",
-                where=where,
-                error=error,
-                text_=text,
-            )
-        )
+        words = mark("Nothing was written. Line {where} of this cell: {error.msg}: {text_}")
+        print(say(words, where=(error.lineno or 0) + 1, error=error, text_=(error.text or "").strip()))
         return
     except (ValueError, *python_ast.TOO_COMPLEX) as error:
         print(say("Nothing was written: {error}.", error=error))

@@ -60,12 +60,6 @@ def test_without_solutions_start_at_says_so_in_one_sentence(student_kit: None, w
     assert f"{PACKAGE}/driver.py" in checkpoints.writers_before("06"), "the course still knows its files"
 
 
-def test_a_damaged_packed_file_is_named(student_kit: None, workspace: Workspace) -> None:
-    checkpoints.PACKED.write_bytes(b"half a download")
-    assert checkpoints.start_at(workspace, "05").startswith("start_at('05'): checkpoints.bin cannot be read: ")
-    assert not workspace.package.exists()
-
-
 # -- laying out -------------------------------------------------------------------------------------------------------
 
 
