@@ -6,7 +6,6 @@ checkout, an entry point names the function that makes them out of the solutions
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import zlib
@@ -121,9 +120,7 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     writers = writers_before(key)
     FileBackups(workspace).note_laid_out({path: writers.get(path, "") for path in files})
     if own := _student_work_before(key):
-        sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
-        marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
-        (package / course_marker.MARKER).write_text(marker + "\n")
+        course_marker.add(package, files={path: files[path] for path in sorted(own)})
     text = mark("Your package now holds what the notebooks before {key} leave: {n} files, laid out by the course.")
     words = say(text, key=key, n=len(files))
     moved = mark("{words} Its earlier content is in {shown}.")

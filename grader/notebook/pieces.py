@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Container, Iterator
+from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,28 +29,22 @@ def definitions(text: str) -> list[Definition]:
     Raises:
         SyntaxError: it is no valid Python; or another of python_ast.UNPARSABLE.
     """
-    return list(_definitions(python_ast.tree_of(text).body, text.splitlines(), ""))
-
-
-def _definitions(body: list[ast.stmt], lines: list[str], prefix: str) -> Iterator[Definition]:
-    for node in body:
-        if isinstance(node, python_ast.Function):
-            start = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)]) - 1
-            end = _past_comments(lines, node.end_lineno or node.lineno, node.col_offset)
-            yield Definition(prefix + node.name, start, end)
-        elif isinstance(node, ast.ClassDef) and not prefix:
-            yield from _definitions(node.body, lines, f"{node.name}.")
+    lines, found = text.splitlines(), []
+    for node in python_ast.tree_of(text).body:
+        prefix, inside = (f"{node.name}.", node.body) if isinstance(node, ast.ClassDef) else ("", [node])
+        for each in (each for each in inside if isinstance(each, python_ast.Function)):
+            end = _past_comments(lines, each.end_lineno or each.lineno, each.col_offset)
+            found.append(Definition(prefix + each.name, python_ast.first_line(each) - 1, end))
+    return found
 
 
 def _past_comments(lines: list[str], end: int, column: int) -> int:
     """Return the end of a function with the comments that follow its last statement: a TODO may be one."""
     found = end
-    for number in range(end, len(lines)):
-        text = lines[number].lstrip()
+    for number, text in enumerate(map(str.lstrip, lines[end:]), end):
         if text and not (text.startswith("#") and len(lines[number]) - len(text) > column):
             break
-        if text:
-            found = number + 1
+        found = number + 1 if text else found
     return found
 
 

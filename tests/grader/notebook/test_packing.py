@@ -62,7 +62,7 @@ def test_generated_files_are_left_out_and_a_students_own_log_stays(package: Path
 
 def test_files_laid_out_by_the_course_are_named(package: Path):
     sums = {name: hashlib.sha256((package / name).read_bytes()).hexdigest() for name in ("package.xml", "setup.py")}
-    (package / course_marker.MARKER).write_text(json.dumps({"laid_out_before": "05", "sha256": sums}))
+    (package / course_marker.MARKER).write_text(json.dumps({"sha256": sums}))
     (package / "setup.py").write_text("# mine now\n")
     submission = packing.submit(package, check=False)
     assert submission.laid_out == ("package.xml",)
