@@ -173,14 +173,10 @@ class Run:
 
         Cancels the goal after `cancel_after` simulated seconds, and gives up after `limit`.
         """
-        with self._lock:
-            stage = self._active_stage()
-            goal = None
-            if stage is None or not stage.takes_goals:
-                print(say("not yet: {no_action}", no_action=_no_action()))
-            else:
-                goal = self._asked(lambda stage: stage.navigate(x, y, tolerance))
-        if goal is None:
+        goal = self._send(x, y, tolerance)
+        if isinstance(goal, str):
+            if goal != self.trouble:  # which was printed when it came
+                print(say("not yet: {no_action}", no_action=goal))
             return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
         while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
@@ -211,10 +207,10 @@ class Run:
         Raises:
             KeyError: the topic is not recorded.
         """
-        if topic not in (published := _published()):
+        if topic not in self._recorded:
             words = mark("messages on {topic!r} are not recorded; those on {published} are")
-            raise KeyError(say(words, topic=topic, published=", ".join(published)))
-        return list(self._recorded.get(topic, ()))
+            raise KeyError(say(words, topic=topic, published=", ".join(self._recorded)))
+        return list(self._recorded[topic])
 
     # ------------------------------------------------------------- the end
 
@@ -264,7 +260,7 @@ class Run:
         self._recorder, self._built_at = Recorder(self.simulator), time.time()
         drawn = [node.thresholds(self._parameters) for node in course().nodes.values()]
         self._recorder.notes[THRESHOLDS_NOTE] = {name: value for each in drawn for name, value in each.items()}
-        self._recorded = {topic: [] for topic in _published()}
+        self._recorded = {topic: [] for node in course().nodes.values() for topic in node.publishes}
         with Progress() as progress:
             self._start_node(progress)
 
@@ -326,17 +322,22 @@ class Run:
 
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
-        with self._lock:
-            stage = self._active_stage()
-            if stage is None or not stage.takes_goals:
-                return _no_action()
-            place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-            goal = self._asked(lambda stage: stage.navigate(place.x, place.y, 0.1))
-        if goal is None:
-            return self.trouble
+        place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
+        goal = self._send(place.x, place.y, 0.1)
+        if isinstance(goal, str):
+            return goal
         if goal.accepted:
             return say("goal sent: ({x:z.2f}, {y:z.2f}) m", x=x, y=y)
         return str(goal.problem or say("the node rejected the goal"))
+
+    def _send(self, x: float, y: float, tolerance: float) -> Any:
+        """Send a goal (m, odom frame) and return it, or why there is none."""
+        with self._lock:
+            stage = self._active_stage()
+            if stage is None or not stage.takes_goals:
+                names = [name for node in course().nodes.values() for name in node.actions]
+                return say("no node offers the action {names}", names=" or ".join(names))
+            return self._asked(lambda stage: stage.navigate(x, y, tolerance)) or self.trouble
 
     def _restart(self) -> None:
         """Start the node anew after the simulator was reset: in a node, time must not go back."""
@@ -379,11 +380,6 @@ def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     stage.close()
 
 
-def _published() -> list[str]:
-    """Return the topics that the contract's nodes publish."""
-    return [topic for node in course().nodes.values() for topic in node.publishes]
-
-
 def _services() -> dict[str, str]:
     """Return the services of the contract's nodes with their types."""
     return {name: type_ for node in course().nodes.values() for name, type_ in node.services.items()}
@@ -392,11 +388,6 @@ def _services() -> dict[str, str]:
 def _blank(type_: str, why: str) -> Any:
     """Return the value of a field in place of an answer that did not come; a text says why."""
     return _pose() if type_ == "geometry_msgs/Pose" else {"bool": False, "string": why}.get(type_, math.nan)
-
-
-def _no_action() -> str:
-    names = [name for node in course().nodes.values() for name in node.actions]
-    return say("no node offers the action {names}", names=" or ".join(names))
 
 
 def _pose() -> Any:

@@ -154,8 +154,8 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
     wanted = ros_env.environment(*overlays, home=Path.home())
     wanted |= {
-        "PATH": _in_front(environment.get("PATH", ""), ros_env.PREFIX / "bin"),
-        "PYTHONPATH": _in_front(environment.get("PYTHONPATH", ""), *(o / ros_env.SITE_IN_PREFIX for o in overlays)),
+        "PATH": in_front(environment.get("PATH", ""), ros_env.PREFIX / "bin"),
+        "PYTHONPATH": in_front(environment.get("PYTHONPATH", ""), *(o / ros_env.SITE_IN_PREFIX for o in overlays)),
         "ROS_DOMAIN_ID": str(workspace.domain_id),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
         "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
@@ -209,7 +209,7 @@ def ignored_by_colcon(folder: Path) -> None:
     (folder / "COLCON_IGNORE").touch()
 
 
-def _in_front(path: str, *folders: Path) -> str:
+def in_front(path: str, *folders: Path) -> str:
     """Return a search path with `folders` moved to the front, each once."""
     first = [str(folder) for folder in folders]
     return os.pathsep.join([*first, *(part for part in path.split(os.pathsep) if part and part not in first)])
