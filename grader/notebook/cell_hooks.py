@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from grader.notebook import before_begin, checkpoints, interface_types, lanes, last_hint, pieces, standing
+from grader.notebook import before_begin, interface_types, lanes, last_hint, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -61,7 +61,7 @@ class CellHooks:
 
         def write(line: str, cell: str) -> None:
             path, notebook = target(line), os.environ.get(NOTEBOOK, "")
-            refusal = self._backups.refusal(name, line, cell, notebook, checkpoints.written_by(notebook))
+            refusal = self._backups.refusal(name, line, cell, notebook)
             if refusal := refusal or lanes.refusal(self._workspace, notebook, name, path, line, cell):
                 print(refusal)
                 return

@@ -77,11 +77,6 @@ def checkpoint(notebook: str) -> Checkpoint:
     return _by_number()[number(notebook)]
 
 
-def written_by(notebook: str) -> tuple[str, ...]:
-    """Return the files that a notebook writes; () for "" and for a notebook that the course does not have."""
-    return _by_number().get(notebook, Checkpoint()).written
-
-
 def written_in(path: str) -> str:
     """Return the first notebook ("05") that writes a file of the package, "" if none does."""
     return next((key for key, files in _by_number().items() if path in files.written), "")

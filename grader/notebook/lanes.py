@@ -176,9 +176,9 @@ def fill(workspace: Workspace, notebook: str, target: Path) -> None:
 
     Called after a cell of the notebook has written a file, and by `begin`.
     """
-    path = _name(workspace, target)
-    wanted = set(given(of(workspace), notebook).get(path, ()))
     backups = FileBackups(workspace)
+    path = backups.name(target)
+    wanted = set(given(of(workspace), notebook).get(path, ()))
     skeleton = backups.left(target, notebook, "writefile")
     if not wanted or not skeleton or not target.is_file():
         return
@@ -199,21 +199,17 @@ def fill(workspace: Workspace, notebook: str, target: Path) -> None:
 
 def refusal(workspace: Workspace, notebook: str, magic: str, target: Path | None, line: str, cell: str) -> str:
     """Return why a cell must not write: it would replace what the lane gives; "" if it may."""
-    path = _name(workspace, target) if target is not None else ""
-    lane = of(workspace)
+    path = FileBackups(workspace).name(target) if target is not None else ""
+    lane, package = of(workspace), workspace.package
     functions = given(lane, notebook).get(path)
     if functions is None or target is None or not target.is_file() or FORCE in line.split():
         return ""
-    try:
-        now, solution = target.read_text(encoding="utf-8"), checkpoints.texts(notebook)[path]
-        if magic == pieces.MAGIC:
-            there, right, wanted = (pieces.functions(text) for text in (now, solution, cell))
-            kept = [name for name in wanted if name in right and there.get(name) == right[name]]
-            names = [name for name in kept if not functions or name in functions]
-        else:
-            names = [] if functions or now != solution or cell == now else [target.name]
-    except (GraderError, KeyError, *UNPARSABLE):  # without the solution, or with a learner's slip in the file
-        return ""
+    if functions:
+        found = course_marker.unchanged_functions(package) if magic == pieces.MAGIC else ()
+        names = [name for name in course_marker.functions(cell) if f"{target.name} {name}" in found]
+    else:
+        is_given = path in course_marker.unchanged(package) and cell.encode() != target.read_bytes()
+        names = [target.name] if is_given else []
     if not names:
         return ""
     words = mark(
@@ -221,11 +217,6 @@ def refusal(workspace: Workspace, notebook: str, magic: str, target: Path | None
         "%%{magic} {force}."
     )
     return say(words, lane=lane, names=some(names, len(names)), magic=magic, force=FORCE)
-
-
-def _name(workspace: Workspace, path: Path) -> str:
-    package = workspace.package
-    return path.relative_to(package).as_posix() if path.is_relative_to(package) else ""
 
 
 # -- how a notebook looks ----------------------------------------------------------------------------------------------
