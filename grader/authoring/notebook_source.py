@@ -252,12 +252,15 @@ def take_out_hints(notebook: NotebookNode) -> dict[str, str]:
     for cell in notebook.cells:
         if _EXERCISES & {*tags(cell)}:
             above.append(cell)
-        elif cell.cell_type == "markdown" and last_hint.FOLD.search(cell.source):
-            about = [each.source for each in above if _is_tried(notebook, above[-1])]
-            cell.source, taken = last_hint.take_out(cell.source, about)
-            for name, hint in taken.items():
-                if found.setdefault(name, hint) != hint:
+        elif cell.cell_type == "markdown" and (fold := last_hint.FOLD.search(cell.source)):
+            names = [
+                name for each in above if _is_tried(notebook, above[-1]) for name in last_hint.written(each.source)
+            ]
+            for name in names:
+                if found.setdefault(name, fold[0]) != fold[0]:
                     raise GraderError(f"Two exercises with different last hints write {name}.")
+            if names:
+                cell.source = last_hint.FOLD.sub(rf"\1\n\n{last_hint.PLACE}\n\3", cell.source, count=1)
             above = []
         if any(True for _ in headings(cell)):
             above = []
