@@ -253,9 +253,8 @@ def take_out_hints(notebook: NotebookNode) -> dict[str, str]:
         if _EXERCISES & {*tags(cell)}:
             above.append(cell)
         elif cell.cell_type == "markdown" and (fold := last_hint.FOLD.search(cell.source)):
-            names = [
-                name for each in above if _is_tried(notebook, above[-1]) for name in last_hint.written(each.source)
-            ]
+            about = above if above and _is_tried(notebook, above[-1]) else []
+            names = [name for each in about for name in last_hint.written(each.source)]
             for name in names:
                 if found.setdefault(name, fold[0]) != fold[0]:
                     raise GraderError(f"Two exercises with different last hints write {name}.")
