@@ -94,7 +94,7 @@ class Run:
         # Not by the world's own seed: the published notebooks show runs with this one.
         self.simulator = Simulator(load_world(course().world(world)) if isinstance(world, str) else world, seed=0)
         self._lock = threading.RLock()  # a live view's thread and a cell
-        self._stage: WatchedStage | None = None
+        self._stage: WatchedStage | None = None  # while the node runs
         self._process: NodeProcess | None = None
         self._recorded: dict[str, list[tuple[float, Any]]] = {}
         self._live: weakref.ref[Live] | None = None
@@ -162,7 +162,7 @@ class Run:
         request, response = definition.parts(interface_types.text(kind))
         given = dict(zip(request, values, strict=False)) | fields
         typed = {name: float(v) if request[name].startswith("float") else v for name, v in given.items()}  # type: ignore[arg-type]
-        nobody = say("no node offers {service}", service=service) if self._active_stage() is None else ""
+        nobody = say("no node offers {service}", service=service) if self._stage is None else ""
         answer, why = self._asked(lambda stage: stage.ask(service, typed)) or (None, nobody or self.trouble)
         return answer or SimpleNamespace(**{name: _blank(type_, why) for name, type_ in response.items()})
 
@@ -179,7 +179,7 @@ class Run:
                 print(say("not yet: {no_action}", no_action=goal))
             return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
-        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
+        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._stage:
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
                 with self._lock:
                     goal.cancel()
@@ -197,7 +197,7 @@ class Run:
 
     def set_parameter(self, name: str, value: object) -> tuple[bool, str]:
         """Set a parameter of the running node; return whether it was accepted, and the node's reason if not."""
-        nobody = say("there is no node") if self._active_stage() is None else ""
+        nobody = say("there is no node") if self._stage is None else ""
         answer = self._asked(lambda stage: stage.set_parameter(name, value))
         return (False, nobody or self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
@@ -217,7 +217,7 @@ class Run:
     def interrupt(self) -> NodeExit:
         """Press Ctrl-C: send the node SIGINT, wait for its end and describe it. This closes the run."""
         with self._lock:
-            stage, process = self._active_stage(), self._process
+            stage, process = self._stage, self._process
             if stage is None or process is None:
                 return NodeExit(0.0, None, None)
             started = time.monotonic()
@@ -276,7 +276,7 @@ class Run:
             progress.say(say(building.FIRST_TIME))
         interface_types.load(self._workspace, progress.more)
         progress.say(say("starting {node}", node=self.node))
-        from grader.notebook.watched_stage import TrialOver, WatchedStage
+        from grader.notebook.watched_stage import WatchedStage
 
         command = node_process.command(install, self.node, self._program, self._launch, self._parameters)
         self._process = process = NodeProcess(command, node_process.environment(install, self._workspace))
@@ -288,24 +288,21 @@ class Run:
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)
         self._finish.atexit = False
-        try:
-            self._stage.open()
-            # In the clinic learners are to find that out themselves.
-            if not self._workspace.is_linked and (deaf_to := self._stage.deaf_to()):
-                print(deaf_to)
-        except TrialOver as over:
-            self._give_up(self._why(over.reason))
+        self._asked(lambda stage: stage.open())
+        # In the clinic learners are to find that out themselves.
+        if self._stage is not None and not self._workspace.is_linked and (deaf_to := self._stage.deaf_to()):
+            print(deaf_to)
 
     def _tick(self) -> None:
         with self._lock:
             self._asked(lambda stage: stage.run(TICK_S))
-            if self._active_stage() is None:
+            if self._stage is None:
                 self._recorder.take(self.simulator.step(TICK_S))
 
     def _asked(self, question: Callable[[WatchedStage], Any]) -> Any:
         """Return what `question` returns; None if there is no node, or it has ended: then the robot stands still."""
         with self._lock:
-            if (stage := self._active_stage()) is None:
+            if (stage := self._stage) is None:
                 return None
             from grader.notebook.watched_stage import TrialOver
 
@@ -315,10 +312,6 @@ class Run:
                 self.simulator.command(0.0, 0.0)
                 self._give_up(self._why(over.reason))
                 return None
-
-    def _active_stage(self) -> WatchedStage | None:
-        """Return the stage while its node runs, else None."""
-        return self._stage if self._process is not None and not self.trouble else None
 
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
@@ -333,7 +326,7 @@ class Run:
     def _send(self, x: float, y: float, tolerance: float) -> Any:
         """Send a goal (m, odom frame) and return it, or why there is none."""
         with self._lock:
-            stage = self._active_stage()
+            stage = self._stage
             if stage is None or not stage.takes_goals:
                 names = [name for node in course().nodes.values() for name in node.actions]
                 return say("no node offers the action {names}", names=" or ".join(names))
