@@ -15,9 +15,8 @@ from pathlib import Path
 
 from grader import KIT, building
 from grader.errors import SubmissionError
-from grader.host import ros_env
 from grader.notebook import prerequisites
-from grader.notebook.workspace import NOTEBOOK, Workspace, course, discovery_range
+from grader.notebook.workspace import NOTEBOOK, Workspace, course
 from grader.words import mark, say
 
 _KILL_AFTER_S = 3.0
@@ -58,16 +57,6 @@ def command(installed: Path, node: str, program: str, launch: str, parameters: M
     values = {"use_sim_time": True, **parameters}
     given = [f"{name}:={str(value).lower() if isinstance(value, bool) else value}" for name, value in values.items()]
     return [*map(str, start), "--ros-args", *(word for each in given for word in ("-p", each))]
-
-
-def environment(installed: Path, workspace: Workspace) -> dict[str, str]:
-    """Return the environment of a node: its install tree, and the workspace's DDS domain."""
-    return ros_env.environment(installed, home=Path.home()) | {
-        "ROS_DOMAIN_ID": str(workspace.domain_id),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
-        "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
-        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
-    }
 
 
 class NodeProcess:

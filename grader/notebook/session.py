@@ -14,6 +14,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -22,6 +23,7 @@ from grader.checks.first_cause import holding_on
 from grader.course import definition
 from grader.errors import KitError
 from grader.evidence import Kind, Reason
+from grader.host import ros_env
 from grader.notebook import interface_types, node_process
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
@@ -279,7 +281,9 @@ class Run:
         from grader.notebook.watched_stage import WatchedStage
 
         command = node_process.command(install, self.node, self._program, self._launch, self._parameters)
-        self._process = process = NodeProcess(command, node_process.environment(install, self._workspace))
+        environment = ros_env.environment(install, home=Path.home()) | self._workspace.variables
+        # A node that hangs can then tell where.
+        self._process = process = NodeProcess(command, environment | {"PYTHONFAULTHANDLER": "1"})
         self._stage = WatchedStage(
             course(), self.node, self.simulator, process,
             launch=self._launch, domain_id=self._workspace.domain_id,

@@ -70,6 +70,15 @@ class Workspace:
         digest = hashlib.sha256(os.fsencode(self.root)).digest()
         return DOMAINS[int.from_bytes(digest[:4], "big") % len(DOMAINS)]
 
+    @property
+    def variables(self) -> dict[str, str]:
+        """Return what ROS 2 is told in a workspace: its DDS domain, who may hear it, and where its logs go."""
+        return {
+            "ROS_DOMAIN_ID": str(self.domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
+            "ROS_LOG_DIR": str(self.root / "log" / "ros"),
+        }
+
     def shown(self, path: Path) -> str:
         """Return a path in the workspace as it is shown to students, the same on every machine."""
         with contextlib.suppress(ValueError):
@@ -153,12 +162,9 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     """
     overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
     wanted = ros_env.environment(*overlays, home=Path.home())
-    wanted |= {
+    wanted |= workspace.variables | {
         "PATH": in_front(environment.get("PATH", ""), ros_env.PREFIX / "bin"),
         "PYTHONPATH": in_front(environment.get("PYTHONPATH", ""), *(o / ros_env.SITE_IN_PREFIX for o in overlays)),
-        "ROS_DOMAIN_ID": str(workspace.domain_id),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
-        "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
         # A plain `colcon build` then uses the settings that docs/ros-from-wheels.md describes.
         "COLCON_DEFAULTS_FILE": str(workspace.root / _DEFAULTS),
         "COLCON_LOG_LEVEL": "error",  # it would warn that the wheels' prefix has no setup files
