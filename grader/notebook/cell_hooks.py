@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from grader import KIT
 from grader.notebook import before_begin, interface_types, lanes, last_hint, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
@@ -103,11 +106,46 @@ def install(workspace: Workspace) -> None:
     transforms = shell.input_transformers_cleanup
     if without_comments_above_a_magic not in transforms:
         transforms.insert(0, without_comments_above_a_magic)
+    if names_of_the_file not in shell.Completer.custom_matchers:
+        shell.Completer.custom_matchers.append(names_of_the_file)
     before_begin.install()
+    warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     jupyters = shell.magics_manager.registry["OSMagics"].writefile  # whatever has taken its name
     for name in before_begin.WRITES:
         shell.register_magic_function(hooks.unless_later(jupyters, name), "cell", name)
+
+
+def names_of_the_file(asked: Any) -> dict[str, Any]:
+    """Return the completions in a cell that writes a file: what its file, and the package around it, define.
+
+    The kernel knows only what was run in it. A class in the cell has what the file's class of that name has, too.
+    """
+    magic, _, body = asked.full_text.partition("\n")
+    name, _, line = magic.partition(" ")
+    path = target(line) if name.removeprefix("%%") in (pieces.MAGIC, *before_begin.WRITES) else None
+    if path is None or asked.cursor_line == 0 or path.suffix not in (".py", ""):
+        return {"completions": []}
+    import jedi
+    from IPython.core.completer import SimpleCompletion
+
+    until = body.split("\n")[: asked.cursor_line]
+    until[-1] = until[-1][: asked.cursor_position]
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    for known in re.findall(r"^class (\w+)", text, re.MULTILINE):
+        until = [re.sub(rf"^class {known}\b.*:", f"class {known}({known}):", row) for row in until]
+    project = jedi.Project(Path.cwd(), added_sys_path=[str(Path.cwd())])
+    script = jedi.Script(
+        "\n".join([text, *until]), path=path, project=project, environment=jedi.InterpreterEnvironment()
+    )
+    found = [each for each in script.complete() if each.complete is not None]
+    # What rclpy and Python keep for themselves would come first, and is rarely meant.
+    meant = [each for each in found if not each.name.startswith("_") or each.module_path == path] or found
+    given = [SimpleCompletion(asked.token + (each.complete or ""), type=each.type) for each in meant]
+    return {"completions": given, "suppress": bool(given)}
+
+
+names_of_the_file.matcher_api_version = 2  # type: ignore[attr-defined]  # as IPython's decorator says it
 
 
 def _described(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -136,6 +174,16 @@ def without_comments_above_a_magic(lines: list[str]) -> list[str]:
     """Return a cell's lines without comments above its `%%` line: below them IPython looks for a line magic."""
     first = next((n for n, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), 0)
     return lines[first:] if lines and lines[first].startswith("%%") else lines
+
+
+_USUAL_FORMAT = warnings.formatwarning
+
+
+def format_warning(message: Warning | str, category: type[Warning], filename: str, *more: Any, **named: Any) -> str:
+    """Return a warning as Python shows it, but without a place in the simulator, where there is nothing to fix."""
+    if Path(filename).is_relative_to(KIT / "sim"):
+        return f"{category.__name__}: {message}\n"
+    return _USUAL_FORMAT(message, category, filename, *more, **named)
 
 
 def forget_changed_modules(package: Path) -> None:

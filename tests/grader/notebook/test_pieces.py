@@ -6,12 +6,13 @@ import dataclasses
 import math
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers import beside
 from helpers.course import PACKAGE
 
-from grader.notebook import pieces, tables, tries
+from grader.notebook import cell_hooks, pieces, tables, tries
 
 TEXTS = beside(__file__)
 
@@ -183,3 +184,43 @@ def test_a_typing_error_in_ones_own_file_is_not_a_cell_that_was_not_run(
 )
 def test_values_are_equal_as_a_reader_would_say(got: object, wanted: object, equal: bool):
     assert tables.same(got, wanted) is equal
+
+
+DRIVER = '''"""A driver."""
+import math
+from rclpy.node import Node
+
+LIMIT = 0.3
+
+
+class Driver(Node):
+    def __init__(self):
+        super().__init__("driver")
+        self._near = math.inf
+
+    def stop(self):
+        pass
+'''
+
+
+@pytest.mark.parametrize(
+    ("cell", "first"),
+    [
+        ("%%into driver.py\nclass Driver:\n    def stop(self):\n        self._", "self._near"),
+        ("%%into driver.py\nclass Driver:\n    def stop(self):\n        return LIM", "LIMIT"),
+        ("%%into driver.py\ndef hold():\n    return math.isna", "math.isnan"),
+        ("%%writefile new.py\nfrom driver import LI", "LIMIT"),
+        ("LIM", ""),
+        ("%%writefile config/new.yaml\nLIM", ""),
+    ],
+)
+def test_tab_completes_what_the_file_of_a_cell_defines(cell: str, first: str, tmp_path: Path, monkeypatch):
+    """The kernel knows only what was run in it, so `self.` had no name of the learner's own."""
+    monkeypatch.chdir(tmp_path)
+    Path("driver.py").write_text(DRIVER)
+    lines = cell.split("\n")
+    asked = SimpleNamespace(
+        full_text=f"{cell}\n", cursor_line=len(lines) - 1, cursor_position=len(lines[-1]), token=lines[-1].split()[-1]
+    )
+    found = [each.text for each in cell_hooks.names_of_the_file(asked)["completions"]]
+    assert [text for text in found if "__" not in text][:1] == [first][: bool(first)]
