@@ -114,7 +114,7 @@ _OTHERS = {
         "batch": "grade a class",
     },
     "grader.hunting": {"hunt": "make up worlds until a package breaks a promise"},
-    "grader.authoring.export": {"export": "write what a platform that grades by itself takes"},
+    "grader.authoring.release": {"export": "write what a platform that grades by itself takes"},
     "grader.authoring.course_command": {
         "check-course": "find what is wrong with a course before anything is graded by it",
         "new-course": "lay out a course of your own",

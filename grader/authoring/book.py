@@ -8,6 +8,7 @@ before it, and stored with its cleaned outputs.
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import runpy
@@ -22,7 +23,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import checkpoint_texts, last_hints, notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, notebook_run, notebook_source
 from grader.course.reader import VARIABLE
 from grader.errors import GraderError, KitError
 from grader.notebook import last_hint
@@ -51,7 +52,17 @@ _VERBS = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status: 0 done, 1 a notebook is not as it should be, 2 wrong usage."""
-    options = _parser().parse_args(arguments)
+    lines = "\n".join(f"  {verb:10} {words}" for verb, words in _VERBS.items())
+    parser = argparse.ArgumentParser(
+        prog="python -m grader.authoring.book", description="Make the course's notebooks from notebooks/source.",
+        epilog=f"verbs:\n{lines}\n\nExample:  python -m grader.authoring.book build 05",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("verb", choices=_VERBS, metavar="VERB", help="what to do, see below")
+    parser.add_argument("notebooks", nargs="*", metavar="NN", help="such as 05 (default: all)")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course, unless the kit's own")
+    parser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
     if options.course:
         os.environ[VARIABLE] = str(options.course.resolve())  # for the notebooks' kernels, too
     rubric = load(course().rubric)
@@ -66,22 +77,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"book: {error}", file=sys.stderr)
         return 1
     return 0 if all(done) else 1
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m grader.authoring.book", description="Make the course's notebooks from notebooks/source.",
-        epilog="Example:  python -m grader.authoring.book build 05",
-    )  # fmt: skip
-    verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB", dest="verb")
-    for verb, words in _VERBS.items():
-        subparser = verbs.add_parser(verb, help=words, description=words[0].upper() + words[1:] + ".")
-        subparser.add_argument("notebooks", nargs="*", metavar="NN", help="such as 05 (default: all)")
-        subparser.add_argument(
-            "--course", type=Path, metavar="DIR", help="the folder of the course, unless the kit's own"
-        )
-        subparser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
-    return parser
 
 
 def _run_verb(verb: str, notebook: Notebook) -> bool:
@@ -129,22 +124,20 @@ class Notebook:
     folder: Path = notebook_source.NOTEBOOKS
     solutions: notebook_run.Solutions = checkpoint_texts.solution
 
-    def student(self) -> NotebookNode:
-        """Return the student edition, in which the last hints are those that `hints` has."""
-        notebook = self._whole()
-        last_hints.take_out(notebook)
-        return notebook
+    def student(self) -> tuple[NotebookNode, str]:
+        """Return the student edition, and the text of the file in which a kernel finds its last hints, "" without any.
 
-    def hints(self) -> str:
-        """Return the text of the file with the last hints, "" if it has none."""
-        return last_hints.text(last_hints.take_out(self._whole()))
-
-    def _whole(self) -> NotebookNode:
-        return notebook_source.read(self.name, self.rubric, self.folder)
+        Raises:
+            GraderError: the source is not a valid notebook.
+        """
+        notebook = notebook_source.read(self.name, self.rubric, self.folder)
+        taken = notebook_source.take_out_hints(notebook)
+        return notebook, json.dumps(taken, indent=1, ensure_ascii=False, sort_keys=True) + "\n" if taken else ""
 
     def published(self) -> NotebookNode:
         """Return the notebook with solved exercises and a note for visitors, before it is run."""
-        notebook = notebook_run.solved(self.name, self._whole(), self.solutions)
+        source = notebook_source.read(self.name, self.rubric, self.folder)
+        notebook = notebook_run.solved(self.name, source, self.solutions)
         for cell in notebook.cells:
             cell.metadata.pop("nbgrader", None)
             if cell.cell_type == "markdown":
@@ -158,12 +151,12 @@ class Notebook:
 
     def write_student(self) -> None:
         """Write the student edition, and its last hints beside it."""
-        write(self.student(), student_file(self.name, self.folder))
-        file = last_hint.file_of(self.name, self.folder)
+        (notebook, hints), file = self.student(), last_hint.file_of(self.name, self.folder)
+        write(notebook, student_file(self.name, self.folder))
         file.unlink(missing_ok=True)
-        if text := self.hints():
+        if hints:
             file.parent.mkdir(exist_ok=True)
-            file.write_text(text, encoding="utf-8")
+            file.write_text(hints, encoding="utf-8")
 
     def publish(self) -> notebook_run.NotebookRun:
         """Run it solved and write its published edition; keep the old file if the run has an error."""
@@ -190,23 +183,20 @@ class Notebook:
 
     def run_untouched(self) -> notebook_run.NotebookRun:
         """Run the student edition in an empty workspace, and clean its outputs."""
-        return _cleaned(lambda workspace: notebook_run.execute(self.student(), workspace))
+        return _cleaned(lambda workspace: notebook_run.execute(self.student()[0], workspace))
 
     def differences(self) -> list[str]:
-        """Return how the two editions differ from the source, one sentence each."""
-        found = []
-        file = last_hint.file_of(self.name, self.folder)
-        if (file.read_text(encoding="utf-8") if file.is_file() else "") != self.hints():
-            found.append(f"{file.relative_to(self.folder)} is not what its source says. {self._advice}")
-        for file, made in (
-            (student_file(self.name, self.folder), self.student()),
-            (published_file(self.name, self.folder), self.published()),
-        ):
-            wrong = "is missing" if not file.exists() else ""
-            if file.exists() and _comparable(read_stored(file), file) != _comparable(made, file):
-                wrong = "is not what its source says"
-            found += [f"{file.relative_to(self.folder)} {wrong}. {self._advice}"] if wrong else []
-        return found
+        """Return how the two editions and the last hints differ from the source, one sentence each."""
+        (student, hints), file = self.student(), last_hint.file_of(self.name, self.folder)
+        stored = file.read_text(encoding="utf-8") if file.is_file() else ""
+        wrong = {} if stored == hints else {file: "is not what its source says"}
+        published = published_file(self.name, self.folder)
+        for file, made in ((student_file(self.name, self.folder), student), (published, self.published())):
+            if not file.exists():
+                wrong[file] = "is missing"
+            elif _comparable(read_stored(file), file) != _comparable(made, file):
+                wrong[file] = "is not what its source says"
+        return [f"{file.relative_to(self.folder)} {words}. {self._advice}" for file, words in wrong.items()]
 
     @property
     def _advice(self) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import contextlib
 import importlib
-import json
 import re
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -15,7 +14,6 @@ from pathlib import Path
 
 import jinja2
 import nbformat
-import yaml
 
 from grader import yaml_reader
 from grader.authoring import held_back, notebook_source
@@ -101,6 +99,15 @@ class _Reading:
 
     def __init__(self, course: Course) -> None:
         self.course = course
+        self._sound: Rubric | None = None  # it names only checks that exist
+        with contextlib.suppress(Exception):  # named by _rubric and _checks
+            self._sound = read_rubric(course)
+        self.whole = self._sound  # or as far as it goes; None if it cannot be read
+        with contextlib.suppress(GraderError):
+            self.whole = self._sound or rubric.load(course.rubric)
+        text = course.rubric.read_text(encoding="utf-8") if course.rubric.is_file() else ""
+        ids: dict[str, float | None] = dict.fromkeys(re.findall(r"(?m)^ *- id: *[\"']?(\w+)", text))
+        self.worth = worth(self.whole) if self.whole else ids
 
     def mistakes(self) -> Iterator[str]:
         """Yield all mistakes. What was made of a file with a mistake is not asked for more."""
@@ -117,28 +124,6 @@ class _Reading:
                 yield str(error)
             except Exception as error:  # of a module or a template of the course
                 yield f"{_place(error, self.course.folder)}: {type(error).__name__}: {error}"
-
-    @cached_property
-    def _sound(self) -> Rubric | None:
-        """Return the rubric if it names only checks that exist; else one that it lacks may be meant by another."""
-        with contextlib.suppress(GraderError, SyntaxError):
-            return read_rubric(self.course)
-        return None
-
-    @cached_property
-    def whole(self) -> Rubric | None:
-        """Return the rubric, as far as it goes if it names checks that do not exist; None if it cannot be read."""
-        with contextlib.suppress(GraderError):
-            return self._sound or rubric.load(self.course.rubric)
-        return None
-
-    @cached_property
-    def worth(self) -> dict[str, float | None]:
-        """Return the points of each requirement; where the rubric cannot be read, all ids in it without points."""
-        if self.whole is not None:
-            return worth(self.whole)
-        text = self.course.rubric.read_text(encoding="utf-8") if self.course.rubric.is_file() else ""
-        return dict.fromkeys(re.findall(r"(?m)^ *- id: *[\"']?(\w+)", text))
 
     def _layout(self) -> Iterator[str]:
         for path in self.course.layout:
@@ -262,11 +247,11 @@ class _Reading:
                 yield str(error)
 
     def _known_bad(self) -> Iterator[str]:
+        wrong: list[str] = []
         for path in edits(self.course):
-            try:
+            with yaml_reader.noted(wrong):
                 known_bad(path, self.course, self.worth)
-            except GraderError as error:
-                yield str(error)
+        yield from wrong
 
     def _hunts(self) -> Iterator[str]:
         """Yield which modules of hunts/ cannot be imported, and for which requirements they make up no cases."""
@@ -301,29 +286,9 @@ class _Reading:
                 reader.require_known(name, key, written, f"a notebook in {self.course.notebooks}")
                 kinds = reader.fields(value, key, (), "", tuple(field.name for field in fields(Checkpoint)))
                 for file in [file for kind in kinds.values() for file in reader.items(kind)]:
-                    with yaml_reader.noted(wrong):
-                        self._solved(reader, reader.text(file), file)
-        for _, key, value in reader.mapping(parts["lanes"]) if "lanes" in parts else ():
-            with yaml_reader.noted(wrong):
-                lane = reader.fields(value, key, ("minutes",), "a lane", ("asks", "later", "gives", "frames"))
-                for asked in reader.items(lane["asks"]) if "asks" in lane and self.worth else ():
-                    reader.require_known(reader.text(asked), asked, self.worth, "a requirement of the rubric")
-                for name, place, _ in reader.mapping(lane["later"]) if "later" in lane and self.worth else ():
-                    with yaml_reader.noted(wrong):
-                        reader.require_known(name, place, self.worth, "a requirement of the rubric")
-                for _, _, files in reader.mapping(lane["gives"]) if "gives" in lane else ():
-                    for path_, file, _ in reader.mapping(files):
-                        self._solved(reader, path_, file)
-                for number, _, cells in reader.mapping(lane["frames"]) if "frames" in lane else ():
-                    ids = [cell.get("id") for found in self.course.notebooks.glob(f"{number}_*.ipynb")
-                           for cell in json.loads(found.read_text(encoding="utf-8"))["cells"]]  # fmt: skip
-                    for id_, cell, _ in reader.mapping(cells):
-                        reader.require_known(id_, cell, ids, f"a cell of notebook {number}")
+                    if not (self.course.solution / (lacking := reader.text(file))).is_file():
+                        wrong.append(f"{path}, line {file.start_mark.line + 1}: the solution has no {lacking}")
         yield from wrong
-
-    def _solved(self, reader: YamlReader, name: str, node: yaml.Node) -> None:
-        if not (self.course.solution / name).is_file():
-            reader.fail(node, f"the solution has no {name}")
 
     def _handout(self) -> Iterator[str]:
         if self.whole is None:

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
+import keyword
+import re
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.course import find
+from grader.course import Course, find, load
 from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED, UsageError
+from grader.intake import package_edits
 from grader.progress import Progress
 from grader.words import counted
+
+_TEMPLATE = Path(__file__).parent / "template_course"
+_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".*", "ws", "build", "install", "log")
+_NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
+_MOST = 40  # letters of a name
+_IMPORTS = re.compile(r"(?:^(?:import|from) .*\n)+", re.MULTILINE)
 
 
 def add(verbs: Any) -> None:
@@ -80,10 +91,8 @@ def _check_course(options: argparse.Namespace) -> int:
 
 
 def _new_course(options: argparse.Namespace) -> int:
-    from grader.authoring import new_course
-
     folder: Path = options.folder
-    course = new_course.lay_out(folder, options.package)
+    course = lay_out(folder, options.package)
     print(
         f"{folder} is a course in which students write the package {course.package}. Next:\n"
         f"    grader check-course --static {folder}    # reads its files\n"
@@ -93,3 +102,31 @@ def _new_course(options: argparse.Namespace) -> int:
         "docs/own-course.md of the kit leads from here to a graded class."
     )
     return EXIT_GRADED
+
+
+def lay_out(folder: Path, package: str = "") -> Course:
+    """Copy the small course to `folder`, with another name of its package unless that is "", and return it.
+
+    Raises:
+        UsageError: there is something in the folder, or ROS or Python would not take the name.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} is not an empty folder; nothing was written.", "Choose a new one.")
+    old = load(_TEMPLATE).package
+    if package and (not _NAME.fullmatch(package) or keyword.iskeyword(package) or len(package) > _MOST):
+        why = f"is no name for a package: small letters, digits and single underscores, {_MOST} at most"
+        raise UsageError(f"{package} {why}.", "Choose another --package.")
+    if package not in ("", old) and importlib.util.find_spec(package):
+        why = "is the name of a Python module that is installed here, which the package would hide"
+        raise UsageError(f"{package} {why}.", "Choose another --package.")
+    shutil.copytree(_TEMPLATE, folder, ignore=_NOT_COPIED, dirs_exist_ok=True)
+    if package:
+        package_edits.rename(old, package)(folder)
+        for path in folder.rglob("*.py"):
+            path.write_text(_IMPORTS.sub(_by_module, path.read_text(encoding="utf-8")), encoding="utf-8")
+    return load(folder)
+
+
+def _by_module(imports: re.Match[str]) -> str:
+    """Return lines of imports in the order that ament_flake8 asks for."""
+    return "".join(sorted(imports[0].splitlines(keepends=True), key=lambda line: line.split()[1].lower()))

@@ -74,15 +74,14 @@ class _Trying:
         self._by_seed = self._served(_BY_SEED)
         # A league judges what a student makes up. A solution that hands in no cases is not asked for them.
         hands_in = (settings.course.solution / handed_in.FOLDER).is_dir()
-        self._left_out = frozenset() if hands_in else self._served((LeagueCases.name,))
         checked = frozenset(requirement.id for requirement in settings.rubric.requirements if requirement.checks)
-        self._everything = checked - self._left_out
+        self._everything = checked - (frozenset() if hands_in else self._served((LeagueCases.name,)))
 
     def solution(self) -> Iterator[str]:
         """Yield where the solution loses points, and what depends on the seed."""
         solution = self.settings.course.solution
         try:
-            card = self._graded("the solution", solution, 0, self._everything if self._left_out else ()).scorecard
+            card = self._graded("the solution", solution, 0, self._everything).scorecard
         except SubmissionError as error:
             yield f"the solution is refused: {error}"
             self.lost = {requirement.id for requirement in self.settings.rubric.requirements}
@@ -146,7 +145,7 @@ class _Trying:
         found = (source.serves(self.settings) for source in SOURCES if source.name in sources)
         return frozenset(name for names in found for name in names)
 
-    def _graded(self, what: str, package: Path, seed: int, only: Iterable[str] = ()) -> Grading:
+    def _graded(self, what: str, package: Path, seed: int, only: Iterable[str]) -> Grading:
         settings = replace(
             self.settings, seed=seed, requirements=tuple(only), progress=lambda words: self.progress(f"{what}: {words}")
         )

@@ -18,7 +18,7 @@ from nbformat import NotebookNode
 
 from grader import KIT
 from grader.errors import GraderError
-from grader.notebook import pieces
+from grader.notebook import last_hint, pieces
 from grader.scoring.rubric import Rubric
 
 NOTEBOOKS = KIT / "notebooks"
@@ -33,6 +33,8 @@ _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
 _INTO = re.compile(rf"%%{pieces.MAGIC} +(\S+) *\n")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
+_EXERCISES = {EXERCISE, PIECE, FUNCTION}
+_TRY = re.compile(rf"^ *(?:tries|check|mutant_matrix)\(|{last_hint.PYTEST.pattern}", re.MULTILINE)
 _MAX_ID = 64  # characters of a cell's id, by the notebook format
 
 
@@ -234,3 +236,41 @@ def checked(cell: NotebookNode) -> list[str]:
 
 def _requirements(source: str) -> list[str]:
     return [name for call in _CALL.findall(source) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+
+
+def take_out_hints(notebook: NotebookNode) -> dict[str, str]:
+    """Replace the last hints on a notebook's pages, in place, and return them by what their exercises write.
+
+    A hint is about the exercises above it, up to the hint before or a heading. One stays on its page if no exercise is
+    there, or nothing tries that exercise before the next one.
+
+    Raises:
+        GraderError: two exercises with different hints write the same function.
+    """
+    found: dict[str, str] = {}
+    above: list[NotebookNode] = []
+    for cell in notebook.cells:
+        if _EXERCISES & {*tags(cell)}:
+            above.append(cell)
+        elif cell.cell_type == "markdown" and (fold := last_hint.FOLD.search(cell.source)):
+            about = above if above and _is_tried(notebook, above[-1]) else []
+            names = [name for each in about for name in last_hint.written(each.source)]
+            for name in names:
+                if found.setdefault(name, fold[0]) != fold[0]:
+                    raise GraderError(f"Two exercises with different last hints write {name}.")
+            if names:
+                cell.source = last_hint.FOLD.sub(rf"\1\n\n{last_hint.PLACE}\n\3", cell.source, count=1)
+            above = []
+        if any(True for _ in headings(cell)):
+            above = []
+    return found
+
+
+def _is_tried(notebook: NotebookNode, exercise: NotebookNode) -> bool:
+    """Return whether a cell before the next exercise tries this one."""
+    for cell in notebook.cells[notebook.cells.index(exercise) + 1 :]:
+        if _EXERCISES & {*tags(cell)}:
+            return False
+        if cell.cell_type == "code" and _TRY.search(cell.source):
+            return True
+    return False

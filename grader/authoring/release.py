@@ -1,15 +1,20 @@
-"""Write the kit for students: one zip with everything that the course needs and nothing meant for instructors alone.
+"""Write the kit for students, and what platforms take that grade by themselves: a zip each.
 
-Its files are listed here by name, so a new file is left out until it is added here. `grader` and `sim` go in whole,
-without the folders in `_WITHHELD`.
+The students' files are listed here by name, so a new file is left out until it is added here. `grader` and `sim` go in
+whole, without the folders in `_WITHHELD`. An export holds the kit without the reference package, and a course of one's
+own in the folder `course`; the platform sets it up as `make setup` does, and grader/classroom/platforms/ says what
+becomes of a grading there.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
+import tempfile
 import time
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import nbformat
 import yaml
@@ -18,8 +23,8 @@ from packaging.utils import canonicalize_name
 
 from grader import KIT
 from grader.authoring import checkpoint_texts, held_back
-from grader.course import Course, handout, reader
-from grader.errors import GraderError
+from grader.course import Course, find, handout, name_of, reader
+from grader.errors import EXIT_GRADED, GraderError
 from grader.host import provenance
 from grader.notebook import checkpoints, lanes, last_hint
 from grader.notebook.packing import Entry, write_zip
@@ -43,6 +48,11 @@ _LEFT_OUT = (
 )  # fmt: skip
 _NO_EXTRAS = ("dev", "cluster")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
+_EXPORTS = Path(__file__).parent / "exports"
+_OF_AN_EXPORT = ("Makefile", "README.md", "LICENSE", "rubric.yaml", ".ci/setup", ".ci/setup.py")
+_NOT_EXPORTED = "grader/selftest/"
+_PLATFORM_MINUTES = 40  # the most that Gradescope allows; its default, 10, is short for its half of a core
+_SPARE_S = 60  # to end a grading and write the results
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 
 
@@ -92,6 +102,8 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
     Raises:
         GraderError: the course has no such lane.
     """
+    if lane != lanes.WHOLE and lane not in lanes.table():
+        raise GraderError(f"There is no lane {lane!r}; there are {', '.join(lanes.table()) or 'none in this course'}.")
     named = (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE", *(f"docs/{page}" for page in _PAGES))
     found = {name: (KIT / name).read_bytes() for name in named} | tree(*_WITHHELD)
     for path in (*_STUDENT_KIT.iterdir(), *(course.folder / "student_kit").glob("*")):
@@ -119,14 +131,9 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
 
 def _in_lane(path: Path, lane: str) -> bytes:
     """Return a notebook as a lane has it; one that no lane has stays as it is."""
-    try:
-        counted_in = lanes.minutes(lanes.require(lane))
-    except ValueError as error:
-        raise GraderError(str(error)) from error
-    number = path.name[:2]
-    if number not in counted_in:
+    if path.name[:2] not in lanes.minutes(lane):
         return path.read_bytes()
-    notebook = lanes.fold(nbformat.read(path, as_version=4), number, lane)
+    notebook = lanes.fold(nbformat.read(path, as_version=4), path.name[:2], lane)
     return (nbformat.writes(notebook, version=4).rstrip("\n") + "\n").encode()
 
 
@@ -201,3 +208,76 @@ def _wanted() -> set[str]:
     named = [*settings["project"]["dependencies"], *settings["build-system"]["requires"]]
     named += [requirement for extra, listed in extras.items() if extra not in _NO_EXTRAS for requirement in listed]
     return {canonicalize_name(Requirement(requirement).name) for requirement in named}
+
+
+# -- for platforms that grade by themselves ----------------------------------------------------------------------------
+
+
+def add(verbs: Any) -> None:
+    """Add the verb to the grader's."""
+    parser = verbs.add_parser(
+        "export",
+        help="write what a platform that grades by itself takes",
+        description="Write the autograder that Gradescope runs for each submission, or a template repository whose "
+        "workflow grades for GitHub Classroom. docs/containers.md says how to set each up.",
+        epilog="Example:  grader export gradescope --out autograder.zip",
+    )
+    parser.add_argument("platform", choices=("gradescope", "github"))
+    parser.add_argument("--out", type=Path, required=True, help="the zip")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
+    parser.add_argument(
+        "--minutes", type=int, choices=range(5, 121), metavar="N", default=_PLATFORM_MINUTES,
+        help=f"the container's time limit in Gradescope's settings (default {_PLATFORM_MINUTES}); it must be that long",
+    )  # fmt: skip
+    parser.set_defaults(run=_export, for_authors=True)
+
+
+def _export(options: argparse.Namespace) -> int:
+    if options.platform == "gradescope":
+        gradescope(options.out, find(options.course), options.minutes)
+    else:
+        github(options.out, find(options.course))
+    print(f"{options.platform}: {options.out}")
+    return EXIT_GRADED
+
+
+def gradescope(out: Path, course: Course, minutes: int = _PLATFORM_MINUTES) -> None:
+    """Write autograder.zip, which stops a grading one minute before the platform would."""
+    entries = {f"kit/{name}": entry for name, entry in _kit(course).items()}
+    for name in ("setup.sh", "run_autograder"):
+        text = (_EXPORTS / "gradescope" / name).read_text().replace("@SECONDS@", str(60 * minutes - _SPARE_S))
+        entries[name] = Entry(text.encode(), executable=True)
+    write_zip(out, entries)
+
+
+def github(out: Path, course: Course) -> None:
+    """Write a zip with the content of a template repository.
+
+    Raises:
+        GraderError: the course holds something back, which students would read in their repositories.
+    """
+    if reader.held_back_names(course):
+        raise GraderError("The course holds something back, and a student's repository would show it. Grade elsewhere.")
+    with tempfile.TemporaryDirectory(prefix="export-") as scratch:
+        write_zip(kit := Path(scratch, "kit.zip"), {f"{TOP}/{name}": entry for name, entry in _kit(course).items()})
+        entries = {kit.name: Entry(kit.read_bytes(), False)}
+    folder = _EXPORTS / "github"
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        text = path.read_text().replace("@TOP@", TOP).replace("@PACKAGE@", course.package)
+        entries[path.relative_to(folder).as_posix()] = Entry(text.encode(), False)
+    write_zip(out, entries)
+
+
+def _kit(course: Course) -> dict[str, Entry]:
+    """Return the files of the kit and of a course of one's own that a grading needs, by their paths."""
+    found = {name: (KIT / name).read_bytes() for name in _OF_AN_EXPORT} | tree(_NOT_EXPORTED)
+    if name_of(course):  # the kit has its own
+        if not course.rubric.is_relative_to(course.folder):
+            raise GraderError(f"{course.rubric} is not in the course's folder {course.folder}. Move it there.")
+        held_back = [path for path in course.held_back.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+        for path in (*files(course.folder), *held_back, course.rubric):
+            found[f"course/{path.relative_to(course.folder).as_posix()}"] = path.read_bytes()
+        found[reader.INSTALLED] = b"course\n"
+    found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
+    found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
+    return {name: Entry(data, data.startswith(b"#!")) for name, data in sorted(found.items())}

@@ -5,14 +5,12 @@ from __future__ import annotations
 import importlib
 import inspect
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 from grader.notebook import interface_types, prerequisites
 from grader.notebook.tables import MissingError
-from grader.notebook.workspace import NOTEBOOK, course
+from grader.notebook.workspace import NOTEBOOK, course, discovery_range
 from grader.words import say
 
 _DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -84,8 +82,10 @@ class Bench:
         if Bench._current is not None:
             Bench._current.close()
         self._context = Context()
-        with _undiscovered():
-            rclpy.init(context=self._context)
+        # What a context is made with stays with it: nothing on a bench is heard elsewhere, not even on another one.
+        os.environ[_DISCOVERY] = "OFF"
+        rclpy.init(context=self._context)
+        os.environ[_DISCOVERY] = discovery_range()
         Bench._current = self
         overrides = [Parameter("use_sim_time", value=True)]
         overrides += [Parameter(key, value=value) for key, value in parameters.items()]
@@ -181,16 +181,3 @@ class Bench:
         if "node" in vars(self):
             self.node.destroy_node()
         try_shutdown(context=self._context)
-
-
-@contextmanager
-def _undiscovered() -> Iterator[None]:
-    """Keep contexts that are made now to themselves: nothing on a bench is heard elsewhere, not even on another one."""
-    before = os.environ.get(_DISCOVERY)
-    os.environ[_DISCOVERY] = "OFF"
-    try:
-        yield
-    finally:
-        del os.environ[_DISCOVERY]
-        if before is not None:
-            os.environ[_DISCOVERY] = before

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import before_begin, checkpoints, interface_types, lanes, last_hint, pieces, standing
+from grader.notebook import before_begin, interface_types, lanes, last_hint, pieces, standing
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 from grader.words import say
@@ -24,7 +24,7 @@ class CellHooks:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._backups = FileBackups(workspace)
-        self._active = standing.ActiveTime()
+        self._last = time.monotonic()  # when a cell began or ended
 
     def draw(self) -> None:
         """Frame the figures that are about to be shown, and give them an alternative text for who does not see them."""
@@ -56,15 +56,15 @@ class CellHooks:
             display({"text/markdown": hint, "text/plain": hint}, raw=True)  # type: ignore[no-untyped-call]
 
     def _count(self) -> None:
-        seconds = self._active.until(time.monotonic())
-        standing.add_seconds(self._workspace, os.environ.get(NOTEBOOK, ""), seconds)
+        before, self._last = self._last, time.monotonic()
+        standing.add_seconds(self._workspace, os.environ.get(NOTEBOOK, ""), self._last - before)
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
         """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
 
         def write(line: str, cell: str) -> None:
             path, notebook = target(line), os.environ.get(NOTEBOOK, "")
-            refusal = self._backups.refusal(name, line, cell, notebook, checkpoints.written_by(notebook))
+            refusal = self._backups.refusal(name, line, cell, notebook)
             if refusal := refusal or lanes.refusal(self._workspace, notebook, name, path, line, cell):
                 print(refusal)
                 return
@@ -192,27 +192,19 @@ def forget_changed_modules(package: Path) -> None:
     Python reads a module once, so a cell that imports it again would get the old one. A folder without `__init__.py`
     is forgotten, too: it would go on handing out the old modules in it.
     """
-    loaded = {
-        name: Path(file) if (file := getattr(module, "__file__", None)) else None
+    files = {
+        name: Path(getattr(module, "__file__", None) or package)
         for name, module in list(sys.modules.items())
         if name.partition(".")[0] == course().package
     }
-    loaded = {name: path for name, path in loaded.items() if path is None or path.is_relative_to(package)}
-    stamps = {name: _stamp(path) for name, path in loaded.items() if path is not None}
+    changed = {name: path.stat().st_mtime_ns if path.is_file() else 0 for name, path in files.items()}
+    stamps = {name: stamp for name, stamp in changed.items() if files[name].is_relative_to(package)}
     if any(_STAMPS.get(name, stamp) != stamp for name, stamp in stamps.items()):
-        for name in loaded:
+        for name in stamps:
             sys.modules.pop(name, None)
             _STAMPS.pop(name, None)
     else:
         _STAMPS.update(stamps)
 
 
-_STAMPS: dict[str, tuple[int, int]] = {}
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    try:
-        found = path.stat()
-    except OSError:
-        return (0, 0)
-    return found.st_mtime_ns, found.st_size
+_STAMPS: dict[str, int] = {}

@@ -17,7 +17,7 @@ from grader.errors import GraderError, KitError, SubmissionError
 from grader.processes import supervised
 from grader.scoring.grading import Grading
 from grader.settings import Settings
-from grader.words import say
+from grader.words import mark, say
 
 _RAISED = "raised "
 _TAIL = 500  # characters of what a process that broke has printed
@@ -32,27 +32,17 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
         KeyboardInterrupt: the cell was interrupted. No process and no temporary file is left.
     """
     wanted = {"package": str(package), "out": str(out), "settings": settings.plain()}
-    _observe(json.dumps(wanted), settings)
-    settings.progress(say("checking the evidence"))
-    return pipeline.judge(out / pipeline.EVIDENCE, settings, keep_verdict=True)
-
-
-def _observe(wanted: str, settings: Settings) -> None:
-    """Collect the evidence in a process of its own."""
     process = supervised.start(__spec__.name, str(os.getpid()))
-    said = supervised.hear(process, settings.progress, wanted)
+    said = supervised.hear(process, settings.progress, json.dumps(wanted))
     for line in said:
         if line.startswith(_RAISED):
             theirs, *words = json.loads(line.removeprefix(_RAISED))
             raise (SubmissionError if theirs else GraderError)(*words)
     if process.returncode:
-        raise GraderError(
-            say(
-                "The check ended with status {status}: {said}",
-                status=process.returncode,
-                said=" ".join(said)[-_TAIL:],
-            )
-        )
+        ended = mark("The check ended with status {status}: {said}")
+        raise GraderError(say(ended, status=process.returncode, said=" ".join(said)[-_TAIL:]))
+    settings.progress(say("checking the evidence"))
+    return pipeline.judge(out / pipeline.EVIDENCE, settings, keep_verdict=True)
 
 
 def main(wanted: dict[str, Any]) -> int:

@@ -14,13 +14,13 @@ from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
 from grader.notebook import check_process, prerequisites, standing
-from grader.notebook.feedback import Answer, Checked, Note, Progress
+from grader.notebook.feedback import Answer, Checked, Note, Progress, seen_expected_try
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.figures import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
-from grader.scoring.scorecard import WITHHELD, CheckResult, Outcome, RequirementScore
+from grader.scoring.scorecard import WITHHELD, Outcome, RequirementScore
 from grader.settings import Reuse, Settings
 from grader.words import mark, say
 
@@ -38,58 +38,45 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
         ValueError: there is no such requirement.
     """
     whole = rubric.load(course().rubric)
-    wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements if name not in whole.dropped)]
-    dropped = tuple(
-        say("{name} is not graded in this course.", name=name) for name in requirements if name in whole.dropped
-    )
-    if not requirements:
-        wanted = [requirement for requirement in whole.requirements if requirement.can_be_checked]
-    everything = "" if requirements else at_hand_in(whole.requirements)
+    checkable = [requirement.id for requirement in whole.requirements if requirement.can_be_checked]
+    names = [*dict.fromkeys(requirements or checkable)]
+    wanted = [_requirement(whole, name) for name in names if name not in whole.dropped]
+    notes = [say("{name} is not graded in this course.", name=name) for name in names if name in whole.dropped]
     notebook = os.environ.get(NOTEBOOK, "")
     ids = {requirement.id for requirement in whole.requirements}
-    asked: dict[str, Requirement] = {}
-    instead: dict[str, Mapping[str, str]] = {}
+    rows = {r.id: row for r in wanted if (row := prerequisites.stand_in(r.id, notebook)) and row["requirement"] in ids}
+    asked = {r.id: whole.requirement(rows[r.id]["requirement"]) if r.id in rows else r for r in wanted}
     answers: dict[str, Answer] = {}
     for r in wanted:
-        asked[r.id] = r
-        if (row := prerequisites.stand_in(r.id, notebook)) and row["requirement"] in ids:
-            asked[r.id], instead[r.id] = whole.requirement(row["requirement"]), row
         if not r.can_be_checked:
             answers[r.id] = _answer(r, elsewhere=r.waits)
         elif gap := prerequisites.first_gap(workspace.package, asked[r.id].id, notebook):
-            answers[r.id] = _lacking(r, gap)
+            answers[r.id] = _answer(r, Note(r.text, seen_expected_try(*gap)))
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
-    notes: tuple[str, ...] = ()
-    if possible:
-        try:
+    try:
+        if possible:
             with Progress() as progress:
                 grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
-                scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
-                for r in possible:
-                    score = scores[asked[r.id].id]
-                    answers[r.id] = (
-                        _stood_in(r, instead[r.id], score, grading)
-                        if r.id in instead
-                        else _judged(score, grading, notebook)
-                    )
-                pictures = _pictures(grading, notebook)
-                notes = (grading.unchanged,) if grading.unchanged else ()
-        except SubmissionError as error:
-            gap = prerequisites.Gap(str(error), say("a package that can be read"), say("fix the problem named here"))
-            answers |= {r.id: _lacking(r, gap) for r in possible}
-        except KitError as error:
-            because = ((say("because"), str(error)),)
-            answers |= {r.id: _answer(r, Note(r.text, because), ours=True) for r in possible}
+            scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
+            for r in possible:
+                score, row = scores[asked[r.id].id], rows.get(r.id)
+                answers[r.id] = _stood_in(r, row, score, grading) if row else _judged(score, grading, notebook)
+            pictures = _pictures(grading, notebook)
+            notes += [grading.unchanged] if grading.unchanged else []
+    except SubmissionError as error:
+        found = seen_expected_try(error, say("a package that can be read"), say("fix the problem named here"))
+        answers |= {r.id: _answer(r, Note(r.text, found)) for r in possible}
+    except KitError as error:
+        because = ((say("because"), str(error)),)
+        answers |= {r.id: _answer(r, Note(r.text, because), ours=True) for r in possible}
     given = tuple(answers[r.id] for r in wanted)
     standing.note(workspace, given)
-    if everything:
+    if not requirements and (rest := at_hand_in(whole.requirements)):
         reached, worth = sum(float(each.points) for each in given), sum(float(each.worth) for each in given)
-        words = say(
-            "{reached} of {worth} points that can be judged here.", reached=points(reached), worth=points(worth)
-        )
-        notes = (*notes, words + " " + everything)
-    return Checked(given, pictures, (*dropped, *notes))
+        words = mark("{reached} of {worth} points that can be judged here.")
+        notes.append(say(words, reached=points(reached), worth=points(worth)) + " " + rest)
+    return Checked(given, pictures, tuple(notes))
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -125,11 +112,6 @@ def _answer(requirement: Requirement, *notes: Note, reached: float = 0.0, passed
         requirement.id, requirement.title, points(reached), points(requirement.points), passed, notes=notes,
         section=say("Taught in {place}.", place=place(requirement.section)) if requirement.section else "", **more,
     )  # fmt: skip
-
-
-def _lacking(requirement: Requirement, gap: prerequisites.Gap) -> Answer:
-    rows = ((say("seen"), gap.seen), (say("expected"), gap.expected), (say("try"), gap.try_))
-    return _answer(requirement, Note(requirement.text, rows))
 
 
 def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
@@ -175,21 +157,14 @@ def _stood_in(
 
 def _note(loss: Loss, grading: Grading) -> Note:
     result = loss.result
-    if result.outcome is Outcome.NOT_REACHED:
-        return Note(loss.heading, _not_reached(result, grading))
+    if result.outcome is Outcome.NOT_REACHED:  # the reason is shown as what was seen
+        seen, try_, build = result.because, prerequisites.advice(result.reason), grading.evidence.build
+        if not build.ok:
+            seen = say("the package does not build: {error}", error=prerequisites.first_error(build))
+            try_ = say("fix the first error of the build; others often go with it")
+        return Note(loss.heading, seen_expected_try(seen, result.expected or result.sentence, try_))
     named = {"seen": result.seen, "because": result.because, "expected": result.expected, "try": result.try_}
     return Note(loss.heading, tuple((say(name), value) for name, value in named.items() if value))
-
-
-def _not_reached(result: CheckResult, grading: Grading) -> tuple[tuple[str, str], ...]:
-    """Return the rows for a check that could not be judged; the reason is shown as what was seen."""
-    found, expected = grading.evidence.build, result.expected or result.sentence
-    if found.ok:
-        seen, try_ = result.because, prerequisites.advice(result.reason)
-    else:
-        seen = say("the package does not build: {error}", error=prerequisites.first_error(found))
-        try_ = say("fix the first error of the build; others often go with it")
-    return (say("seen"), seen), (say("expected"), expected), (say("try"), try_)
 
 
 def _sample(requirement: str, grading: Grading) -> str:

@@ -6,7 +6,6 @@ checkout, an entry point names the function that makes them out of the solutions
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import zlib
@@ -14,6 +13,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import entry_points
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import Workspace, course, ignored_by_colcon
-from grader.words import say
+from grader.words import mark, say
 
 PACKED = Path(__file__).parent / "checkpoints.bin"
 """The texts as compressed JSON: for each notebook ("05") its files by path."""
@@ -44,14 +44,9 @@ class Checkpoint:
     optional: tuple[str, ...] = ()
 
     @property
-    def cells(self) -> tuple[str, ...]:
-        """Return the files that cells write."""
-        return (*self.given, *self.exercises)
-
-    @property
     def written(self) -> tuple[str, ...]:
         """Return the files that the notebook writes, by cells and by commands."""
-        return (*self.cells, *self.made)
+        return (*self.given, *self.exercises, *self.made)
 
 
 def table() -> Mapping[str, Checkpoint]:
@@ -72,9 +67,8 @@ def number(notebook: str) -> str:
     """
     found = notebook[:2]
     if found not in _by_number():
-        raise ValueError(
-            say("There is no notebook {notebook!r}; there are {known}.", notebook=notebook, known=", ".join(table()))
-        )
+        words = mark("There is no notebook {notebook!r}; there are {known}.")
+        raise ValueError(say(words, notebook=notebook, known=", ".join(table())))
     return found
 
 
@@ -83,24 +77,13 @@ def checkpoint(notebook: str) -> Checkpoint:
     return _by_number()[number(notebook)]
 
 
-def written_by(notebook: str) -> tuple[str, ...]:
-    """Return the files that a notebook's cells write; () for "" and for a notebook that the course does not have."""
-    found = _by_number().get(notebook)
-    return found.cells if found else ()
-
-
 def written_in(path: str) -> str:
     """Return the first notebook ("05") that writes a file of the package, "" if none does."""
     return next((key for key, files in _by_number().items() if path in files.written), "")
 
 
-def paths_before(notebook: str) -> list[str]:
-    """Return the files that the notebooks before this one write, in the course's order."""
-    return list(_writers_before(number(notebook)))
-
-
-def _writers_before(key: str) -> dict[str, str]:
-    """Return for each file that the notebooks before this one write the last of them."""
+def writers_before(key: str) -> dict[str, str]:
+    """Return for each file that the notebooks before this one ("05") write the last of them, in the course's order."""
     return {path: earlier for earlier, files in _by_number().items() if earlier < key for path in files.written}
 
 
@@ -129,22 +112,14 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     package.mkdir(parents=True, exist_ok=True)
     backup = _back_up(workspace)
     write_files(package, files)
-    writers = _writers_before(key)
+    writers = writers_before(key)
     FileBackups(workspace).note_laid_out({path: writers.get(path, "") for path in files})
     if own := _student_work_before(key):
-        sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
-        marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
-        (package / course_marker.MARKER).write_text(marker + "\n")
-    words = say(
-        "Your package now holds what the notebooks before {key} leave: {n} files, laid out by the course.",
-        key=key,
-        n=len(files),
-    )
-    return (
-        say("{words} Its earlier content is in {shown}.", words=words, shown=workspace.shown(backup))
-        if backup
-        else words
-    )
+        course_marker.add(package, files={path: files[path] for path in sorted(own)})
+    text = mark("Your package now holds what the notebooks before {key} leave: {n} files, laid out by the course.")
+    words = say(text, key=key, n=len(files))
+    moved = mark("{words} Its earlier content is in {shown}.")
+    return say(moved, words=words, shown=workspace.shown(backup)) if backup else words
 
 
 def write_files(package: Path, files: Mapping[str, str]) -> None:
@@ -170,20 +145,15 @@ def patient(case: str) -> dict[str, Any]:
 def _student_work_before(key: str) -> set[str]:
     """Return the files that students write in the notebooks before this one and that the course does not replace."""
     own: set[str] = set()
-    for earlier, files in _by_number().items():
-        if earlier < key:
-            own = (own | {*files.exercises, *files.made, *files.optional}) - {*files.given}
+    for files in (files for earlier, files in _by_number().items() if earlier < key):
+        own = (own | {*files.exercises, *files.made, *files.optional}) - {*files.given}
     return own
 
 
 def texts(name: str) -> dict[str, Any]:
     """Return the texts of a notebook's ("05") files, or the patient of a case ("C3")."""
     if PACKED.is_file():
-        try:
-            packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
-        except (OSError, ValueError, zlib.error) as error:
-            words = say("{file} cannot be read: {error}. Unpack the kit anew.", file=PACKED.name, error=error)
-            raise GraderError(words) from error
+        packed: dict[str, dict[str, Any]] = json.loads(zlib.decompress(PACKED.read_bytes()))
         if name in packed or name in _by_number():
             return packed.get(name, {})  # the last notebook's are never there: `start_at` needs those before it
     else:
@@ -198,9 +168,7 @@ def _back_up(workspace: Workspace) -> Path | None:
     content = [path for path in workspace.package.iterdir() if path.name != "__pycache__"]
     if not content:
         return None
-    number = 1
-    while (backup := workspace.root / f"backup-{number}").exists():
-        number += 1
+    backup = next(path for n in count(1) if not (path := workspace.root / f"backup-{n}").exists())
     ignored_by_colcon(backup)  # it holds a package.xml, and colcon refuses two packages of one name
     for path in content:
         shutil.move(path, backup / path.name)

@@ -39,6 +39,11 @@ class Note:
     rows: tuple[tuple[str, str], ...]
 
 
+def seen_expected_try(*texts: object) -> tuple[tuple[str, str], ...]:
+    """Return the rows of a note: what was seen, what was expected, and what to try."""
+    return tuple(zip((say("seen"), say("expected"), say("try")), map(str, texts), strict=True))
+
+
 @dataclass(frozen=True)
 class Answer:
     """The result of one requirement: `points` of `worth`, which is "" for what has no points.
@@ -69,17 +74,14 @@ class Answer:
             return say("{id} could not be judged", id=self.id)
         worth = localized(self.worth)
         if self.elsewhere:
-            return say(
-                "{id} is {elsewhere}, not here ({worth} points)", id=self.id, elsewhere=self.elsewhere, worth=worth
-            )
-        verdict = (
-            f"{self.id} {say('passed so far') if self.so_far else say('passed') if self.passed else say('not yet')}"
-        )
+            words = mark("{id} is {elsewhere}, not here ({worth} points)")
+            return say(words, id=self.id, elsewhere=self.elsewhere, worth=worth)
+        said = mark("passed so far") if self.so_far else mark("passed") if self.passed else mark("not yet")
+        verdict = f"{self.id} {say(said)}"
         if self.so_far and not float(self.points):  # "passed" and "0 of 3" in one line look like a contradiction
             return say("{verdict} (its points come with a later notebook: {worth})", verdict=verdict, worth=worth)
         of = say("{reached} of {max}", reached=localized(self.points), max=worth)
-        of = "; ".join(filter(None, (of, self.sample)))
-        return f"{verdict} ({of})" if worth else verdict
+        return f"{verdict} ({'; '.join(filter(None, (of, self.sample)))})" if worth else verdict
 
     @property
     def state(self) -> str:
@@ -152,7 +154,7 @@ def welcome(notebook: str, workspace: Workspace) -> str:
     package = workspace.package
     present = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
     present = {path for path in present if "__pycache__" not in path and not path.startswith(".")}
-    missing = [path for path in checkpoints.paths_before(notebook) if path not in present]
+    missing = [path for path in checkpoints.writers_before(notebook) if path not in present]
     holds = mark("Your package, {package}, holds {files}. Cells now work in that folder.")
     lines = [say(holds, package=workspace.shown(package), files=_files(len(present)))]
     if missing:
@@ -167,6 +169,11 @@ def _files(count: int) -> str:
     return say_count("{n} file", "{n} files", count) if count else say("no files")
 
 
+def in_a_kernel() -> bool:
+    """Return whether this process is a notebook's kernel."""
+    return "IPython" in sys.modules and hasattr(sys.modules["IPython"].get_ipython(), "kernel")
+
+
 class Progress:
     """One line about the current step and how long it has taken; it is empty at the end, so nothing of it is stored.
 
@@ -177,15 +184,11 @@ class Progress:
         self._handle: Any = None
         self._step = ""
         self._began = 0.0
-        self._ended = threading.Event()
-        self._clock = threading.Thread(target=self._tick, daemon=True)
 
     def say(self, step: str) -> None:
         """Show the current step; how far it is may follow in brackets, and the seconds are then counted on."""
-        shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-        in_a_thread = threading.current_thread() is not threading.main_thread()
-        if not hasattr(shell, "kernel") or in_a_thread:  # no cell is running this code
-            return
+        if threading.current_thread() is not threading.main_thread() or not in_a_kernel():
+            return  # no cell is running this code
         if step_of(step) != step_of(self._step):
             self._began = time.monotonic()
         self._step = step
@@ -194,8 +197,9 @@ class Progress:
 
             # Empty at first and at the end: tools that compare outputs (nbval) see only this.
             self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
-            self._clock.start()
-        self._show()
+        seconds = time.monotonic() - self._began
+        counted = f" ({seconds:.0f} s)" if seconds >= _COUNTED_S else ""
+        self._handle.update({"text/plain": f"{step[:90]} ...{counted}"}, raw=True)
 
     def more(self, far: str) -> None:
         """Show how far the current step is."""
@@ -206,18 +210,7 @@ class Progress:
 
     def __exit__(self, *_: object) -> None:
         if self._handle is not None:
-            self._ended.set()
-            self._clock.join()
             self._handle.update({}, raw=True)
-
-    def _tick(self) -> None:
-        while not self._ended.wait(1.0):
-            self._show()
-
-    def _show(self) -> None:
-        seconds = time.monotonic() - self._began
-        counted = f" ({seconds:.0f} s)" if seconds >= _COUNTED_S else ""
-        self._handle.update({"text/plain": f"{self._step[:90]} ...{counted}"}, raw=True)
 
 
 _COUNTED_S = 2.0  # a shorter step needs no clock

@@ -2,19 +2,18 @@
 
 Jupyter's `%%writefile` overwrites without asking. `kept/` in the workspace has plain copies: of each file the last text
 that no cell wrote, and below `.written`, by notebook and magic, what a cell left in it. A file that a later notebook
-has written, or that `%%into` has put functions into, is not replaced unless the cell says `-f`. `%%into` waits for the
-cell that begins its notebook's version of the file.
+has written, or that `%%into` has put functions into, is not replaced unless the cell says `-f`.
 """
 
 from __future__ import annotations
 
 import shlex
 import shutil
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
-from grader.words import say
+from grader.words import mark, say
 
 _INTO = "into"
 FORCE = "-f"
@@ -44,48 +43,28 @@ class FileBackups:
         content = _content(path)
         if not content or content == text.encode() or self._writers(path):
             return ""
-        return say(
-            "{path.name} was changed outside this notebook. That version is kept: {shown}",
-            path=path,
-            shown=self._workspace.shown(self._copy(path, self._kept)),
-        )
+        words = mark("{path.name} was changed outside this notebook. That version is kept: {shown}")
+        return say(words, path=path, shown=self._workspace.shown(self._copy(path, self._kept)))
 
-    def refusal(self, magic: str, line: str, text: str, notebook: str, begun_here: Container[str] = ()) -> str:
-        """Return why a cell of this notebook ("05") must not write its file, "" if it may.
-
-        `begun_here` are the files of which the notebook has a version of its own, begun by a `%%writefile` cell.
-        """
+    def refusal(self, magic: str, line: str, text: str, notebook: str) -> str:
+        """Return why a cell of this notebook ("05") must not write its file, "" if it may."""
         path, options = target(line), {*line.split()}
         content = _content(path) if path is not None else None
         if path is None or not content or content == text.encode() or FORCE in options:
             return ""
         writers = self._writers(path)
         later = max((writer for writer, _ in writers), default="")
-        if magic == _INTO and "" < later < notebook and self._name(path) in begun_here:
-            return say(
-                "Nothing was written: {path.name} is still that of notebook {later}. First run the cell above that "
-                "begins with %%writefile {name}.",
-                path=path,
-                later=later,
-                name=self._name(path),
-            )
         if later > notebook:
-            why = say(
-                "notebook {later} has written it since, and this cell has the version of notebook {notebook}",
-                later=later,
-                notebook=notebook,
-            )
+            words = mark("notebook {later} has written it since, and this cell has the version of notebook {notebook}")
+            why = say(words, later=later, notebook=notebook)
         elif (notebook, _INTO) in writers and magic != _INTO and not APPENDS & options:
             why = say("it holds functions that you have put in since, and this cell would empty them")
         else:
             return ""
-        return say(
-            "{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {force}.",
-            path=path,
-            why=why,
-            magic=magic,
-            force=FORCE,
+        words = mark(
+            "{path.name} was not replaced: {why}. To replace it all the same, begin the cell with %%{magic} {force}."
         )
+        return say(words, path=path, why=why, magic=magic, force=FORCE)
 
     def note(self, path: Path, notebook: str, magic: str = "") -> None:
         """Note what a cell has written to a file, and in which notebook."""
@@ -100,7 +79,7 @@ class FileBackups:
 
     def left(self, path: Path, notebook: str, magic: str) -> str:
         """Return what cells of a notebook with this magic have left in a file, "" if there are none."""
-        text = _content(self._written / f"{notebook}-{magic}" / self._name(path)) or b""
+        text = _content(self._written / f"{notebook}-{magic}" / self.name(path)) or b""
         return text.decode(errors="replace")
 
     def writers(self, path: Path) -> set[str]:
@@ -109,18 +88,18 @@ class FileBackups:
 
     def _writers(self, path: Path) -> set[tuple[str, str]]:
         """Return the notebooks and magics whose cells have left a file as it is."""
-        content, name = _content(path), self._name(path)
-        writers = (folder for folder in self._written.glob("*-*") if _content(folder / name) == content)
-        return {(folder.name.partition("-")[0], folder.name.partition("-")[2]) for folder in writers}
+        content, name = _content(path), self.name(path)
+        writers = (folder.name for folder in self._written.glob("*-*") if _content(folder / name) == content)
+        return {(notebook, magic) for notebook, _, magic in (writer.partition("-") for writer in writers)}
 
     def _copy(self, path: Path, folder: Path) -> Path:
         ignored_by_colcon(self._kept)
-        copy = folder / self._name(path)
+        copy = folder / self.name(path)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, copy)
         return copy
 
-    def _name(self, path: Path) -> str:
+    def name(self, path: Path) -> str:
         """Return the file's path in the package, or a name for a file elsewhere."""
         package = self._workspace.package
         return path.relative_to(package).as_posix() if path.is_relative_to(package) else f"elsewhere/{path.name}"

@@ -16,7 +16,7 @@ from grader import building
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook.feedback import Progress
-from grader.notebook.workspace import Workspace, course, find
+from grader.notebook.workspace import Workspace, course, find, in_front
 from grader.words import mark, say
 
 _KINDS = ("msg", "srv", "action")
@@ -35,11 +35,9 @@ def load(workspace: Workspace, far: Callable[[str], object] = lambda _far: None)
     if any(f"{package}.{kind}" in sys.modules for kind in _KINDS):
         return
     install = building.build_contract(building.cache_folder(), course(), far=far).install
-    folder = str(install / "lib")
-    present = [part for part in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if part]
-    if folder not in present:
-        os.environ["LD_LIBRARY_PATH"] = os.pathsep.join([folder, *present])
-    _load_libraries(sorted(Path(folder).glob("lib*.so")))
+    folder = install / "lib"
+    os.environ["LD_LIBRARY_PATH"] = in_front(os.environ.get("LD_LIBRARY_PATH", ""), folder)
+    _load_libraries(sorted(folder.glob("lib*.so")))
     with _importing_from(install / ros_env.SITE_IN_PREFIX, workspace.package / package):
         for kind in _KINDS:
             if any(type_.startswith(kind) for type_ in course().interfaces):

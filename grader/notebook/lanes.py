@@ -8,15 +8,17 @@ has a frame for an exercise, its cell has more in it than the whole lane's.
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from itertools import groupby
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
+from grader.notebook.feedback import in_a_kernel
 from grader.notebook.file_backups import FORCE, FileBackups
 from grader.notebook.workspace import Workspace, course
 from grader.python_ast import UNPARSABLE
@@ -27,8 +29,7 @@ WHOLE = "whole"
 FILE = ".lane"
 """The file of the workspace that names its lane."""
 _LINE = 90  # characters of the line that says what a folded run of cells does
-_STUB = re.compile(r'(# |""")(?:exercise|step|piece) \d+\b.*?("""|$)', re.IGNORECASE | re.MULTILINE)
-"""What a skeleton says in a function of which a later cell is the exercise."""
+_HEADING = r"(?m)^#{2,6} +(.+)$"
 
 
 def table() -> Mapping[str, Any]:
@@ -49,9 +50,13 @@ def require(lane: str) -> str:
     return lane
 
 
+def _part(lane: str, name: str) -> Any:
+    return table().get(lane, {}).get(name, {})
+
+
 def minutes(lane: str) -> Mapping[str, tuple[int, int]]:
     """Return how many minutes each notebook ("05") takes in a lane, from and to."""
-    return {notebook: (first, last) for notebook, (first, last) in table().get(lane, {}).get("minutes", {}).items()}
+    return {notebook: (first, last) for notebook, (first, last) in _part(lane, "minutes").items()}
 
 
 def asked_for(lane: str) -> tuple[str, ...]:
@@ -63,7 +68,7 @@ def asked_later(lane: str) -> Mapping[str, str]:
     """Return the notebook ("07") that asks for what a shorter lane leaves out of the one that teaches it."""
     stand_ins = course().notebook_table["stand_ins"] if asked_for(lane) else {}
     found = {name: str(row["notebook"]) for name, row in stand_ins.items()}
-    return found | dict(table()[lane].get("later", {}))
+    return found | dict(_part(lane, "later"))
 
 
 def given(lane: str, notebook: str) -> Mapping[str, list[str]]:
@@ -71,7 +76,7 @@ def given(lane: str, notebook: str) -> Mapping[str, list[str]]:
 
     Without functions it is the whole file.
     """
-    found: Mapping[str, list[str]] = table().get(lane, {}).get("gives", {}).get(notebook, {})
+    found: Mapping[str, list[str]] = _part(lane, "gives").get(notebook, {})
     return found
 
 
@@ -90,14 +95,13 @@ def choose(workspace: Workspace, notebook: str, lane: str = "") -> str:
     Raises:
         ValueError: the course has no such lane.
     """
-    if not lane:
-        if of(workspace) or not table() or notebook not in minutes(WHOLE):
-            return ""
-        lane = _answer()
-        if not lane:
-            words = mark('Lane: {lane}. begin("{notebook}", lane=...) takes another: {known}.')
-            return say(words, lane=WHOLE, notebook=notebook, known=_described())
     before = of(workspace)
+    if not lane and (before or notebook not in minutes(WHOLE)):
+        return ""
+    lane = lane or _answer()
+    if not lane:
+        words = mark('Lane: {lane}. begin("{notebook}", lane=...) takes another: {known}.')
+        return say(words, lane=WHOLE, notebook=notebook, known=_described())
     keep(workspace, lane)
     return write_folded(workspace.root.parent / "notebooks", lane) if lane not in (before, WHOLE) else ""
 
@@ -120,17 +124,14 @@ def _described() -> str:
 
 def _answer() -> str:
     """Ask for the lane, and return it; "" where nobody can answer."""
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    if not hasattr(shell, "kernel"):
+    if not in_a_kernel():
         return ""
     question = say("Which lane do you take: {known}? Type its name, and Enter: ", known=_described())
-    answer = ""
-    while answer not in table():
-        try:
-            answer = input(question).strip() or WHOLE
-        except (EOFError, RuntimeError):  # the kernel's way to say that its front end cannot ask
-            return ""
-    return answer
+    with suppress(EOFError, RuntimeError):  # the kernel's way to say that its front end cannot ask
+        while (answer := input(question).strip() or WHOLE) not in table():
+            pass
+        return answer
+    return ""
 
 
 # -- what the course gives ---------------------------------------------------------------------------------------------
@@ -175,9 +176,9 @@ def fill(workspace: Workspace, notebook: str, target: Path) -> None:
 
     Called after a cell of the notebook has written a file, and by `begin`.
     """
-    path = _name(workspace, target)
-    wanted = set(given(of(workspace), notebook).get(path, ()))
     backups = FileBackups(workspace)
+    path = backups.name(target)
+    wanted = set(given(of(workspace), notebook).get(path, ()))
     skeleton = backups.left(target, notebook, "writefile")
     if not wanted or not skeleton or not target.is_file():
         return
@@ -198,21 +199,17 @@ def fill(workspace: Workspace, notebook: str, target: Path) -> None:
 
 def refusal(workspace: Workspace, notebook: str, magic: str, target: Path | None, line: str, cell: str) -> str:
     """Return why a cell must not write: it would replace what the lane gives; "" if it may."""
-    path = _name(workspace, target) if target is not None else ""
-    lane = of(workspace)
+    path = FileBackups(workspace).name(target) if target is not None else ""
+    lane, package = of(workspace), workspace.package
     functions = given(lane, notebook).get(path)
     if functions is None or target is None or not target.is_file() or FORCE in line.split():
         return ""
-    try:
-        now, solution = target.read_text(encoding="utf-8"), checkpoints.texts(notebook)[path]
-        if magic == pieces.MAGIC:
-            there, right, wanted = (pieces.functions(text) for text in (now, solution, cell))
-            kept = [name for name in wanted if name in right and there.get(name) == right[name]]
-            names = [name for name in kept if not functions or name in functions]
-        else:
-            names = [] if functions or now != solution or cell == now else [target.name]
-    except (GraderError, KeyError, *UNPARSABLE):  # without the solution, or with a learner's slip in the file
-        return ""
+    if functions:
+        found = course_marker.unchanged_functions(package) if magic == pieces.MAGIC else ()
+        names = [name for name in course_marker.functions(cell) if f"{target.name} {name}" in found]
+    else:
+        is_given = path in course_marker.unchanged(package) and cell.encode() != target.read_bytes()
+        names = [target.name] if is_given else []
     if not names:
         return ""
     words = mark(
@@ -220,11 +217,6 @@ def refusal(workspace: Workspace, notebook: str, magic: str, target: Path | None
         "%%{magic} {force}."
     )
     return say(words, lane=lane, names=some(names, len(names)), magic=magic, force=FORCE)
-
-
-def _name(workspace: Workspace, path: Path) -> str:
-    package = workspace.package
-    return path.relative_to(package).as_posix() if path.is_relative_to(package) else ""
 
 
 # -- how a notebook looks ----------------------------------------------------------------------------------------------
@@ -255,7 +247,7 @@ def fold(notebook: Any, number: str, lane: str) -> Any:
 
 def frames(lane: str, notebook: str) -> Mapping[str, str]:
     """Return what a lane has in the cells of a notebook's exercises in place of their stubs, by the cells' ids."""
-    found: Mapping[str, str] = table().get(lane, {}).get("frames", {}).get(notebook, {})
+    found: Mapping[str, str] = _part(lane, "frames").get(notebook, {})
     return found
 
 
@@ -265,15 +257,14 @@ def _framed(source: str, frame: str) -> str:
 
 
 def _with_given(source: str, number: str, lane: str) -> str:
-    """Return a skeleton's cell, in which the functions that the lane gives say so."""
+    """Return a skeleton's cell, in which the functions that the lane gives say so at their ends."""
     magic, _, text = source.partition("\n")
     names = [name for path, each in given(lane, number).items() if magic == f"%%writefile {path}" for name in each]
-    lines, words = text.splitlines(), f"the {lane} lane fills it in when the cell runs"
+    lines = text.splitlines()
     for found in pieces.definitions(text) if names else ():
         if found.name in names:
-            stub = [_STUB.sub(rf"\1{words}\2", line) for line in lines[found.start : found.end]]
-            said = stub != lines[found.start : found.end]
-            lines[found.start : found.end] = stub if said else [*stub[:-1], f"{stub[-1]}  # {words}"]
+            last = re.sub(r"  # .*$", "", lines[found.end - 1])
+            lines[found.end - 1] = f"{last}  # the {lane} lane fills it in when the cell runs"
     return "\n".join([magic, *lines]) if names else source
 
 
@@ -305,30 +296,19 @@ def _runs(cells: list[Any]) -> Iterator[list[Any]]:
 
 
 def _folded(run: list[Any]) -> Any:
+    """Return a run of cells as one, closed, with a line on what they do: their first headings, or how they begin."""
     from nbformat.v4 import new_markdown_cell
 
-    texts = [_as_markdown(cell) for cell in run]
-    summary = f"Whole lane, {counted(len(run), 'cell')}: {_what(run)}"
+    texts, titles = [], []
+    for cell in run:
+        if cell["cell_type"] == "code":
+            texts.append(f"````python\n{cell['source']}\n````")
+        else:
+            titles += re.findall(_HEADING, cell["source"])
+            # A heading in there would be in the table of contents, and lead nowhere.
+            texts.append(re.sub(_HEADING, r"**\1**", cell["source"]))
+    begin = re.sub(r"<[^>]+>|[*`]", "", run[0]["source"].partition("</summary>")[0]).strip().partition("\n")[0]
+    what = re.sub(r"`([^`]+)`", r"<code>\1</code>", "; ".join(titles[:3]) or shorten(begin, _LINE, placeholder=" ..."))
+    summary = f"Whole lane, {counted(len(run), 'cell')}: {what}"
     source = "\n\n".join([f"<details><summary>{summary}</summary>", *texts, "</details>"])
     return new_markdown_cell(source, id=run[0]["id"], metadata={"tags": [WHOLE]})
-
-
-def _as_markdown(cell: Any) -> str:
-    if cell["cell_type"] == "code":
-        return f"````python\n{cell['source']}\n````"
-    # A heading in there would be in the table of contents, and lead nowhere.
-    return re.sub(r"(?m)^#{2,6} +(.+)$", r"**\1**", cell["source"])
-
-
-def _what(run: list[Any]) -> str:
-    """Return what a run of cells does: its first headings, or the first sentence."""
-    prose = [cell["source"] for cell in run if cell["cell_type"] == "markdown"]
-    titles = [title for text in prose for title in re.findall(r"(?m)^#{2,6} +(.+)$", text)]
-    asked = re.match(r"<details>\s*<summary>(.*?)</summary>", prose[0]) if prose else None
-    plain = [line for text in prose for line in text.splitlines() if line.strip() and not line.startswith(("<", "`"))]
-    sentence = [re.split(r"(?<=[.?!])\s", line)[0].replace("*", "").lstrip("> -(").rstrip(".:") for line in plain[:1]]
-    written = re.match(r"%%writefile (?:-a )?(\S+)", run[0]["source"])
-    alone = f"the file `{written[1]}`" if written else "code alone"
-    first = titles[:3] or ([asked[1]] if asked else sentence)
-    shown = re.sub(r"`([^`]+)`", r"<code>\1</code>", "; ".join(first) or alone)
-    return shown if len(shown) <= _LINE or titles else shown[:_LINE].rsplit(" ", 1)[0] + " ..."

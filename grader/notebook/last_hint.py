@@ -37,19 +37,6 @@ def written(cell: str) -> frozenset[str]:
     return frozenset(f"{magic[2]}:{name}" if magic else name for name in _FUNCTION.findall(cell))
 
 
-def take_out(page: str, exercises: Iterable[str]) -> tuple[str, dict[str, str]]:
-    """Return a page with an empty fold in place of its last hint, and the hint by what each of its exercises writes.
-
-    Args:
-        page: the Markdown text of a cell.
-        exercises: the cells that the hint is about; without any, the page stays as it is.
-    """
-    fold, names = FOLD.search(page), sorted(frozenset[str]().union(*map(written, exercises)))
-    if fold is None or not names:
-        return page, {}
-    return FOLD.sub(rf"\1\n\n{PLACE}\n\3", page, count=1), dict.fromkeys(names, fold[0])
-
-
 @dataclass
 class _Standing:
     """The hint of the last exercise, "" if it has none, what it writes, and whether its last try has failed."""

@@ -62,12 +62,10 @@ def mutant_matrix(module: str, tests: str, function: str = "") -> None:
         print(say("not yet: {name} fails on the code as it is, so it is left out: {why}", name=name, why=why))
     if found.tests and found.mutants:
         _draw(found)
+    elif not found.tests and not found.failing:
+        print(say("not yet: {tests} holds no test", tests=tests))
     elif not found.failing:
-        print(
-            say("not yet: {tests} holds no test", tests=tests)
-            if not found.tests
-            else say("not yet: {module} has no function {function}", module=module, function=function)
-        )
+        print(say("not yet: {module} has no function {function}", module=module, function=function))
 
 
 def mutant(module: str, row: int, function: str = "") -> Any:
@@ -108,7 +106,7 @@ def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
     return Matrix(
         mutants=tuple(_row(change) for change in changes),
         tests=tuple(test.removeprefix("test_") for test in names),
-        noticed=tuple(tuple(_noticed(name, source.apply(change), checks, names)) for change in changes),
+        noticed=tuple(_noticed(name, source.apply(change), checks, names) for change in changes),
         failing={test: why for test, why in failures.items() if why},
     )
 
@@ -134,13 +132,13 @@ def _dotted(module: Path) -> str:
     return ".".join(parts[len(parts) - 1 - parts[::-1].index(package) :]) if package in parts else module.stem
 
 
-def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> Iterator[bool]:
+def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> tuple[bool, ...]:
     try:
         with limited(LONGEST_S):
             failures = _failures(name, broken, checks)
     except (Exception, HangError):  # what cannot even be imported, or never ends, is noticed by whoever tries
-        failures = dict.fromkeys(names, "all")
-    yield from (bool(failures[test]) for test in names)
+        return (True,) * len(names)
+    return tuple(bool(failures[test]) for test in names)
 
 
 def _failures(name: str, text: str, checks: str) -> dict[str, str]:
@@ -156,15 +154,13 @@ def _failures(name: str, text: str, checks: str) -> dict[str, str]:
 @contextmanager
 def _in_place_of(name: str) -> Iterator[ModuleType]:
     """Yield an empty module that is imported by this name until the block ends."""
-    before = sys.modules.get(name)
+    before = {name: sys.modules[name]} if name in sys.modules else {}
     sys.modules[name] = empty = ModuleType(name)
     try:
         yield empty
     finally:
-        if before is None:
-            del sys.modules[name]
-        else:
-            sys.modules[name] = before
+        del sys.modules[name]
+        sys.modules.update(before)
 
 
 def _calls(test: Callable[..., object]) -> Iterator[partial[object]]:

@@ -15,10 +15,9 @@ from pathlib import Path
 
 from grader import KIT, building
 from grader.errors import SubmissionError
-from grader.host import ros_env
 from grader.notebook import prerequisites
-from grader.notebook.workspace import NOTEBOOK, Workspace, course, discovery_range
-from grader.words import say
+from grader.notebook.workspace import NOTEBOOK, Workspace, course
+from grader.words import mark, say
 
 _KILL_AFTER_S = 3.0
 _OUTPUT_CAP = 200_000
@@ -41,13 +40,11 @@ def install(workspace: Workspace, node: str, far: Callable[[str], object] = lamb
         return workspace.install
     built = building.build([workspace.package], building.cache_folder(), course(), far=far)
     if not built.facts.ok:
-        raise SubmissionError(
-            say("the package does not build: {first_error}", first_error=prerequisites.first_error(built.facts))
-        )
+        words = mark("the package does not build: {first_error}")
+        raise SubmissionError(say(words, first_error=prerequisites.first_error(built.facts)))
     if node not in built.facts.executables:
-        raise SubmissionError(
-            say("the package installs no executable {node} in lib/{package}", node=node, package=course().package)
-        )
+        words = mark("the package installs no executable {node} in lib/{package}")
+        raise SubmissionError(say(words, node=node, package=course().package))
     return built.install
 
 
@@ -56,25 +53,10 @@ def command(installed: Path, node: str, program: str, launch: str, parameters: M
     if launch:
         ros2 = str(KIT / "grader" / "ros2")
         return [sys.executable, ros2, "launch", course().package, *launch.split(), "use_sim_time:=true"]
-    start = (
-        [sys.executable, str(Path(program).resolve())]
-        if program
-        else [str(installed / "lib" / course().package / node)]
-    )
-    words = [*start, "--ros-args", "-p", "use_sim_time:=true"]
-    for name, value in parameters.items():
-        words += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
-    return words
-
-
-def environment(installed: Path, workspace: Workspace) -> dict[str, str]:
-    """Return the environment of a node: its install tree, and the workspace's DDS domain."""
-    return ros_env.environment(installed, home=Path.home()) | {
-        "ROS_DOMAIN_ID": str(workspace.domain_id),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
-        "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
-        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
-    }
+    start = [sys.executable, str(Path(program).resolve())] if program else [installed / "lib" / course().package / node]
+    values = {"use_sim_time": True, **parameters}
+    given = [f"{name}:={str(value).lower() if isinstance(value, bool) else value}" for name, value in values.items()]
+    return [*map(str, start), "--ros-args", *(word for each in given for word in ("-p", each))]
 
 
 class NodeProcess:
@@ -108,13 +90,11 @@ class NodeProcess:
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does."""
-        with suppress(ProcessLookupError):
-            os.kill(self._popen.pid, signal.SIGINT)
+        self._popen.send_signal(signal.SIGINT)
 
     def abort(self) -> None:
         """Send SIGABRT, on which Python's faulthandler writes down what each thread was doing."""
-        with suppress(ProcessLookupError):
-            os.kill(self._popen.pid, signal.SIGABRT)
+        self._popen.send_signal(signal.SIGABRT)
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return nothing: a notebook shows the wall time of a node's end."""

@@ -18,23 +18,19 @@ from grader.evidence import Flag
 from grader.intake import containers, course_marker
 from grader.intake.copy_plan import plan_copy
 from grader.intake.submission import open_submission
-from grader.notebook import lanes, workspace
+from grader.notebook import workspace
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, at_hand_in, points
 from grader.scoring.scorecard import Outcome
 from grader.words import localized, mark, say, say_count
 
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
-_LISTED = 40
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
 class PackedSubmission:
-    """A packed submission. `sizes` are in bytes, by file; `laid_out` names the files that the course wrote, not you.
-
-    `lane` is the shorter lane of the workspace that the package lies in, "" if it is in none.
-    """
+    """A packed submission. `sizes` are in bytes, by file; `laid_out` names the files that the course wrote, not you."""
 
     archive: Path
     sizes: dict[str, int]
@@ -43,39 +39,29 @@ class PackedSubmission:
     notes: tuple[str, ...]
     flags: tuple[Flag, ...] = ()
     grading: Grading | None = None
-    lane: str = ""
 
     def __str__(self) -> str:
-        return "\n".join(self.lines())
+        return "\n".join([*self._files(), *self._graded()])
 
-    def __repr__(self) -> str:
-        return str(self)
-
-    def lines(self) -> Iterator[str]:
-        """Yield the description, line by line."""
+    def _files(self) -> Iterator[str]:
         total = sum(self.sizes.values())
         yield f"{self.archive.name}: {say_count('{n} file', '{n} files', len(self.sizes))}, {_size(total)}"
-        for name, size in list(self.sizes.items())[:_LISTED]:
+        for name, size in self.sizes.items():
             by = "   " + say("laid out by the course") if name in self.laid_out else ""
             yield f"  {_size(size):>8}  {name}{by}"
-        if len(self.sizes) > _LISTED:
-            yield " " * 12 + say("and {n} more", n=len(self.sizes) - _LISTED)
-        for name in self.missing:
-            yield say("missing: {missing}", missing=name)
-        for note in self.notes:
-            yield say("note: {note}", note=note)
-        for flag in self.flags:
-            yield say("an instructor will review this: {what}", what=say(flag.what))
+        yield from (say("missing: {missing}", missing=name) for name in self.missing)
+        yield from (say("note: {note}", note=note) for note in self.notes)
+        yield from (say("an instructor will review this: {what}", what=say(flag.what)) for flag in self.flags)
         if self.laid_out:
             words = mark("{n} of {every} files were laid out by the course, so not your work.")
             yield say(words, n=len(self.laid_out), every=len(self.sizes))
-        yield from self._graded()
 
     def _graded(self) -> Iterator[str]:
         if self.grading is None:
-            yield say(
+            words = mark(
                 "Nothing was checked. Run `grader submit` without --no-check to see the points of the public checks."
             )
+            yield say(words)
             return
         card = self.grading.scorecard
         yield say("The public checks give:")
@@ -87,11 +73,6 @@ class PackedSubmission:
         yield _row(say("Together"), total, worth) + (say(" that can be judged here") if rest else "")
         if rest:
             yield f"  {rest}"
-        if asked := lanes.asked_for(self.lane) if self.lane else ():
-            of_lane = [score for score in card.requirements if score.requirement.id in asked]
-            reached, worth = sum(s.points for s in of_lane), sum(s.requirement.points for s in of_lane)
-            words = mark("Your lane, {lane}, asks for {worth} of these points, and you have {reached}.")
-            yield "  " + say(words, lane=self.lane, worth=points(worth), reached=points(reached))
         lost = [s.requirement.id for s in card.requirements if s.outcome not in (Outcome.PASSED, Outcome.NOT_GRADED)]
         if lost:
             yield "  " + say("points lost in {ids}; `check(...)` in the notebook says why", ids=", ".join(lost))
@@ -127,16 +108,16 @@ def submit(
     beside = package.parent.parent if package.parent.name == "src" else package.parent  # never the package itself
     target = (out or beside / f"{course.package}.zip").resolve()
     sizes = _pack(package, target)
+    needed = (*course.builds, *(node.module for node in course.nodes.values()))
     with tempfile.TemporaryDirectory(prefix="submit-") as scratch:
         taken = open_submission(target, Path(scratch) / "submission", course)
         found = PackedSubmission(
             target,
             sizes,
             laid_out=tuple(name for name in course_marker.unchanged(package) if name in sizes),
-            missing=tuple(name for name in needed() if name not in sizes),
+            missing=tuple(name for name in needed if name not in sizes),
             notes=tuple(taken.intake.notes),
             flags=taken.flags,
-            lane=_lane_of(package),
         )
         if not check:
             return found
@@ -145,20 +126,6 @@ def submit(
         settings = pipeline.Settings(whole, building.cache_folder(), course, requirements=only, progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
-
-
-def _lane_of(package: Path) -> str:
-    try:
-        here = workspace.find(package)
-    except GraderError:
-        return ""
-    return lanes.of(here) if here.package == package else ""
-
-
-def needed() -> tuple[str, ...]:
-    """Return the paths of the files without which no package can be graded."""
-    found = workspace.course()
-    return (*found.builds, *(node.module for node in found.nodes.values()))
 
 
 def _pack(package: Path, target: Path) -> dict[str, int]:
@@ -191,9 +158,7 @@ def _row(title: str, reached: float, worth: float) -> str:
 
 
 def _size(size: int) -> str:
-    return localized(
-        f"{size} B" if size < 1000 else f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1e6:.1f} MB"
-    )
+    return localized(f"{size / 1000:.1f} kB" if size < 1_000_000 else f"{size / 1e6:.1f} MB")
 
 
 class Entry(NamedTuple):
@@ -220,8 +185,7 @@ def write_zip(target: Path, entries: Mapping[str, Entry], date: tuple[int, int, 
                 archive.writestr(info, entry.content)
         part.replace(target)
     except OSError as error:
-        raise GraderError(
-            say("Cannot write {target}: {error}. Choose another --out.", target=target, error=error)
-        ) from error
+        words = mark("Cannot write {target}: {error}. Choose another --out.")
+        raise GraderError(say(words, target=target, error=error)) from error
     finally:
         part.unlink(missing_ok=True)

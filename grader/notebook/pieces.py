@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Container, Iterator
+from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,28 +29,22 @@ def definitions(text: str) -> list[Definition]:
     Raises:
         SyntaxError: it is no valid Python; or another of python_ast.UNPARSABLE.
     """
-    return list(_definitions(python_ast.tree_of(text).body, text.splitlines(), ""))
-
-
-def _definitions(body: list[ast.stmt], lines: list[str], prefix: str) -> Iterator[Definition]:
-    for node in body:
-        if isinstance(node, python_ast.Function):
-            start = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)]) - 1
-            end = _past_comments(lines, node.end_lineno or node.lineno, node.col_offset)
-            yield Definition(prefix + node.name, start, end)
-        elif isinstance(node, ast.ClassDef) and not prefix:
-            yield from _definitions(node.body, lines, f"{node.name}.")
+    lines, found = text.splitlines(), []
+    for node in python_ast.tree_of(text).body:
+        prefix, inside = (f"{node.name}.", node.body) if isinstance(node, ast.ClassDef) else ("", [node])
+        for each in (each for each in inside if isinstance(each, python_ast.Function)):
+            end = _past_comments(lines, each.end_lineno or each.lineno, each.col_offset)
+            found.append(Definition(prefix + each.name, python_ast.first_line(each) - 1, end))
+    return found
 
 
 def _past_comments(lines: list[str], end: int, column: int) -> int:
     """Return the end of a function with the comments that follow its last statement: a TODO may be one."""
     found = end
-    for number in range(end, len(lines)):
-        text = lines[number].lstrip()
+    for number, text in enumerate(map(str.lstrip, lines[end:]), end):
         if text and not (text.startswith("#") and len(lines[number]) - len(text) > column):
             break
-        if text:
-            found = number + 1
+        found = number + 1 if text else found
     return found
 
 
@@ -107,12 +101,8 @@ def _refuse_all_but_functions(piece: str) -> None:
 def _refuse_a_slip(text: str, name: str, new: list[str]) -> None:
     """Refuse a new function that is a method without its class, or a name of the file with a typing error."""
     if "." not in name and any(line.startswith(("def ", "async def ")) and "(self" in line for line in new):
-        raise ValueError(
-            say(
-                "`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it",
-                name=name,
-            )
-        )
+        words = mark("`{name}` has the argument `self`, so it is a method: put `class ...:` above it, and indent it")
+        raise ValueError(say(words, name=name))
     owner, _, method = name.rpartition(".")
     beside = [last for o, _, last in (found.name.rpartition(".") for found in definitions(text)) if o == owner]
     near = difflib.get_close_matches(method, beside, n=1, cutoff=0.8)
@@ -138,23 +128,15 @@ def into(line: str, cell: str) -> None:
     name = line.strip()
     path = Path(name).expanduser()
     if not path.is_file():
-        print(
-            say("There is no {name} yet. Run the cell above that writes it, then this one again.", name=name or "file")
-        )
+        words = mark("There is no {name} yet. Run the cell above that writes it, then this one again.")
+        print(say(words, name=name or "file"))
         return
     try:
         before = path.read_text(encoding="utf-8")
         text = merged(before, cell)
     except SyntaxError as error:
-        where, text = (error.lineno or 0) + 1, (error.text or "").strip()
-        print(
-            say(
-                "Nothing was written. Line {where} of this cell: {error.msg}: {text_}",
-                where=where,
-                error=error,
-                text_=text,
-            )
-        )
+        words = mark("Nothing was written. Line {where} of this cell: {error.msg}: {text_}")
+        print(say(words, where=(error.lineno or 0) + 1, error=error, text_=(error.text or "").strip()))
         return
     except (ValueError, *python_ast.TOO_COMPLEX) as error:
         print(say("Nothing was written: {error}.", error=error))

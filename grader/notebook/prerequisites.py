@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 import difflib
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from grader import python_ast
 from grader.checks import build_log
@@ -34,8 +33,7 @@ _ADVICE = {
 _NEEDS_PLACE = (Kind.NO_ANSWER, Kind.NO_VERDICT, Kind.SLOW, Kind.WAITED, Kind.DIED, Kind.DIED_EARLY)
 
 
-@dataclass(frozen=True)
-class Gap:
+class Gap(NamedTuple):
     """What a package lacks, in the three rows of a check's answer."""
 
     seen: str
@@ -43,19 +41,15 @@ class Gap:
     try_: str
 
 
-def later(check: str, notebook: str) -> Mapping[str, str] | None:
+def later(check: str, notebook: str, part: str = "later") -> Mapping[str, str] | None:
     """Return what a check waits for in a notebook ("05"), None if it can be judged there, or outside a notebook."""
-    return _row("later", check, notebook)
+    row: Mapping[str, str] | None = course().notebook_table[part].get(check)
+    return row if row and "" < notebook < row["notebook"] else None
 
 
 def stand_in(requirement: str, notebook: str) -> Mapping[str, str] | None:
     """Return what is asked in a notebook ("05") in place of a requirement that needs a later node, None if nothing."""
-    return _row("stand_ins", requirement, notebook)
-
-
-def _row(part: str, name: str, notebook: str) -> Mapping[str, str] | None:
-    row: Mapping[str, str] | None = course().notebook_table[part].get(name)
-    return row if row and "" < notebook < row["notebook"] else None
+    return later(requirement, notebook, "stand_ins")
 
 
 def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None:
@@ -85,14 +79,14 @@ def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, f
             return _lacking(say("there is no {name}", name=name), package, name, notebook)
     texts = ((name, (package / name).read_text(encoding="utf-8", errors="replace")) for name in wanted)
     if finished and (stub := next((name for name, text in texts if re.search(r"\bTODO\b", text)), "")):
-        try_ = say("do the exercise that writes it, replace the `TODO`, and run its cell")
-        return Gap(
-            say("{stub} is still a stub: it has a `TODO`", stub=stub),
-            say("the files of the layout so far, each finished"),
-            try_,
+        seen, expected = (
+            mark("{stub} is still a stub: it has a `TODO`"),
+            mark("the files of the layout so far, each finished"),
         )
+        try_ = mark("do the exercise that writes it, replace the `TODO`, and run its cell")
+        return Gap(say(seen, stub=stub), say(expected), say(try_))
     modules = [name for name in wanted if name.startswith(f"{course().package}/")]
-    return _broken_module(package, modules, notebook)
+    return _broken_module(package, modules)
 
 
 def interfaces_beside(package: Path) -> list[Path]:
@@ -122,13 +116,11 @@ def advice(reason: Reason | None) -> str:
         return say('fix {first} first: `check("{first}")` says more', first=first)
     if reason.cure:
         return reason.cure
-    if reason.kind in _NEEDS_PLACE and not reason.place and not reason.launch:
-        return say(_RUN_IT)
     if reason.launch:
-        return say(
-            "start the file yourself, with the YAML files beside it: `!ros2 launch {package} ...`",
-            package=course().package,
-        )
+        words = mark("start the file yourself, with the YAML files beside it: `!ros2 launch {package} ...`")
+        return say(words, package=course().package)
+    if reason.kind in _NEEDS_PLACE and not reason.place:
+        return say(_RUN_IT)
     built = course().requirement_of("check_build")
     by_cmake = "CMakeLists.txt" in course().layout
     return say(
@@ -157,49 +149,20 @@ def how_to_get(name: str, notebook: str) -> str:
     if writer == notebook:
         return say("write it in this notebook's exercise, and run that cell")
     if writer < notebook:
-        return say(
-            'notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave',
-            writer=writer,
-            notebook=notebook,
-        )
+        words = mark('notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave')
+        return say(words, writer=writer, notebook=notebook)
     return say("notebook {writer} writes it", writer=writer)
 
 
-def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | None:
-    """Return the first module that is missing or not valid Python, of `names` and the package's modules they import."""
-    todo = [*names]
-    for name in todo:  # which grows meanwhile
+def _broken_module(package: Path, names: Sequence[str]) -> Gap | None:
+    """Return the first of these modules that is not valid Python."""
+    for name in names:
         try:
-            tree = python_ast.tree_of((package / name).read_bytes())
+            python_ast.tree_of((package / name).read_bytes())
         except python_ast.UNPARSABLE as error:
             line = getattr(error, "lineno", None)
             text = (getattr(error, "text", "") or "").strip()
             where = say("{name}, line {line}", name=name, line=line) if line else name
             problem = f"{where}: {getattr(error, 'msg', error)}" + (f": `{text}`" if text else "")
             return Gap(problem, say("valid Python"), say("look at that line, and at the end of the line before it"))
-        for module in _own_imports(tree):
-            path = f"{module.replace('.', '/')}.py"
-            if path in todo or (package / path.removesuffix(".py")).is_dir():
-                continue
-            todo.append(path)
-            if not (package / path).is_file():
-                words = mark("{name} imports {module}, and there is no {path}")
-                return _lacking(say(words, name=name, module=module, path=path), package, path, notebook)
     return None
-
-
-def _own_imports(tree: ast.Module) -> Iterator[str]:
-    """Yield the package's modules that a module imports at its top level, without the generated interfaces."""
-    package = course().package
-    for node in tree.body:
-        found: list[str] = []
-        if isinstance(node, ast.Import):
-            found = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            # `from package.utils import motion` imports a module, `from package.driver import Driver` a name.
-            folder = node.module in (package, f"{package}.utils")
-            found = [f"{node.module}.{alias.name}" for alias in node.names] if folder else [node.module]
-        for module in found:
-            parts = module.split(".")
-            if parts[0] == package and len(parts) > 1 and parts[1] not in ("msg", "srv", "action"):
-                yield module

@@ -23,6 +23,7 @@ from grader.checks.first_cause import holding_on
 from grader.course import definition
 from grader.errors import KitError
 from grader.evidence import Kind, Reason
+from grader.host import ros_env
 from grader.notebook import interface_types, node_process
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
@@ -95,13 +96,13 @@ class Run:
         # Not by the world's own seed: the published notebooks show runs with this one.
         self.simulator = Simulator(load_world(course().world(world)) if isinstance(world, str) else world, seed=0)
         self._lock = threading.RLock()  # a live view's thread and a cell
-        self._stage: WatchedStage | None = None
+        self._stage: WatchedStage | None = None  # while the node runs
         self._process: NodeProcess | None = None
         self._recorded: dict[str, list[tuple[float, Any]]] = {}
         self._live: weakref.ref[Live] | None = None
         self._output = ""
         self._closed = False
-        self._sources: dict[Path, int] = {}
+        self._built_at = 0.0
         self._begin()
 
     # ------------------------------------------------------------- time
@@ -113,14 +114,13 @@ class Run:
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
         """Let simulated time pass, `seconds` or until `until()` is true, and return everything recorded so far."""
-        if self._process is not None and self._sources != (now := _sources(self._workspace.package)):
-            self._sources = now
-            print(
-                say(
-                    "your package has changed since this run began, and the node is still the old one; call run_node "
-                    "again"
-                )
+        sources = self._workspace.package.rglob("*.py") if self._process is not None else ()
+        if any(path.stat().st_mtime > self._built_at for path in sources):
+            self._built_at = time.time()
+            words = mark(
+                "your package has changed since this run began, and the node is still the old one; call run_node again"
             )
+            print(say(words))
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
@@ -151,9 +151,8 @@ class Run:
         services = {} if name.startswith("_") else _services()
         service = next((service for service in services if name in (service, service.removeprefix("get_"))), None)
         if service is None:
-            raise AttributeError(
-                say("a run has no {name}; its services are {services}", name=name, services=", ".join(services))
-            )
+            words = mark("a run has no {name}; its services are {services}")
+            raise AttributeError(say(words, name=name, services=", ".join(services)))
         return partial(self.call, service)
 
     def call(self, service: str, *values: object, **fields: object) -> Any:
@@ -165,7 +164,7 @@ class Run:
         request, response = definition.parts(interface_types.text(kind))
         given = dict(zip(request, values, strict=False)) | fields
         typed = {name: float(v) if request[name].startswith("float") else v for name, v in given.items()}  # type: ignore[arg-type]
-        nobody = say("no node offers {service}", service=service) if self._active_stage() is None else ""
+        nobody = say("no node offers {service}", service=service) if self._stage is None else ""
         answer, why = self._asked(lambda stage: stage.ask(service, typed)) or (None, nobody or self.trouble)
         return answer or SimpleNamespace(**{name: _blank(type_, why) for name, type_ in response.items()})
 
@@ -176,17 +175,13 @@ class Run:
 
         Cancels the goal after `cancel_after` simulated seconds, and gives up after `limit`.
         """
-        with self._lock:
-            stage = self._active_stage()
-            goal = None
-            if stage is None or not stage.takes_goals:
-                print(say("not yet: {no_action}", no_action=_no_action()))
-            else:
-                goal = self._asked(lambda stage: stage.navigate(x, y, tolerance))
-        if goal is None:
+        goal = self._send(x, y, tolerance)
+        if isinstance(goal, str):
+            if goal != self.trouble:  # which was printed when it came
+                print(say("not yet: {no_action}", no_action=goal))
             return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
-        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
+        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._stage:
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
                 with self._lock:
                     goal.cancel()
@@ -204,7 +199,7 @@ class Run:
 
     def set_parameter(self, name: str, value: object) -> tuple[bool, str]:
         """Set a parameter of the running node; return whether it was accepted, and the node's reason if not."""
-        nobody = say("there is no node") if self._active_stage() is None else ""
+        nobody = say("there is no node") if self._stage is None else ""
         answer = self._asked(lambda stage: stage.set_parameter(name, value))
         return (False, nobody or self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
@@ -214,17 +209,17 @@ class Run:
         Raises:
             KeyError: the topic is not recorded.
         """
-        if topic not in (published := _published()):
+        if topic not in self._recorded:
             words = mark("messages on {topic!r} are not recorded; those on {published} are")
-            raise KeyError(say(words, topic=topic, published=", ".join(published)))
-        return list(self._recorded.get(topic, ()))
+            raise KeyError(say(words, topic=topic, published=", ".join(self._recorded)))
+        return list(self._recorded[topic])
 
     # ------------------------------------------------------------- the end
 
     def interrupt(self) -> NodeExit:
         """Press Ctrl-C: send the node SIGINT, wait for its end and describe it. This closes the run."""
         with self._lock:
-            stage, process = self._active_stage(), self._process
+            stage, process = self._stage, self._process
             if stage is None or process is None:
                 return NodeExit(0.0, None, None)
             started = time.monotonic()
@@ -264,10 +259,10 @@ class Run:
 
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
-        self._recorder, self._sources = Recorder(self.simulator), _sources(self._workspace.package)
+        self._recorder, self._built_at = Recorder(self.simulator), time.time()
         drawn = [node.thresholds(self._parameters) for node in course().nodes.values()]
         self._recorder.notes[THRESHOLDS_NOTE] = {name: value for each in drawn for name, value in each.items()}
-        self._recorded = {topic: [] for topic in _published()}
+        self._recorded = {topic: [] for node in course().nodes.values() for topic in node.publishes}
         with Progress() as progress:
             self._start_node(progress)
 
@@ -283,10 +278,12 @@ class Run:
             progress.say(say(building.FIRST_TIME))
         interface_types.load(self._workspace, progress.more)
         progress.say(say("starting {node}", node=self.node))
-        from grader.notebook.watched_stage import TrialOver, WatchedStage
+        from grader.notebook.watched_stage import WatchedStage
 
         command = node_process.command(install, self.node, self._program, self._launch, self._parameters)
-        self._process = process = NodeProcess(command, node_process.environment(install, self._workspace))
+        environment = ros_env.environment(install, home=Path.home()) | self._workspace.variables
+        # A node that hangs can then tell where.
+        self._process = process = NodeProcess(command, environment | {"PYTHONFAULTHANDLER": "1"})
         self._stage = WatchedStage(
             course(), self.node, self.simulator, process,
             launch=self._launch, domain_id=self._workspace.domain_id,
@@ -295,24 +292,21 @@ class Run:
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)
         self._finish.atexit = False
-        try:
-            self._stage.open()
-            # In the clinic learners are to find that out themselves.
-            if not self._workspace.is_linked and (deaf_to := self._stage.deaf_to()):
-                print(deaf_to)
-        except TrialOver as over:
-            self._give_up(self._why(over.reason))
+        self._asked(lambda stage: stage.open())
+        # In the clinic learners are to find that out themselves.
+        if self._stage is not None and not self._workspace.is_linked and (deaf_to := self._stage.deaf_to()):
+            print(deaf_to)
 
     def _tick(self) -> None:
         with self._lock:
-            self._asked(lambda stage: stage.tick())
-            if self._active_stage() is None:
+            self._asked(lambda stage: stage.run(TICK_S))
+            if self._stage is None:
                 self._recorder.take(self.simulator.step(TICK_S))
 
     def _asked(self, question: Callable[[WatchedStage], Any]) -> Any:
         """Return what `question` returns; None if there is no node, or it has ended: then the robot stands still."""
         with self._lock:
-            if (stage := self._active_stage()) is None:
+            if (stage := self._stage) is None:
                 return None
             from grader.notebook.watched_stage import TrialOver
 
@@ -323,23 +317,24 @@ class Run:
                 self._give_up(self._why(over.reason))
                 return None
 
-    def _active_stage(self) -> WatchedStage | None:
-        """Return the stage while its node runs, else None."""
-        return self._stage if self._process is not None and not self.trouble else None
-
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
-        with self._lock:
-            stage = self._active_stage()
-            if stage is None or not stage.takes_goals:
-                return _no_action()
-            place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-            goal = self._asked(lambda stage: stage.navigate(place.x, place.y, 0.1))
-        if goal is None:
-            return self.trouble
+        place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
+        goal = self._send(place.x, place.y, 0.1)
+        if isinstance(goal, str):
+            return goal
         if goal.accepted:
             return say("goal sent: ({x:z.2f}, {y:z.2f}) m", x=x, y=y)
         return str(goal.problem or say("the node rejected the goal"))
+
+    def _send(self, x: float, y: float, tolerance: float) -> Any:
+        """Send a goal (m, odom frame) and return it, or why there is none."""
+        with self._lock:
+            stage = self._stage
+            if stage is None or not stage.takes_goals:
+                names = [name for node in course().nodes.values() for name in node.actions]
+                return say("no node offers the action {names}", names=" or ".join(names))
+            return self._asked(lambda stage: stage.navigate(x, y, tolerance)) or self.trouble
 
     def _restart(self) -> None:
         """Start the node anew after the simulator was reset: in a node, time must not go back."""
@@ -377,19 +372,9 @@ class Run:
             view.stop()
 
 
-def _sources(package: Path) -> dict[Path, int]:
-    """Return when each module of the package was changed last."""
-    return {path: path.stat().st_mtime_ns for path in package.rglob("*.py")}
-
-
 def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     process.kill()
     stage.close()
-
-
-def _published() -> list[str]:
-    """Return the topics that the contract's nodes publish."""
-    return [topic for node in course().nodes.values() for topic in node.publishes]
 
 
 def _services() -> dict[str, str]:
@@ -400,11 +385,6 @@ def _services() -> dict[str, str]:
 def _blank(type_: str, why: str) -> Any:
     """Return the value of a field in place of an answer that did not come; a text says why."""
     return _pose() if type_ == "geometry_msgs/Pose" else {"bool": False, "string": why}.get(type_, math.nan)
-
-
-def _no_action() -> str:
-    names = [name for node in course().nodes.values() for name in node.actions]
-    return say("no node offers the action {names}", names=" or ".join(names))
 
 
 def _pose() -> Any:
@@ -421,9 +401,7 @@ _RUNS: weakref.WeakValueDictionary[str, Run] = weakref.WeakValueDictionary()
 def start(workspace: Workspace, node: str, world: str | World, **options: Any) -> Run:
     """Return a new run of a node; an older run of the same node is closed first."""
     prepare(workspace, os.environ)
-    older = _RUNS.get(node)
-    if older is not None:
+    if older := _RUNS.get(node):
         older.close()
-    run = Run(workspace, node, world, **options)
-    _RUNS[node] = run
+    _RUNS[node] = run = Run(workspace, node, world, **options)
     return run

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,21 +41,9 @@ _WORDS = {
 # -- what is kept --------------------------------------------------------------------------------------------------
 
 
-class ActiveTime:
-    """The time that a learner is active in a notebook: from one event, a cell's begin or end, to the next."""
-
-    def __init__(self) -> None:
-        self._last: float | None = None
-
-    def until(self, now: float) -> float:
-        """Return the active seconds since the last event; `now` is wall time in seconds that never goes back."""
-        passed, self._last = now - (now if self._last is None else self._last), now
-        return passed if passed <= PAUSE_S else 0.0
-
-
 def add_seconds(workspace: Workspace, notebook: str, seconds: float) -> None:
-    """Add active time to that of a notebook ("05")."""
-    if notebook and seconds > 0.0:
+    """Add the time between two events in a notebook ("05"), a cell's begin or end, to its active time."""
+    if notebook and 0.0 < seconds <= PAUSE_S:
         kept = _read(_file(workspace, notebook))
         _write(_file(workspace, notebook), kept | {"seconds": round(kept["seconds"] + seconds, 1)})
 
@@ -105,41 +93,26 @@ def _write(file: Path, kept: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Box:
-    """A requirement in the panel; `state` is "done", "so far", "part", "open" or "elsewhere"."""
+    """A requirement in the panel; `words` say what its sign says."""
 
     id: str
-    title: str
     state: str
-
-    @property
-    def sign(self) -> str:
-        """Return the sign before its name."""
-        return _SIGNS[self.state]
-
-    @property
-    def words(self) -> str:
-        """Return what the sign says."""
-        return f"{self.id} {self.title}: {say(_WORDS[self.state])}"
+    sign: str
+    words: str
 
 
 @dataclass(frozen=True)
 class Row:
-    """A notebook in the panel: what it teaches, the minutes, and whether it is the one that is open."""
+    """A notebook in the panel: what it teaches, the minutes, and whether it is the one that is open.
 
-    name: str
+    `file` lies beside the open one; it is "" for what no notebook teaches.
+    """
+
+    title: str
+    file: str
     boxes: tuple[Box, ...]
-    minutes: str = ""
-    here: bool = False
-
-    @property
-    def title(self) -> str:
-        """Return the notebook's name in words."""
-        return self.name.replace("_", " ")
-
-    @property
-    def file(self) -> str:
-        """Return the notebook's file, beside the one that is open; "" for what no notebook teaches."""
-        return f"{self.name}.ipynb" if self.name[:2].isdecimal() else ""
+    minutes: str
+    here: bool
 
 
 @dataclass(frozen=True, repr=False)
@@ -151,7 +124,8 @@ class Standing:
     glossary: str = ""
 
     def __repr__(self) -> str:
-        width, wide = (max((len(text) for text in column), default=0) for column in self._columns())
+        width = max((len(row.title) for row in self.rows), default=0)
+        wide = max((len(row.minutes) for row in self.rows), default=0)
         lines = []
         for row in self.rows:
             boxes = "  ".join(f"{box.sign} {box.id}" for box in row.boxes)
@@ -160,9 +134,6 @@ class Standing:
             lines.append(_legend())
         words = say("Words and commands: {page}", page=self.glossary.removeprefix("../")) if self.glossary else ""
         return "\n".join([*lines, *self.lines, *filter(None, [words])])
-
-    def _columns(self) -> tuple[list[str], list[str]]:
-        return [row.title for row in self.rows], [row.minutes for row in self.rows]
 
     def _repr_html_(self) -> str:
         page = say("Glossary and cheat sheet")
@@ -177,28 +148,28 @@ def of(workspace: Workspace) -> Standing:
     """Return where the learner of a workspace stands."""
     names, lane = list(checkpoints.table()), lanes.of(workspace)
     here, alone = os.environ.get(NOTEBOOK, ""), ALONE in os.environ
-    kept = {name: _read(_file(workspace, name[:2])) for name in names if not alone or name[:2] == here}
-    answers = _latest(kept.values())
+    shown = [name for name in names if not alone or name[:2] == here]
+    answers = _latest(_read(_file(workspace, name[:2])) for name in shown)
     asked = lanes.asked_for(lane) if lane else ()
     every = rubric.load(course().rubric).requirements
     # What a shorter lane does not ask for is shown where the learner has asked all the same.
     requirements = [r for r in every if not asked or r.id in asked or r.id in answers]
     spent = {} if alone else minutes(workspace)
     rows = []
-    for name in [*names, ""]:
-        of_notebook = [r for r in requirements if _taught_in(r, names) == name]
-        boxes = tuple(Box(r.id, r.title, _state(r, answers)) for r in of_notebook)
-        if name in kept or (not name and boxes and not alone):
-            shown = hours(spent[name[:2]]) if name[:2] in spent else ""
-            rows.append(Row(name or say("elsewhere"), boxes, shown, bool(name) and name[:2] == here))
+    for name in shown if alone else [*shown, ""]:
+        boxes = tuple(_box(r, answers) for r in requirements if _taught_in(r, names) == name)
+        if name:
+            time_ = hours(spent[name[:2]]) if name[:2] in spent else ""
+            rows.append(Row(name.replace("_", " "), f"{name}.ipynb", boxes, time_, name[:2] == here))
+        elif boxes:
+            rows.append(Row(say("elsewhere"), "", boxes, "", here=False))
     counted = [r for r in requirements if not asked or r.id in asked]
-    lines = [] if alone else [_so_far(counted, answers, sum(spent.values()))]
     # A shorter lane asks for these in the notebook that has their points, and not before.
     later = {name for name, notebook in lanes.asked_later(lane).items() if notebook > here} if lane else set()
     due = [r for r in counted if r.id not in later or r.id in answers]
-    lines += filter(None, (_behind(rows, answers), _next(rows, names, due)))
+    lines = ["" if alone else _so_far(counted, answers, sum(spent.values())), _next(names, here, due, answers)]
     page = (course().notebooks / GLOSSARY).resolve()
-    return Standing(tuple(rows), tuple(lines), GLOSSARY if page.is_file() else "")
+    return Standing(tuple(rows), tuple(filter(None, lines)), GLOSSARY if page.is_file() else "")
 
 
 def hours(minutes: int) -> str:
@@ -206,7 +177,7 @@ def hours(minutes: int) -> str:
     return say("{h} h {min} min", h=minutes // 60, min=minutes % 60) if minutes >= 60 else say("{n} min", n=minutes)
 
 
-def _latest(kept: Any) -> dict[str, Mapping[str, Any]]:
+def _latest(kept: Iterable[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
     """Return the last answer to each requirement; one that is done stays so if an earlier notebook asks less of it."""
     found: dict[str, Mapping[str, Any]] = {}
     asked = [item for record in kept for item in record["answers"].items()]
@@ -222,40 +193,36 @@ def _state(requirement: Requirement, answers: Mapping[str, Mapping[str, Any]]) -
     return str(answers[requirement.id]["state"]) if requirement.id in answers else "open"
 
 
+def _box(requirement: Requirement, answers: Mapping[str, Mapping[str, Any]]) -> Box:
+    state = _state(requirement, answers)
+    words = f"{requirement.id} {requirement.title}: {say(_WORDS[state])}"
+    return Box(requirement.id, state, _SIGNS[state], words)
+
+
 def _taught_in(requirement: Requirement, names: Sequence[str]) -> str:
     name = requirement.section.partition("#")[0]
     return name if name in names else ""
 
 
 def _so_far(requirements: Sequence[Requirement], answers: Mapping[str, Mapping[str, Any]], spent: int) -> str:
-    known = {r.id for r in requirements}
-    reached = sum(float(answer["points"]) for name, answer in answers.items() if name in known)
+    reached = sum(float(answers[r.id]["points"]) for r in requirements if r.id in answers)
     worth = points(sum(r.points for r in requirements))
     words = say("{reached} of {worth} points in your last checks.", reached=localized(points(reached)), worth=worth)
     time_ = mark("{time} of work so far, without pauses of more than {n} minutes; this figure stays in your workspace.")
     return words + (" " + say(time_, time=hours(spent), n=round(PAUSE_S / 60)) if spent else "")
 
 
-def _behind(rows: Sequence[Row], answers: Mapping[str, Any]) -> str:
-    """Return what a check in an earlier notebook has found and no later one has found right."""
-    position = next((n for n, row in enumerate(rows) if row.here), 0)
-    wrong = [
-        f"{box.id} ({row.name[:2]})"
-        for row in rows[:position]
-        for box in row.boxes
-        if box.id in answers and box.state in ("open", "part")
-    ]
-    return say("Left open in earlier notebooks: {names}.", names=", ".join(wrong)) if wrong else ""
-
-
-def _next(rows: Sequence[Row], names: Sequence[str], requirements: Sequence[Requirement]) -> str:
-    row = next((row for row in rows if row.here), None)
-    if row is None:
+def _next(
+    names: Sequence[str], here: str, requirements: Sequence[Requirement], answers: Mapping[str, Mapping[str, Any]]
+) -> str:
+    """Return what is next in the open notebook, begun things first, or the notebook after it; "" outside of one."""
+    open_one = next((name for name in names if name[:2] == here), None)
+    if open_one is None:
         return ""
-    sections = {r.id: r.section.partition("#")[2] for r in requirements}
-    for box in sorted(row.boxes, key=lambda box: box.state != "part"):
-        if box.state in ("open", "part") and box.id in sections:
-            words = mark('Next: {id} {title}, in the section "{section}" of this notebook.')
-            return say(words, id=box.id, title=box.title, section=sections[box.id])
-    after = next((name for name in names if name > row.name), "")
+    left = [r for r in requirements if _taught_in(r, names) == open_one and _state(r, answers) in ("open", "part")]
+    if left:
+        first = min(left, key=lambda r: _state(r, answers) != "part")
+        words = mark('Next: {id} {title}, in the section "{section}" of this notebook.')
+        return say(words, id=first.id, title=first.title, section=first.section.partition("#")[2])
+    after = next((name for name in names if name > open_one), "")
     return say("Next: notebook {name}.", name=after.replace("_", " ")) if after else ""

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 
 from grader.notebook import interface_types, last_hint, workspace
-from grader.notebook.feedback import Answer, Checked, Note
+from grader.notebook.feedback import Answer, Checked, Note, seen_expected_try
 from grader.words import say
 
 LIMIT_S = 10.0  # wall time of one call in a table
@@ -80,8 +80,8 @@ def answered(task: str, findings: Findings, look: str) -> Checked:
         finding = f"{type(error).__name__}: {error}", say("an answer"), look
     except HangError as error:
         finding = str(error), say("an answer"), say("which loop has no end?")
-    rows = tuple(zip((say("seen"), say("expected"), say("try")), finding, strict=True)) if finding else ()
-    return Checked((Answer(task, "", "0", "", not finding, notes=(Note("", rows),) if rows else ()),))
+    notes = (Note("", seen_expected_try(*finding)),) if finding else ()
+    return Checked((Answer(task, "", "0", "", not finding, notes=notes),))
 
 
 def _said(error: Exception, names: Mapping[str, object]) -> str:

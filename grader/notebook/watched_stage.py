@@ -16,10 +16,10 @@ from grader.evidence import Kind, Reason
 from grader.trials.messages import fill, interface
 from grader.trials.node_under_test import NodeUnderTest, Program, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
-from grader.trials.recorder import TrialRecorder
 from grader.trials.stage import Stage
 from grader.words import say
 from sim import Recorder, Simulator
+from sim.bridge import TICK_S
 from sim.sensors import Reading
 
 __all__ = ["TrialOver", "WatchedStage"]
@@ -49,21 +49,18 @@ class WatchedStage(Stage):
             course, plan, simulator, process, domain_id,
             one_thread=has_one_thread(package), reliable=False, work_limit_s=math.inf,
         )  # fmt: skip
-        super().__init__(
-            course, plan, simulator.seed, simulator, watched,
-            recorder=_WatchedRecorder(plan, watched, simulator, recorder, messages),
-        )  # fmt: skip
+        super().__init__(course, plan, simulator.seed, simulator, watched)
+        self._shown, self._readings = recorder, list[Reading]()
+        self._commanded = messages.get(self.bridge.topics.command, [])
+        self.bridge.on_command, self.bridge.on_published = self._take_command, self._take_published
         for topic, type_ in self.contract.publishes.items():
             if topic != self.bridge.topics.command:
                 self.bridge.subscribe(interface(type_), topic, partial(self._note, messages[topic]))
 
-    def tick(self) -> None:
-        """Let one tick of simulated time pass.
-
-        Raises:
-            TrialOver: the node has ended.
-        """
-        self._tick()
+    def _tick(self, dt: float = TICK_S) -> None:
+        super()._tick(dt)
+        self._shown.take(self._readings)
+        self._readings.clear()
 
     def ask(self, service: str, fields: Mapping[str, object]) -> tuple[Any, str]:
         """Return a service's response, or None and the reason."""
@@ -91,31 +88,10 @@ class WatchedStage(Stage):
     def _note(self, messages: list[tuple[float, Any]], message: Any) -> None:
         messages.append((self.t, message))
 
+    def _take_command(self, t: float, message: Any) -> None:
+        self.recorder.take_command(t, message)
+        self._commanded.append((t, message))
 
-class _WatchedRecorder(TrialRecorder):
-    """Passes commands and readings on to what a notebook shows."""
-
-    def __init__(
-        self,
-        plan: TrialPlan,
-        node: NodeUnderTest,
-        simulator: Simulator,
-        recorder: Recorder,
-        messages: Mapping[str, list[tuple[float, Any]]],
-    ) -> None:
-        super().__init__(plan, simulator, node.recorded_topics, node.contract.ahead_deg)
-        self._recorder, self._commands = recorder, messages.get(node.bridge.topics.command, [])
-        self._readings: list[Reading] = []
-
-    def take_command(self, t: float, message: Any) -> None:
-        super().take_command(t, message)
-        self._commands.append((t, message))
-
-    def take_published(self, reading: Reading) -> None:
-        super().take_published(reading)
+    def _take_published(self, reading: Reading) -> None:
+        self.recorder.take_published(reading)
         self._readings.append(reading)
-
-    def sample(self, t: float) -> None:
-        super().sample(t)
-        self._recorder.take(self._readings)
-        self._readings.clear()

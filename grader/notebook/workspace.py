@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import shlex
 import shutil
+import socket
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +17,8 @@ from grader.course import Course
 from grader.course import find as find_course
 from grader.course.reader import VARIABLE as COURSE
 from grader.errors import GraderError
-from grader.host import ros_env
-from grader.notebook import domain
+from grader.host import dds_domain, ros_env
+from grader.host.tempdir import write_atomically
 from grader.words import say
 
 VARIABLE = "ROS2_COURSE_WS"
@@ -32,6 +34,10 @@ def course() -> Course:
 
 
 LINKED = ".linked"
+DOMAINS = dds_domain.LOW
+_DOMAIN = ".ros_domain"
+_DEFAULTS = Path(".colcon", "defaults.yaml")
+_claims: dict[Path, socket.socket] = {}
 
 
 @dataclass(frozen=True)
@@ -57,8 +63,21 @@ class Workspace:
 
     @property
     def domain_id(self) -> int:
-        """Return the DDS domain of this workspace, 1 to 100."""
-        return domain.of(self.root)
+        """Return the DDS domain of this workspace, 1 to 100: the one that was claimed last, else one by its path."""
+        with contextlib.suppress(OSError, ValueError):
+            if (number := int((self.root / _DOMAIN).read_text())) in DOMAINS:
+                return number
+        digest = hashlib.sha256(os.fsencode(self.root)).digest()
+        return DOMAINS[int.from_bytes(digest[:4], "big") % len(DOMAINS)]
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """Return what ROS 2 is told in a workspace: its DDS domain, who may hear it, and where its logs go."""
+        return {
+            "ROS_DOMAIN_ID": str(self.domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
+            "ROS_LOG_DIR": str(self.root / "log" / "ros"),
+        }
 
     def shown(self, path: Path) -> str:
         """Return a path in the workspace as it is shown to students, the same on every machine."""
@@ -97,10 +116,43 @@ def open_workspace(notebook: str) -> Workspace:
         os.environ[COURSE] = str(course().folder)  # it may have been named as seen from the folder that is left here
     found.package.mkdir(parents=True, exist_ok=True)
     os.chdir(found.package)
-    _write_colcon_defaults(found)
-    domain.claim(found.root)
+    # The status line says how far a build is; notebooks and terminals draw it anew in place.
+    handlers = '["status+", "terminal_title-"]'
+    text = f'build:\n  event-handlers: {handlers}\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={ros_env.CMAKE_HOOK}"]\n'
+    (found.root / _DEFAULTS).parent.mkdir(exist_ok=True)
+    (found.root / _DEFAULTS).write_text(text)
+    claim_domain(found)
     prepare(found, os.environ)
     return found
+
+
+def claim_domain(workspace: Workspace) -> int:
+    """Claim a DDS domain for a workspace until this process ends, and return it.
+
+    It stays the same for as long as no other workspace has claimed it meanwhile. Several processes may work in one
+    workspace: they share its domain.
+
+    Raises:
+        GraderError: other workspaces use all domains.
+    """
+    root, first = workspace.root, workspace.domain_id
+    if root in _claims:
+        return first
+    # What tells it from others on this machine, even if containers give them the same path.
+    status = root.stat()
+    identity = f"{root}\0{status.st_dev}\0{status.st_ino}\0{status.st_uid}"
+    for number in [first, *(number for number in DOMAINS if number != first)]:
+        if held := dds_domain.claim(number, hashlib.sha256(identity.encode()).hexdigest()[:16]):
+            _claims[root] = held
+            write_atomically(root / _DOMAIN, f"{number}\n")
+            return number
+    raise GraderError(
+        say(
+            "All {n} ROS domains of this machine are in use, so two robots would share one. "
+            "Shut down the kernels of notebooks that are not in use, then run this cell again.",
+            n=len(DOMAINS),
+        )
+    )
 
 
 def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None:
@@ -110,14 +162,11 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     """
     overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
     wanted = ros_env.environment(*overlays, home=Path.home())
-    wanted |= {
-        "PATH": _in_front(environment.get("PATH", ""), ros_env.PREFIX / "bin"),
-        "PYTHONPATH": _in_front(environment.get("PYTHONPATH", ""), *(o / ros_env.SITE_IN_PREFIX for o in overlays)),
-        "ROS_DOMAIN_ID": str(workspace.domain_id),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
-        "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
+    wanted |= workspace.variables | {
+        "PATH": in_front(environment.get("PATH", ""), ros_env.PREFIX / "bin"),
+        "PYTHONPATH": in_front(environment.get("PYTHONPATH", ""), *(o / ros_env.SITE_IN_PREFIX for o in overlays)),
         # A plain `colcon build` then uses the settings that docs/ros-from-wheels.md describes.
-        "COLCON_DEFAULTS_FILE": str(_defaults_file(workspace)),
+        "COLCON_DEFAULTS_FILE": str(workspace.root / _DEFAULTS),
         "COLCON_LOG_LEVEL": "error",  # it would warn that the wheels' prefix has no setup files
         "CMAKE_GENERATOR": "Ninja",
     }
@@ -132,11 +181,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
             "CCACHE_BASEDIR": str(workspace.root),
             "CCACHE_NOSTATS": "1",
         }
-    for name in ("HOME", "LANG"):
-        wanted.pop(name, None)
-    for name, value in wanted.items():
-        if environment.get(name) != value:
-            environment[name] = value
+    environment.update({name: value for name, value in wanted.items() if name not in ("HOME", "LANG")})
 
 
 def discovery_range(interfaces: Path = Path("/sys/class/net")) -> str:
@@ -170,21 +215,7 @@ def ignored_by_colcon(folder: Path) -> None:
     (folder / "COLCON_IGNORE").touch()
 
 
-def _in_front(path: str, *folders: Path) -> str:
+def in_front(path: str, *folders: Path) -> str:
     """Return a search path with `folders` moved to the front, each once."""
     first = [str(folder) for folder in folders]
     return os.pathsep.join([*first, *(part for part in path.split(os.pathsep) if part and part not in first)])
-
-
-def _defaults_file(workspace: Workspace) -> Path:
-    return workspace.root / ".colcon" / "defaults.yaml"
-
-
-def _write_colcon_defaults(workspace: Workspace) -> None:
-    path = _defaults_file(workspace)
-    # The status line says how far a build is; notebooks and terminals draw it anew in place.
-    handlers = '["status+", "terminal_title-"]'
-    text = f'build:\n  event-handlers: {handlers}\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={ros_env.CMAKE_HOOK}"]\n'
-    if not path.is_file() or path.read_text() != text:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)

@@ -14,7 +14,7 @@ import pytest
 from containers import situations
 from containers.situations import DOCKER, PYTHON, REFERENCE, SITUATIONS, Situation, contained
 from grader import KIT
-from grader.authoring import export
+from grader.authoring import release
 from grader.course import kits_own
 from grader.intake import package_edits
 from grader.selftest.attacks import command
@@ -55,7 +55,7 @@ ATTACKS = ("calls_home", "leaves_a_daemon", "overwrites_the_grader", "reads_secr
 def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Gradescope's folder, with what its setup.sh leaves; the kit is this one."""
     root = tmp_path_factory.mktemp("gradescope") / "autograder"
-    export.gradescope(root.parent / "autograder.zip", kits_own())
+    release.gradescope(root.parent / "autograder.zip", kits_own())
     shutil.unpack_archive(root.parent / "autograder.zip", root / "source")
     shutil.copy(root / "source" / "run_autograder", root)
     (root / "run_autograder").chmod(0o755)

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from grader import KIT, building, cli, pipeline
-from grader.authoring import checkpoint_texts, new_course, notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, course_command, notebook_run, notebook_source
 from grader.checks import checks_run
 from grader.course import find, handout, kits_own, load, reader
 from grader.course.reader import VARIABLE
@@ -111,7 +111,7 @@ def test_a_kit_has_the_solved_files_of_the_notebooks_before_the_last_one_and_no_
 ):
     """The page said that the solution stays with the lecturer, and all of it was packed."""
     monkeypatch.setenv(VARIABLE, "")
-    folder = new_course.lay_out(tmp_path / "mine").folder
+    folder = course_command.lay_out(tmp_path / "mine").folder
     guard, settings = (
         folder / "solution" / "hall_guard" / name for name in ("hall_guard/guard.py", "config/guard.yaml")
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT, cli, notebook
-from grader.authoring import new_course
+from grader.authoring import course_command
 from grader.course import find, kits_own
 from grader.course.reader import VARIABLE
 from grader.host import provenance
@@ -72,7 +72,7 @@ def test_an_authors_verb_in_the_folder_of_a_course_says_what_to_type(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.delenv(VARIABLE, raising=False)
-    mine = new_course.lay_out(tmp_path / "mine").folder
+    mine = course_command.lay_out(tmp_path / "mine").folder
     before = kits_own().rubric.read_bytes()
     monkeypatch.chdir(mine / "checks")
     for verb in (["release", "--out", "kit.zip"], ["check-course", "--static"]):
@@ -85,7 +85,7 @@ def test_an_authors_verb_in_the_folder_of_a_course_says_what_to_type(
 def test_a_course_named_as_seen_from_here_is_the_same_after_begin_has_gone_elsewhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    mine = new_course.lay_out(tmp_path / "mine")
+    mine = course_command.lay_out(tmp_path / "mine")
     monkeypatch.chdir(tmp_path)
     for name in (*os.environ, WORKSPACE):
         monkeypatch.setenv(name, os.environ.get(name, str(tmp_path / "ws")))

@@ -12,7 +12,7 @@ import nbformat
 import pytest
 from PIL import Image, ImageSequence
 
-from grader.authoring import book, last_hints, notebook_run, notebook_source
+from grader.authoring import book, notebook_run, notebook_source
 from grader.errors import GraderError
 from grader.notebook import last_hint
 from grader.scoring.rubric import Rubric
@@ -176,7 +176,7 @@ def cells(notebook: nbformat.NotebookNode) -> dict[str, nbformat.NotebookNode]:
 def test_the_student_edition_is_the_source_and_the_published_one_its_solved_run(example: Path, rubric: Rubric):
     student = book.read_stored(book.student_file(NAME, example))
     made = notebook_source.read(NAME, rubric, example)
-    last_hints.take_out(made)
+    notebook_source.take_out_hints(made)
     assert student == made
     assert [cell["id"] for cell in student.cells if cell.get("outputs")] == []
     page = book.read_stored(book.published_file(NAME, example))

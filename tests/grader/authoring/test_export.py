@@ -16,12 +16,12 @@ import yaml
 from helpers.course import COURSE
 
 from grader import KIT, cli
-from grader.authoring import export, new_course
+from grader.authoring import course_command, release
 
 
 @pytest.fixture
 def autograder(tmp_path: Path) -> zipfile.ZipFile:
-    export.gradescope(tmp_path / "autograder.zip", COURSE, 30)
+    release.gradescope(tmp_path / "autograder.zip", COURSE, 30)
     return zipfile.ZipFile(tmp_path / "autograder.zip")
 
 
@@ -47,7 +47,7 @@ def test_an_autograder_holds_the_grader_and_not_the_solution(autograder: zipfile
 
 
 def test_the_template_repository_has_a_workflow_and_the_kit(tmp_path: Path):
-    export.github(tmp_path / "template.zip", COURSE)
+    release.github(tmp_path / "template.zip", COURSE)
     assert [path.name for path in tmp_path.iterdir()] == ["template.zip"]
     template = zipfile.ZipFile(tmp_path / "template.zip")
     workflow = yaml.safe_load(template.read(".github/workflows/classroom.yml"))
@@ -55,12 +55,12 @@ def test_the_template_repository_has_a_workflow_and_the_kit(tmp_path: Path):
     assert steps[-1]["env"] == {"GRADE_RESULTS": "${{ steps.grade.outputs.result }}"}
     assert "@" not in "".join(step.get("run", "") for step in steps)
     with template.open("kit.zip") as kit:
-        assert f"{export.TOP}/grader/cli.py" in zipfile.ZipFile(kit).namelist()
+        assert f"{release.TOP}/grader/cli.py" in zipfile.ZipFile(kit).namelist()
 
 
 def test_a_course_of_ones_own_is_in_an_autograder_with_all_that_judges_it(tmp_path: Path):
     """`grader export` had no --course, so the autograder graded by the kit's own."""
-    course = new_course.lay_out(tmp_path / "mine")
+    course = course_command.lay_out(tmp_path / "mine")
     (course.folder / "held_back").mkdir()
     (course.folder / "held_back" / "check_x1.py").touch()
     out = tmp_path / "autograder.zip"
@@ -79,7 +79,7 @@ def test_a_course_of_ones_own_is_in_an_autograder_with_all_that_judges_it(tmp_pa
 
 
 def test_a_rubric_outside_of_the_courses_folder_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    folder = shutil.copytree(new_course.lay_out(tmp_path / "laid_out").folder, tmp_path / "mine")
+    folder = shutil.copytree(course_command.lay_out(tmp_path / "laid_out").folder, tmp_path / "mine")
     (folder / "rubric.yaml").rename(tmp_path / "rubric.yaml")
     (folder / "course.yaml").write_text("title: x\npackage: hall_guard\nrubric: ../rubric.yaml\n")
     assert cli.main(["export", "github", "--course", str(folder), "--out", str(tmp_path / "a.zip")]) == 3

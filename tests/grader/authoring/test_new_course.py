@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT, building, cli, pipeline
-from grader.authoring import check_course, new_course
+from grader.authoring import check_course, course_command
 from grader.host import provenance
 
 TEMPLATE = KIT / "grader" / "authoring" / "template_course"
@@ -28,7 +28,7 @@ def test_a_new_course_is_a_copy_of_the_small_one(tmp_path: Path, capsys: pytest.
 
 
 def test_another_name_of_the_package_is_everywhere(tmp_path: Path):
-    course = new_course.lay_out(tmp_path / "mine", "zebra_walk")
+    course = course_command.lay_out(tmp_path / "mine", "zebra_walk")
     assert course.package == "zebra_walk"
     assert files(course.folder) == {name.replace("hall_guard", "zebra_walk") for name in files(TEMPLATE)}
     assert not [path for path in course.folder.rglob("*") if path.is_file() and "hall_guard" in path.read_text()]
@@ -40,7 +40,7 @@ def test_another_name_of_the_package_is_everywhere(tmp_path: Path):
 @pytest.mark.sandbox
 def test_under_another_name_the_solution_keeps_its_points_for_its_text_and_its_build(tmp_path: Path):
     """Imports were in the order of the old name, which ament_flake8 refuses."""
-    course = new_course.lay_out(tmp_path / "mine", "zebra_walk")
+    course = course_command.lay_out(tmp_path / "mine", "zebra_walk")
     asked = ("P1", "P6")
     settings = pipeline.Settings(check_course.read_rubric(course), building.cache_folder(), course, requirements=asked)
     scores = pipeline.grade(course.solution, tmp_path / "out", settings).scorecard.requirements
@@ -68,7 +68,7 @@ def test_a_package_cannot_have_such_a_name(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_what_a_hunt_makes_up_decides_the_evidence_and_not_what_is_made_of_it(tmp_path: Path):
-    folder = new_course.lay_out(tmp_path / "mine").folder
+    folder = course_command.lay_out(tmp_path / "mine").folder
     before = provenance.kit_hash(folder), provenance.checks_hash(folder)
     (folder / "hunts").mkdir()
     (folder / "hunts" / "more.py").write_text("LIMIT = 1\n")

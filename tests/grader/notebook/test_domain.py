@@ -12,7 +12,8 @@ from helpers import beside
 
 from grader.errors import GraderError
 from grader.host import dds_domain, namespaces
-from grader.notebook import domain
+from grader.notebook import workspace as domain
+from grader.notebook.workspace import Workspace, claim_domain
 
 TEXTS = beside(__file__)
 
@@ -25,10 +26,10 @@ def _claims_end_with_the_test():
         domain._claims.pop(root).close()
 
 
-def workspace(folder: Path, name: str) -> Path:
+def workspace(folder: Path, name: str) -> Workspace:
     root = folder / name / "ws"
     root.mkdir(parents=True)
-    return root
+    return Workspace(root)
 
 
 def test_thirty_kernels_that_start_at_the_same_moment_have_thirty_domains(tmp_path: Path):
@@ -40,33 +41,36 @@ def test_thirty_kernels_that_start_at_the_same_moment_have_thirty_domains(tmp_pa
 
 
 def test_a_workspace_keeps_its_domain(tmp_path: Path):
-    root = workspace(tmp_path, "student")
-    claimed = domain.claim(root)
-    domain._claims.pop(root).close()  # the kernel has ended
-    assert domain.of(root) == claimed
-    assert domain.claim(root) == claimed
+    student = workspace(tmp_path, "student")
+    claimed = claim_domain(student)
+    domain._claims.pop(student.root).close()  # the kernel has ended
+    assert student.domain_id == claimed
+    assert claim_domain(student) == claimed
 
 
 def test_a_second_kernel_of_a_workspace_shares_its_domain(tmp_path: Path):
-    root = workspace(tmp_path, "student")
-    claimed = domain.claim(root)
-    program = "import sys, pathlib; from grader.notebook import domain; print(domain.claim(pathlib.Path(sys.argv[1])))"
-    second = subprocess.run([sys.executable, "-c", program, root], capture_output=True, text=True, check=True)
+    student = workspace(tmp_path, "student")
+    claimed = claim_domain(student)
+    program = (
+        "import sys, pathlib; from grader.notebook.workspace import Workspace, claim_domain;"
+        "print(claim_domain(Workspace(pathlib.Path(sys.argv[1]))))"
+    )
+    second = subprocess.run([sys.executable, "-c", program, student.root], capture_output=True, text=True, check=True)
     assert int(second.stdout) == claimed
 
 
 def test_a_workspace_moves_away_from_a_domain_that_another_claimed_meanwhile(tmp_path: Path):
     first, second = workspace(tmp_path, "first"), workspace(tmp_path, "second")
-    (second / ".ros_domain").write_text(str(domain.claim(first)))
-    assert domain.claim(second) != domain.of(first)
-    assert domain.of(second) == domain.claim(second)
+    (second.root / ".ros_domain").write_text(str(claim_domain(first)))
+    assert claim_domain(second) != first.domain_id
+    assert second.domain_id == claim_domain(second)
 
 
 def test_no_domain_left_is_said_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    taken = domain.claim(workspace(tmp_path, "first"))
+    taken = claim_domain(workspace(tmp_path, "first"))
     monkeypatch.setattr(domain, "DOMAINS", range(taken, taken + 1))
     with pytest.raises(GraderError, match=r"ROS domains of this machine are in use.*Shut down"):
-        domain.claim(workspace(tmp_path, "second"))
+        claim_domain(workspace(tmp_path, "second"))
 
 
 # -- trials and test runs ----------------------------------------------------------------------------------------------
@@ -88,7 +92,7 @@ def test_two_gradings_on_one_machine_share_no_domain(without_namespaces: None):
 def test_a_trial_is_in_no_domain_of_a_notebook(
     tmp_path: Path, without_namespaces: None, monkeypatch: pytest.MonkeyPatch
 ):
-    claimed = domain.claim(workspace(tmp_path, "student"))
+    claimed = claim_domain(workspace(tmp_path, "student"))
     monkeypatch.setattr(dds_domain, "HIGH", range(0))
     monkeypatch.setattr(dds_domain, "LOW", range(claimed, claimed + 3))
     with dds_domain.free() as one, dds_domain.free() as other:

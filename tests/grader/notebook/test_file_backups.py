@@ -98,29 +98,22 @@ OTHER = CELL.replace("1", "5")
 FORCED = " was not replaced: {}. To replace it all the same, begin the cell with %%writefile -f."
 WRITTEN_SINCE = FORCED.format("notebook 08 has written it since, and this cell has the version of notebook 05")
 HOLDS_PIECES = FORCED.format("it holds functions that you have put in since, and this cell would empty them")
-OF_AN_EARLIER = (
-    "Nothing was written: steering.py is still that of notebook 01. First run the cell above that begins with "
-)
 
 
 @pytest.mark.parametrize(
-    ("written", "cell", "notebook", "begun", "said"),
+    ("written", "cell", "notebook", "said"),
     [
-        ([(CELL, "08")], OTHER, "05", False, f"steering.py{WRITTEN_SINCE}"),  # 05 put its controller over that of 08
-        ([(CELL, "08")], CELL, "05", False, ""),
-        ([(CELL, "08")], OTHER, "08", False, ""),
-        ([(CELL, "08")], OTHER, "09", False, ""),
-        ([(CELL, "08")], OTHER.replace("writefile", "writefile -f"), "05", False, ""),
-        ([(CELL, "08")], "%%writefile other.py\n", "05", False, ""),
-        ([(CELL, "07"), (INTO, "07")], OTHER, "07", False, f"steering.py{HOLDS_PIECES}"),
-        ([(CELL, "07"), (INTO, "07")], INTO, "07", False, ""),
-        ([(CELL, "07"), (INTO, "07")], OTHER.replace("writefile", "writefile -f"), "07", False, ""),
-        ([(CELL, "07"), (INTO, "07")], OTHER.replace("writefile", "writefile -a"), "07", False, ""),
-        ([(CELL, "07"), (INTO, "07")], OTHER, "08", False, ""),
-        ([(CELL, "01")], INTO, "07", True, f"{OF_AN_EARLIER}%%writefile utils/steering.py."),
-        ([(CELL, "01")], INTO, "07", False, ""),  # without a version of its own, such as the clinic
-        ([(CELL, "07")], INTO, "07", True, ""),
-        ([], INTO, "07", True, ""),  # of which notebook the file is, is not known
+        ([(CELL, "08")], OTHER, "05", f"steering.py{WRITTEN_SINCE}"),  # 05 put its controller over that of 08
+        ([(CELL, "08")], CELL, "05", ""),
+        ([(CELL, "08")], OTHER, "08", ""),
+        ([(CELL, "08")], OTHER, "09", ""),
+        ([(CELL, "08")], OTHER.replace("writefile", "writefile -f"), "05", ""),
+        ([(CELL, "08")], "%%writefile other.py\n", "05", ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER, "07", f"steering.py{HOLDS_PIECES}"),
+        ([(CELL, "07"), (INTO, "07")], INTO, "07", ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER.replace("writefile", "writefile -f"), "07", ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER.replace("writefile", "writefile -a"), "07", ""),
+        ([(CELL, "07"), (INTO, "07")], OTHER, "08", ""),
     ],
 )  # fmt: skip
 def test_a_cell_replaces_no_later_file_and_no_finished_functions(
@@ -129,14 +122,13 @@ def test_a_cell_replaces_no_later_file_and_no_finished_functions(
     written: list[tuple[str, str]],
     cell: str,
     notebook: str,
-    begun: bool,
     said: str,
 ) -> None:
     backups = FileBackups(workspace)
     run(backups, CELL)
     for one, number in written:
         backups.note(package / "utils/steering.py", number, parts(one)[0])
-    assert backups.refusal(*parts(cell), notebook, ("utils/steering.py",) if begun else ()) == said
+    assert backups.refusal(*parts(cell), notebook) == said
 
 
 def test_files_that_the_course_has_laid_out_belong_to_their_notebook(

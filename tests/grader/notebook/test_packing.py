@@ -6,9 +6,7 @@ import hashlib
 import json
 import shutil
 import zipfile
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from helpers.course import PACKAGE, REFERENCE
@@ -16,10 +14,7 @@ from helpers.course import PACKAGE, REFERENCE
 from grader import cli
 from grader.errors import SubmissionError
 from grader.intake import course_marker
-from grader.notebook import lanes, packing
-from grader.notebook.workspace import Workspace
-from grader.scoring import rubric
-from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.notebook import packing
 
 
 @pytest.fixture
@@ -67,7 +62,7 @@ def test_generated_files_are_left_out_and_a_students_own_log_stays(package: Path
 
 def test_files_laid_out_by_the_course_are_named(package: Path):
     sums = {name: hashlib.sha256((package / name).read_bytes()).hexdigest() for name in ("package.xml", "setup.py")}
-    (package / course_marker.MARKER).write_text(json.dumps({"laid_out_before": "05", "sha256": sums}))
+    (package / course_marker.MARKER).write_text(json.dumps({"sha256": sums}))
     (package / "setup.py").write_text("# mine now\n")
     submission = packing.submit(package, check=False)
     assert submission.laid_out == ("package.xml",)
@@ -119,18 +114,3 @@ def test_the_command_prints_the_path_of_the_archive(
 def test_the_public_checks_run_on_the_archive(package: Path):
     submission = packing.submit(package)
     assert "Together               100 of 100" in str(submission)
-
-
-@pytest.mark.parametrize(("lane", "said"), [("core", "Your lane, core, asks for 85 of these points"), ("whole", "")])
-def test_the_points_of_a_shorter_lane_are_said(lane: str, said: str, package: Path):
-    (package.parents[1].parent / "notebooks").mkdir()
-    lanes.keep(Workspace(package.parents[1]), lane)
-    graded = packing.submit(package, check=False)
-    judged = [
-        RequirementScore(r, r.points, r.points, Outcome.PASSED, ()) for r in rubric.load(rubric.RUBRIC).requirements
-    ]
-    card = SimpleNamespace(criteria=[], requirements=judged)
-    lines = str(replace(graded, grading=SimpleNamespace(scorecard=card)))  # type: ignore[arg-type]
-    assert ("Your lane" in lines) == bool(said)
-    assert said in lines
-    assert "and you have 85." in lines or not said

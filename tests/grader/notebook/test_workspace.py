@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from helpers.course import PACKAGE
 
-from grader import KIT, notebook
+from grader import notebook
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import cell_hooks, checkpoints, lanes
@@ -146,9 +146,3 @@ def test_a_plain_colcon_build_works_in_a_cell_and_is_found(workspace: Workspace)
     assert "float32 speed" in shown.stdout
     assert f"{PACKAGE} sensor_processor" in shown.stdout
     assert "SetSpeed_Request(speed=0.5)" in shown.stdout
-
-
-def test_a_warning_of_the_simulators_names_no_place_and_one_of_the_students_does():
-    said = cell_hooks.format_warning("write 1.0, not 1", RuntimeWarning, str(KIT / "sim" / "bridge.py"), 457)
-    assert said == "RuntimeWarning: write 1.0, not 1\n"
-    assert "node.py:7: RuntimeWarning: slow" in cell_hooks.format_warning("slow", RuntimeWarning, "node.py", 7)
