@@ -170,8 +170,8 @@ class NodeUnderTest:
         self._clock = CpuClock(self.process, [os.getpid()])
         self._deaf_s = self._waited_s = 0.0
 
-    def tick(self, dt: float, *, busy: bool) -> None:
-        """Let one tick of `dt` simulated seconds pass; `busy` is whether the node is working on a goal.
+    def tick(self, dt: float, *, ending: bool) -> None:
+        """Let one tick of `dt` simulated seconds pass; `ending` is whether the node may end a goal in it.
 
         Raises:
             TrialOver: the node has ended, answers nothing any more, waits for too long by itself, or its trial has
@@ -183,7 +183,7 @@ class NodeUnderTest:
         if self._clock.seconds() > self._work_limit_s:
             raise TrialOver(Reason(Kind.SLOW, seconds=self._work_limit_s))
         before, idle, heard = self._clock.seconds(), self._clock.idle, self._signs_of_life()
-        self.bridge.tick(dt, further_rounds=_GOAL_ROUNDS if busy else 0)
+        self.bridge.tick(dt, further_rounds=_GOAL_ROUNDS if ending else 0)
         # Only within ticks: in a notebook, minutes may pass between two of them.
         self._note_silence(before, heard)
         self._waited_s += self._clock.idle - idle

@@ -29,6 +29,8 @@ _STATUS = {
 }
 ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 _SILENT_S = 0.6
+_NEW_S = 0.5
+_NEAR_M = 0.2  # beyond the tolerance, for what odometry may be off and a robot drives in some ticks
 _FEEDBACK_KEPT = 20_000  # a flood must not fill our memory
 
 
@@ -70,6 +72,14 @@ class SentGoal:
     def running(self) -> bool:
         """Return whether the node is working on the goal."""
         return self.accepted and not self.ended
+
+    @property
+    def may_end(self) -> bool:
+        """Return whether the node may end the goal in this tick: it has just come, is cancelled, or nearly reached."""
+        bridge = self._node.bridge
+        left = math.hypot(self._x - bridge.simulator.pose.x, self._y - bridge.simulator.pose.y)
+        is_new = bridge.time - self._sent_t < _NEW_S
+        return self.running and (is_new or math.isfinite(self._cancel_t) or left < self._tolerance + _NEAR_M)
 
     @property
     def silent(self) -> bool:

@@ -468,7 +468,7 @@ class Stage:
 
     def _tick(self, dt: float = TICK_S) -> None:
         busy = any(goal.running for goal in self.recorder.goals)
-        self.node.tick(dt, busy=busy)
+        self.node.tick(dt, ending=any(goal.may_end for goal in self.recorder.goals))
         stands = bool(self.commands) and self.commands[-1].v == self.commands[-1].omega == 0.0
         self._standing_ticks = self._standing_ticks + 1 if busy and stands else 0
         if 0 < self._standing_ticks <= _ENDING_TICKS:

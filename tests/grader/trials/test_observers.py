@@ -352,9 +352,9 @@ def waiting_node(pace: str, waits_s: float) -> NodeUnderTest:
 def test_a_node_whose_callbacks_wait_for_a_second_each_does_not_take_a_short_trial_two_minutes():
     node = waiting_node("lockstep", 1.0)
     for _ in range(33):
-        node.tick(0.1, busy=False)
+        node.tick(0.1, ending=False)
     with pytest.raises(TrialOver) as over:
-        node.tick(0.1, busy=False)
+        node.tick(0.1, ending=False)
     assert over.value.reason == Reason(Kind.WAITS, seconds=BEHIND_S)
     assert node.aborted
 
@@ -364,7 +364,7 @@ def test_a_node_that_keeps_up_with_a_robot_or_nearly_is_not_cut_off(pace: str, w
     """In real time each tick waits for as long as it is."""
     node = waiting_node(pace, waits_s)
     for _ in range(50):
-        node.tick(0.1, busy=False)
+        node.tick(0.1, ending=False)
 
 
 def test_a_submission_that_has_waited_in_all_trials_so_far_gets_no_more(run_with, monkeypatch: pytest.MonkeyPatch):
