@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import Call, Trial
-from grader.words import say
+from grader.words import mark, say
 
 from . import motion
 
@@ -21,17 +21,15 @@ def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
         for index in range(sum(call.service == "set_speed" for call in trial.calls)):
             call = judge.call(trial, "set_speed", index)
             response = call.response or {}
-            seen = say(
-                "speed {asked:g} answered success = {response[success]}, message {response[message]!r}",
-                asked=_asked(call),
-                response=response,
-            )
+            words = mark("speed {asked:g} answered success = {answer[success]}, message {answer[message]!r}")
+            seen = say(words, asked=_asked(call), answer=response)
             try_ = say("compare abs(speed) with the limit; the limit itself is allowed")
             judge.expect(response["success"] is True, seen, try_)
             judge.expect(bool(str(response["message"]).strip()), seen, say("fill response.message too"))
     trials = [judge.trial(name) for name in ("drive_forward", "drive_backward")]
     seen = say("success = True was answered to every speed, and the robot never moved")
-    judge.expect(any(_moved(trial) for trial in trials), seen, say("put the accepted speed into cmd_vel"))
+    moved = any(motion.reach(trial.samples, 0.0, math.inf) >= _MOVED_M for trial in trials)
+    judge.expect(moved, seen, say("put the accepted speed into cmd_vel"))
 
 
 def test_drives_at_the_set_speed(judge: Judge) -> None:
@@ -56,29 +54,17 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
 
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
     """`set_speed` above the limit, forwards or backwards, answers success = false."""
-    _expect_refused(
-        judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, say("compare abs(speed) with the limit")
-    )
+    try_ = say("compare abs(speed) with the limit")
+    _expect_refused(judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, try_)
     wrong = []
     call = motion.on_the_way(judge.trial("navigate_again", complete=False), "set_speed")
     if call is not None and call.response is not None and call.response["success"] is not False:
-        wrong.append(
-            say(
-                "speed {asked:g} answered success = {call.response[success]} on the way to a goal",
-                asked=_asked(call),
-                call=call,
-            )
-        )
+        wrong.append(say("speed {asked:g} was not refused on the way to a goal", asked=_asked(call)))
     changed = judge.trial("changed_limits", complete=False)
     lowered = any(p.name == "max_linear_speed" and p.accepted is True for p in changed.parameters)
     call = next((c for c in changed.calls if c.request.get("speed") == 0.375), None)
     if lowered and call is not None and call.response is not None and call.response["success"] is not False:
-        wrong.append(
-            say(
-                "speed 0.375 answered success = {call.response[success]} after max_linear_speed was set to 0.25",
-                call=call,
-            )
-        )
+        wrong.append(say("speed 0.375 was not refused after max_linear_speed was set to 0.25"))
     if wrong:
         try_ = say("the limit is the parameter's value at the time of the call, during a goal, too")
         judge.share(1 - 0.5 * len(wrong), "; ".join(wrong), try_)
@@ -92,25 +78,21 @@ def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:
 
 def test_a_refusal_states_the_limit(judge: Judge) -> None:
     """A refusal's message states the limit."""
+    words = mark("with max_linear_speed {limit}, speed {asked:g} was refused with the message {message!r}")
     for call in _refusals(judge):
         response = call.response or {}
         if response["success"] is False:
             message = str(response["message"])
-            seen = say("speed {asked:g} was refused with the message {message!r}", asked=_asked(call), message=message)
-            judge.expect(
-                "0.5" in message or "0,5" in message, seen, say("say in the message which limit holds, in m/s")
-            )
+            seen = say(words, limit=0.5, asked=_asked(call), message=message)
+            stated = "0.5" in message or "0,5" in message
+            judge.expect(stated, seen, say("say in the message which limit holds, in m/s"))
     # I6 judges whether another limit takes effect; where it does, it is the one to state.
     slow = judge.started("slow_robot")
     asked = next((call for call in slow.calls if call.service == "set_speed" and call.response), None)
     response = (asked and asked.response) or {}
     message = str(response.get("message"))
     if asked and response.get("success") is False and not states(message, 0.25):
-        seen = say(
-            "with max_linear_speed 0.25, speed {asked:g} was refused with the message {message!r}",
-            asked=_asked(asked),
-            message=message,
-        )
+        seen = say(words, limit=0.25, asked=_asked(asked), message=message)
         judge.share(0.5, seen, say("put the parameter's value into the message, not a fixed number"))
 
 
@@ -119,11 +101,8 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
     calls = _refusals(judge)
     trial = judge.trial("refuse_speed")
     accepted = [_asked(call) for call in calls if (call.response or {}).get("success") is not False]
-    judge.expect(
-        not accepted,
-        say("the speeds {accepted} were not refused", accepted=accepted),
-        say("refuse them first; then this can be judged"),
-    )
+    seen = say("the speeds {accepted} were not refused", accepted=accepted)
+    judge.expect(not accepted, seen, say("refuse them first; then this can be judged"))
     start, end = trial.marks["refusals"], trial.marks["refusals_end"]
     # F2 judges whether it drove at the set speed before.
     before = motion.odometry_speed(trial.samples, start - 0.4, start)
@@ -149,13 +128,8 @@ def _expect_the_limit(judge: Judge, trial: Trial) -> None:
 
 def _expect_speed(judge: Judge, trial: Trial, wanted: float, start: str, end: str) -> None:
     speed = motion.odometry_speed(trial.samples, trial.marks[start], trial.marks[end])
-    seen = say(
-        "{speed:.3f} m/s by odometry from {marks:.1f} to {marks2:.1f} s, after set_speed {wanted:g}",
-        speed=speed,
-        marks=trial.marks[start],
-        marks2=trial.marks[end],
-        wanted=wanted,
-    )
+    words = mark("{speed:.3f} m/s by odometry from {a:.1f} to {b:.1f} s, after set_speed {wanted:g}")
+    seen = say(words, speed=speed, a=trial.marks[start], b=trial.marks[end], wanted=wanted)
     holds = abs(speed - wanted) <= 0.05 * abs(wanted)
     judge.expect(holds, seen, say("does every control cycle publish the set speed, in m/s?"))
 
@@ -179,10 +153,6 @@ def _refusals(judge: Judge) -> list[Call]:
         raise NotReached(say("speed {asked:g}, within the limit, was refused as well", asked=_asked(first)), "F2")
     count = sum(call.service == "set_speed" for call in trial.calls)
     return [judge.call(trial, "set_speed", index) for index in range(1, count)]
-
-
-def _moved(trial: Trial) -> bool:
-    return motion.reach(trial.samples, 0.0, math.inf) >= _MOVED_M
 
 
 def _asked(call: Call) -> float:

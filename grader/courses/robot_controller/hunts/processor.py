@@ -131,13 +131,11 @@ def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
         return None
     levels = [(m.t, 100.0 * m.data["percentage"]) for m in run.trial.published if m.topic == "battery/state"]
     low, critical = (float({**_DEFAULTS, **run.case.parameters}[name]) for name in (_LOW, _CRITICAL))
-    ours = [m for m in _messages(run, "rosout") if NODE in m.data.get("name", "").split(".")]
     for level, word, below, needed in (
         (_WARN, "warning", low, any(critical <= percent < low for _, percent in levels)),
         (_ERROR, "error", critical, any(percent < critical for _, percent in levels)),
     ):
-        found = [m for m in ours if m.data["level"] == level]
-        found = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
+        found = check_fusion.battery_logs(run.trial.messages, level)
         crossed = next((t for t, percent in levels if percent < below), run.end)
         if len(found) > 1 or any(m.t < crossed - 1e-9 for m in found):
             return broken(
@@ -170,7 +168,7 @@ def publishes_in_time(run: Run) -> Broken | None:
         if not 0.8 * _RATE - 1.0 <= hertz <= 1.2 * _RATE + 1.0:
             return broken(run.end, mark("{topic} at {hertz:.1f} Hz until {t:.2f} s"), topic=topic, hertz=hertz)
     for message in _messages(run, _FUSED):
-        stamp, frame = check_fusion.stamp(message), message.data["header"]["frame_id"]
+        stamp, frame = motion.stamp(message), message.data["header"]["frame_id"]
         if not abs(stamp - message.t) <= _LATE_S + 1e-6 or frame != "base_link":
             return broken(
                 message.t, mark("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s"), stamp=stamp, frame=frame
