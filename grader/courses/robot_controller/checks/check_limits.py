@@ -37,11 +37,11 @@ def test_limits_hold_throughout(judge: Judge) -> None:
         judge.share(0.5, seen, say("{advice}; read the parameters in each cycle", advice=excess[1]))
 
 
-def limit_at(trial: Trial, name: str, start: float, end: float) -> float:
-    """Return the highest value that a limit had in [start, end]: its default, or what the node accepted since."""
+def values_of(trial: Trial, name: str, start: float, end: float) -> list[float]:
+    """Return the values that a parameter had in [start, end]: its default, or what the node accepted since."""
     changes = [(p.t, float(p.wanted)) for p in trial.parameters if p.name == name and p.accepted is True]
-    before = [value for t, value in changes if t <= start]
-    return max([before[-1] if before else _LIMITS[name], *(value for t, value in changes if start < t <= end)])
+    before = [_LIMITS[name], *(value for t, value in changes if t <= start)]
+    return [before[-1], *(value for t, value in changes if start < t <= end)]
 
 
 def steepest(
@@ -69,7 +69,7 @@ def beyond(trial: Trial) -> tuple[str, str] | None:
     late = LATE_S[trial.pace] + _out_of_step(trial.commands)
     for command in trial.commands:
         # A command may still be that of the cycle before a change.
-        v, omega = (limit_at(trial, n, command.t - _CYCLES_S - late, command.t) for n in MAXIMA)
+        v, omega = (max(values_of(trial, n, command.t - _CYCLES_S - late, command.t)) for n in MAXIMA)
         if not (abs(command.v) <= v + 1e-3 and abs(command.omega) <= omega + 1e-3):
             words = mark("v = {c.v:.3f} m/s, omega = {c.omega:.3f} rad/s at {c.t:.2f} s; the limits: {v:g}, {omega:g}")
             try_ = say("clamp both to max_linear_speed and max_angular_speed")
@@ -79,10 +79,8 @@ def beyond(trial: Trial) -> tuple[str, str] | None:
         if jump is not None:
             a, b = jump
             rise, limit = abs(getattr(b, letter)) - _base(a, b, letter), _limit_of_rise(trial, name, a.t, b.t)
-            words = mark(
-                "{what} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²"
-            )
-            seen = say(words, what=letter, rise=rise, unit=unit, a=a, b=b, limit=limit)
+            words = mark("{v} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²")
+            seen = say(words, v=letter, rise=rise, unit=unit, a=a, b=b, limit=limit)
             return seen, say("approach the wanted speed by at most acceleration * dt in each cycle")
     return None
 
@@ -97,7 +95,7 @@ def _out_of_step(commands: list[Command]) -> float:
 
 
 def _limit_of_rise(trial: Trial, name: str, start: float, end: float) -> float:
-    return limit_at(trial, name, start - _CYCLES_S, end)
+    return max(values_of(trial, name, start - _CYCLES_S, end))
 
 
 def _extremes(commands: list[Command], letter: str) -> list[Command]:

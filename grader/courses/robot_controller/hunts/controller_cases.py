@@ -61,7 +61,7 @@ _limits = st.sampled_from(
 ).map(lambda to: Step("set", dict(to)))  # fmt: skip
 
 
-def _named(steps: list[Step]) -> tuple[Step, ...]:
+def named(steps: list[Step]) -> tuple[Step, ...]:
     """Return the steps, each obstacle with a name of its own, of which `remove` means the last, and waits joined."""
     numbers, found, last = itertools.count(1), list[Step](), ""
     for step in steps:
@@ -87,7 +87,7 @@ def _case(draw: Any, first: Steps, later: Steps, last: Steps | None = None, *, l
         steps += more
     steps += draw(last) if last is not None else [Step("wait", 1.0)]
     heading, seed = draw(st.sampled_from([0, 90, 180, -90, 45])), draw(st.integers(0, 3))
-    return Case(NODE, _named(steps), heading=heading, seed=seed)
+    return Case(NODE, named(steps), heading=heading, seed=seed)
 
 
 _SPEED, _REMOVE = _then_wait(_set_speed(_speed)), _then_wait(st.just(Step("remove", "")))

@@ -13,6 +13,7 @@ from hypothesis.strategies import SearchStrategy
 
 from grader.checks.judge import Failed
 from grader.courses.robot_controller.checks import check_fusion, motion
+from grader.courses.robot_controller.hunts.controller_cases import named
 from grader.evidence import Message
 from grader.trials.case import Case, Step
 from grader.trials.promises import Broken, Run, broken, makes, promise
@@ -46,7 +47,7 @@ def _fuses() -> SearchStrategy[Case]:
     first = [Step("listen", _FUSED), Step("listen", _DISTANCE), *(Step("silence", each) for each in _SENSORS)]
     first += [Step("wait", 0.4), Step("hear", "scan"), Step("wait", 0.6)]
     pairs = st.lists(st.tuples(step, _wait), min_size=2, max_size=7)
-    return pairs.map(lambda found: Case(NODE, _named([*first, *itertools.chain(*found)])))
+    return pairs.map(lambda found: Case(NODE, named([*first, *itertools.chain(*found)])))
 
 
 @makes("F12")
@@ -60,14 +61,6 @@ def _drains() -> SearchStrategy[Case]:
 def _draining(parameters: dict[str, float], levels: list[int]) -> Case:
     steps = itertools.chain(*([Step("battery", level), Step("wait", 1.1)] for level in levels))
     return Case(NODE, (Step("listen", "rosout"), *steps), parameters=parameters)
-
-
-def _named(steps: list[Step]) -> tuple[Step, ...]:
-    numbers = itertools.count(1)
-    return tuple(
-        Step("obstacle", {**step.to, "name": f"pole {next(numbers)}"}) if step.do == "obstacle" else step
-        for step in steps
-    )
 
 
 def _messages(run: Run, topic: str) -> list[Message]:
@@ -138,18 +131,11 @@ def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
         found = check_fusion.battery_logs(run.trial.messages, level)
         crossed = next((t for t, percent in levels if percent < below), run.end)
         if len(found) > 1 or any(m.t < crossed - 1e-9 for m in found):
-            return broken(
-                found[-1].t,
-                mark("{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s"),
-                n=len(found),
-                word=word,
-                below=below,
-                crossed=crossed,
-            )
+            words = mark("{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s")
+            return broken(found[-1].t, words, n=len(found), word=word, below=below, crossed=crossed)
         if needed and not found and run.end > crossed + 1.0:
-            return broken(
-                crossed, mark("no battery {word}, though it was below {below:g} % at {t:.2f} s"), word=word, below=below
-            )
+            words = mark("no battery {word}, though it was below {below:g} % at {t:.2f} s")
+            return broken(crossed, words, word=word, below=below)
     return None
 
 
@@ -170,7 +156,6 @@ def publishes_in_time(run: Run) -> Broken | None:
     for message in _messages(run, _FUSED):
         stamp, frame = motion.stamp(message), message.data["header"]["frame_id"]
         if not abs(stamp - message.t) <= _LATE_S + 1e-6 or frame != "base_link":
-            return broken(
-                message.t, mark("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s"), stamp=stamp, frame=frame
-            )
+            words = mark("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s")
+            return broken(message.t, words, stamp=stamp, frame=frame)
     return None
