@@ -1,6 +1,6 @@
 """The contract's interfaces, and the nodes' use of them."""
 
-from grader.checks.first_cause import sentence
+from grader.checks.first_cause import with_cure
 from grader.checks.judge import Judge
 from grader.checks.wording import near_miss, short_types
 from grader.course import definition
@@ -57,8 +57,7 @@ def _differences(judge: Judge, name: str) -> list[str]:
     found = build.interface_texts.get(name)
     if not found:
         faults = [fault for fault in judge.faults("install", "interfaces") if path in (fault.path, *fault.lacks)]
-        shown = [f"{sentence(fault)} ({fault.cure})" for fault in faults]
-        return [say("{path}: not found among the installed interfaces", path=path), *shown]
+        return [say("{path}: not found among the installed interfaces", path=path), *map(with_cure, faults)]
     differences = definition.differences(kind, found, build.contract_texts.get(name, ""))
     said = [f"{path}{f':{line}' if line else ''}: {words}" for line, words in differences]
     return said or [say("{path}: its fields are the contract's, and the type has another name", path=path)]

@@ -98,6 +98,11 @@ def sentence(fault: Fault) -> str:
     return f"{fault.path}{f':{fault.line}' if fault.line else ''}: {fault.text}"
 
 
+def with_cure(fault: Fault) -> str:
+    """Return a fault's sentence, and what to do about it in brackets."""
+    return f"{sentence(fault)} ({fault.cure})"
+
+
 def shown_by(faults: Sequence[Fault], output: str) -> Fault | None:
     """Return the first fault that the output of a build or of a node shows, by its words or its place; None if none."""
     for fault in faults:
@@ -114,13 +119,13 @@ def behind(faults: Sequence[Fault], missing: Collection[str]) -> Fault | None:
 
 def listing(faults: Sequence[Fault], lead: str) -> str:
     """Return the faults as lines below `lead`, each with its cure; "" if there are none."""
-    lines = [f"\n  {sentence(fault)} ({fault.cure})" for fault in faults]
+    lines = [f"\n  {with_cure(fault)}" for fault in faults]
     return lead + some(lines, between="") if lines else ""
 
 
 def besides(faults: Sequence[Fault]) -> str:
     """Return the first faults as the end of a sentence, "" if there are none."""
-    shown = "; ".join(f"{sentence(fault)} ({fault.cure})" for fault in faults[:3])
+    shown = "; ".join(map(with_cure, faults[:3]))
     return say("; the package's text shows: {shown}", shown=shown) if shown else ""
 
 

@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 
 from grader import tracebacks
 from grader.checks import first_cause
-from grader.checks.first_cause import HOLDS_ON, behind, besides, holds_on, last_output, sentence
+from grader.checks.first_cause import HOLDS_ON, behind, besides, holds_on, last_output, with_cure
 from grader.checks.measured import Measured, measure
 from grader.checks.wording import near_miss, place
 from grader.course import Course
@@ -130,10 +130,9 @@ class Judge:
             NotReached: the package has it, and does not install it.
         """
         if path and not self.is_installed(path) and not self.unwritten([path]):
-            cause = behind(self.faults("install"), [path])
-            build = self.judged_by("check_build")
+            cause, build = behind(self.faults("install"), [path]), self.judged_by("check_build")
             reason = Reason(Kind.NO_FILE, path, self.evidence.build.package, requirements=build, fault=cause)
-            raise NotReached(reason, words=f"{sentence(cause)} ({cause.cure}); {reason}" if cause else "")
+            raise NotReached(reason, words=f"{with_cure(cause)}; {reason}" if cause else "")
 
     def started(self, name: str) -> Trial:
         """Return a trial whose node may have refused to start: `judge.started("senseless_start_guard")`.
@@ -203,11 +202,6 @@ class Judge:
         """Return the habits that the package's text shows, [] if it was not read: `for habit in judge.habits`."""
         return self.evidence.quality.habits if self.evidence.quality is not None else []
 
-    @property
-    def holding_on(self) -> str:
-        """Return the end of a sentence with lines that keep a callback from returning: `f"late{judge.holding_on}"`."""
-        return first_cause.holding_on(self.habits)
-
     def cause(self, seen: str) -> Reason | None:
         """Return what comes before what a check has `seen` in its trials, None if nothing does: `judge.cause(seen)`.
 
@@ -232,7 +226,7 @@ class Judge:
         output = trial.process.output_tail if trial.process is not None else ""
         cause = behind(faults, lacked) if lacked else first_cause.shown_by(faults, output)
         if cause is not None:
-            return NotReached(replace(reason, fault=cause), words=f"{sentence(cause)} ({cause.cure}); {words}")
+            return NotReached(replace(reason, fault=cause), words=f"{with_cure(cause)}; {words}")
         if self.unwritten(lacked):
             return NotReached(replace(reason, kind=Kind.UNWRITTEN))
         place, (said, _) = "" if trial.launch else tracebacks.last_place(output), tracebacks.raised(output)

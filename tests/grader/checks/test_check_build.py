@@ -54,12 +54,3 @@ def test_executables_in_another_folder_cost_their_part_and_the_folder_is_named(f
     said = ask(EXECUTABLES, evidence_with(build=replace(BUILT, executables=found, misplaced=folders)))
     assert said.share == share
     assert f"{folders['sensor_processor']}/sensor_processor: `ros2 run` looks in lib/ros2_robot_controller" in said.seen
-
-
-@pytest.mark.parametrize(
-    ("by_cmake", "cure"),
-    [(False, "install_scripts=$base/lib/ros2_robot_controller"), (True, "DESTINATION lib/${PROJECT_NAME}")],
-)
-def test_the_cure_is_that_of_the_build_tool(by_cmake: bool, cure: str):
-    text = Quality(Manifest(found=True, has_cmake=by_cmake))
-    assert cure in ask(EXECUTABLES, evidence_with(build=replace(BUILT, misplaced=BOTH), quality=text)).try_

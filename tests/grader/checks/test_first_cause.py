@@ -7,13 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers import recordings
 from helpers.course import LAYOUT
 from helpers.judging import ask, evidence_with, trial
 
 from grader.checks import (
     check_build,
-    check_functions,
     check_interfaces,
     check_launch,
     check_package_xml,
@@ -179,13 +177,6 @@ def test_what_is_not_installed_is_explained_by_what_builds_the_package(check, cm
     said = ask(check, evidence_with(quality=replace(text(cmake=cmake), paths=list(LAYOUT))))
     assert said.try_.startswith(tool)
     assert cmake or "install(" not in said.try_
-
-
-def test_conversions_that_are_missing_are_explained_by_what_builds_the_package():
-    answers = [replace(recordings.load("reference").functions[0], answer=[], problem="No module named 'utils'")]
-    said = ask(check_functions.test_functions_are_right_at_their_edges,
-               evidence_with(functions=answers, quality=text(cmake=False)))  # fmt: skip
-    assert "does setup.py install it" in said.try_
 
 
 def test_a_package_without_a_build_type_is_told_so():

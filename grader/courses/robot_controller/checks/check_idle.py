@@ -1,5 +1,6 @@
 """F1: the controller without a command."""
 
+from grader.checks.first_cause import holding_on
 from grader.checks.judge import Failed, Judge
 from grader.checks.wording import near_topic
 from grader.words import mark, say
@@ -37,4 +38,4 @@ def test_publishes_at_the_control_rate(judge: Judge) -> None:
     # The simulator's clock waits for a callback that sleeps; that of a robot does not.
     hertz /= max(trial.measured.get("waited", 0.0), 1.0)
     seen = say("the control loop sleeps: on a robot cmd_vel would come at {hertz:.1f} Hz", hertz=hertz)
-    judge.expect(hertz >= 8.0, seen + judge.holding_on, say("let the timer set the pace, not a sleep"))
+    judge.expect(hertz >= 8.0, seen + holding_on(judge.habits), say("let the timer set the pace, not a sleep"))

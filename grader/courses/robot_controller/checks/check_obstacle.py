@@ -50,7 +50,9 @@ def test_commands_zero_in_an_emergency(judge: Judge) -> None:
     """With a valid reading below `emergency_stop_distance` in any direction `cmd_vel` is zero for everything."""
     trial = judge.trial("emergency", complete=False)  # what a goal does to the node is not judged here
     judge.call(trial, "set_speed", 0)
-    moved = [where for where in ("beside", "behind") if _moves_until(trial, trial.marks.get(where, -math.inf))]
+    marks = {where: trial.marks.get(where, -math.inf) for where in ("beside", "behind")}
+    before = {where: motion.between(trial.commands, t - 0.3, t) for where, t in marks.items()}
+    moved = [where for where, commands in before.items() if not all(command.is_zero for command in commands)]
     if not moved and trial.ended:
         raise judge.not_reached(trial.ended, trial)
     if not moved:
@@ -104,11 +106,6 @@ def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
     way = abs(motion.odometry_speed(trial.samples, trial.marks["start"], trial.marks["end"])) * 2.0
     words = mark("drove {way:.2f} m in 2 s at set_speed 0.25 with something {distance:g} m behind")
     judge.expect(way >= 0.3, say(words, way=way, distance=trial.choices["distance"]), motion.TRY_SECTOR)
-
-
-def _moves_until(trial: Trial, mark: float) -> bool:
-    """Return whether the robot was commanded to move just before a mark."""
-    return any(not command.is_zero for command in motion.between(trial.commands, mark - 0.3, mark))
 
 
 def _where(trial: Trial) -> str:

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from grader.host import dds_sockets
-from grader.words import say
+from grader.words import mark, say
 
 _PATIENCE_S = 10.0
 
@@ -98,11 +98,7 @@ def last_words(script: str) -> tuple[float | None, str]:
 
     heard: list[float] = []
     listener = rclpy.create_node("listener", enable_rosout=False)
-
-    def note(twist: Any) -> None:
-        heard.append(twist.linear.x)
-
-    listener.create_subscription(Twist, "lesson_cmd_vel", note, 10)
+    listener.create_subscription(Twist, "lesson_cmd_vel", lambda twist: heard.append(twist.linear.x), 10)
     process = subprocess.Popen([sys.executable, script], stderr=subprocess.PIPE, text=True)
 
     def spin(until: Callable[[], bool], seconds: float) -> None:
@@ -134,18 +130,9 @@ class Handle:
         self.is_cancel_requested = False
         self.said: list[str] = []
         self.told: list[float] = []
-
-    def succeed(self) -> None:
-        """Note it."""
-        self.said.append("succeed")
-
-    def canceled(self) -> None:
-        """Note it."""
-        self.said.append("canceled")
-
-    def abort(self) -> None:
-        """Note it."""
-        self.said.append("abort")
+        self.succeed, self.canceled, self.abort = (
+            partial(self.said.append, word) for word in ("succeed", "canceled", "abort")
+        )
 
     def publish_feedback(self, feedback: Any) -> None:
         """Note the distance."""
@@ -211,12 +198,9 @@ def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
         server.action.destroy()
         me.destroy_node()
         server.destroy_node()
-    return say(
-        "{heard} of 20 odometry messages, cancel {taken}, the goal {status}",
-        heard=heard,
-        taken=say("taken") if taken else say("refused"),
-        status=status,
-    )
+    answer = say("taken") if taken else say("refused")
+    words = mark("{heard} of 20 odometry messages, cancel {answer}, the goal {status}")
+    return say(words, heard=heard, answer=answer, status=status)
 
 
 def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:
