@@ -2,8 +2,6 @@
 
 import itertools
 import math
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from grader.checks.first_cause import last_output
@@ -18,6 +16,14 @@ _TICK_S = 0.05
 # How late a message may be. In lockstep it answers its tick; in real time a busy machine delays it: by three ticks,
 # as measured.
 _LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
+_DISTANCE = "closest_obstacle_distance"
+_SOURCES = {
+    _DISTANCE: ("raw_scan", 0.01),
+    "battery_level": ("battery/state", 0.1),
+    "linear_acceleration": ("imu/data", 1e-6),
+    "angular_velocity": ("imu/data", 1e-6),
+}
+"""The topic that a field of fused data comes from, and by how much it may be off."""
 _BATTERY_S = 1.0  # between battery messages: an alarm may wait for the next one
 _SLOWEST_HZ, _FASTEST_HZ = 16.0, 24.0
 _TRY_RATE = mark("publish both from one timer with the period 1 / fusion_frequency")
@@ -32,10 +38,10 @@ def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     )
     trial, fused = _fused(judge)
     edge = trial.marks.get("at range_min", math.inf)
-    expect_distances(trial, [message for message in fused if message.t < edge], try_)
-    expect_distances(*_fused_without_readings(judge), try_)
+    expect_followed(trial, [message for message in fused if message.t < edge], _DISTANCE, try_)
+    expect_followed(*_fused_without_readings(judge), _DISTANCE, try_)
     try:
-        expect_distances(trial, [message for message in fused if message.t >= edge], try_)
+        expect_followed(trial, [message for message in fused if message.t >= edge], _DISTANCE, try_)
     except Failed as failed:
         seen = say("{failed.seen}, which is range_min itself", failed=failed)
         judge.share(0.5, seen, motion.TRY_LIMITS)
@@ -43,22 +49,14 @@ def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
 
 def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     """`battery_level` is in percent, 0 to 100; 100.0 before the first battery message."""
-    trial, fused = _fused(judge)
-    measured = [(-math.inf, 100.0)]
-    measured += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     try_ = say("BatteryState.percentage is 0 to 1; start with 100.0, and do not round")
-    alike = partial(same, tolerance=0.1)
-    expect_followed(trial, fused, "battery_level", "battery/state", measured, alike, try_)
+    expect_followed(*_fused(judge), "battery_level", try_)
 
 
 def test_fuses_the_latest_imu_message(judge: Judge) -> None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
-    trial, fused = _fused(judge)
     for field in ("linear_acceleration", "angular_velocity"):
-        measured: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
-        measured += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
-        try_ = say("keep the latest Imu message and copy both vectors from it")
-        expect_followed(trial, fused, field, "imu/data", measured, same_vector, try_)
+        expect_followed(*_fused(judge), field, say("keep the latest Imu message and copy both vectors from it"))
 
 
 def test_battery_alarms_are_logged_once(judge: Judge) -> None:
@@ -154,22 +152,15 @@ def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
     return trial, fused
 
 
-def expect_followed(
-    trial: Trial,
-    fused: list[Message],
-    field: str,
-    topic: str,
-    measured: list[tuple[float, Any]],
-    same: Callable[[Any, Any], bool],
-    try_: str,
-) -> None:
+def expect_followed(trial: Trial, fused: list[Message], field: str, try_: str) -> None:
     """Expect each fused message to have the latest measurement; one just before the message may be missing from it."""
+    (topic, tolerance), measured = _SOURCES[field], _measured(trial, field)
     for message in fused:
-        said = message.data[field]
+        said = _numbers(message.data[field])
         known = [value for t, value in measured if t <= message.t + 1e-9]
         recent = [value for t, value in measured if message.t - _LATE_S[trial.pace] <= t <= message.t + 1e-9]
         candidates = known[-1 - len(recent) :]
-        if candidates and not any(same(said, value) for value in candidates):
+        if candidates and not any(_same(said, value, tolerance) for value in candidates):
             words = mark("{field} {said} at {t:.2f} s, when {true} had been measured")
             seen = say(words, field=field, said=_show(said), t=message.t, true=_show(candidates[-1]))
             heard = {e.topic for e in trial.graph.endpoints if e.kind == "subscription"} if trial.graph else {topic}
@@ -179,28 +170,28 @@ def expect_followed(
             raise Failed(seen, try_)
 
 
-def expect_distances(trial: Trial, fused: list[Message], try_: str) -> None:
-    """Expect each fused message to have the closest valid reading of the latest scan."""
-    scans = [(scan.t, scan.anywhere) for scan in trial.scans]
-    field = "closest_obstacle_distance"
-    expect_followed(trial, fused, field, "raw_scan", scans, partial(same, tolerance=0.01), try_)
+def _measured(trial: Trial, field: str) -> list[tuple[float, list[float]]]:
+    """Return (t, numbers) of all that a field should have had; of battery and IMU there is a value from the start."""
+    topic, _ = _SOURCES[field]
+    if topic == "raw_scan":
+        return [(scan.t, [scan.anywhere]) for scan in trial.scans]
+    sent = [m for m in trial.published if m.topic == topic]
+    if topic == "battery/state":
+        return [(-math.inf, [100.0]), *((m.t, [100.0 * m.data["percentage"]]) for m in sent)]
+    return [(-math.inf, [0.0, 0.0, 0.0]), *((m.t, _numbers(m.data[field])) for m in sent)]
 
 
-def same(said: Any, true: Any, tolerance: float) -> bool:
-    """Return whether two numbers are equal, or differ by `tolerance` at most. NaN is not."""
-    a, b = float(said), float(true)
-    return a == b or abs(a - b) <= tolerance
+def _numbers(value: Any) -> list[float]:
+    """Return a number, or a vector as it stands in a message, as numbers."""
+    value = [value[axis] for axis in "xyz"] if isinstance(value, dict) else value
+    return [float(item) for item in value] if isinstance(value, list) else [float(value)]
 
 
-def same_vector(said: Any, true: Any) -> bool:
-    """Return whether a vector {x, y, z} is the list of three numbers, to 1e-6."""
-    values = [said[axis] for axis in "xyz"]
-    return all(same(a, b, 1e-6) for a, b in zip(values, true, strict=True))
+def _same(said: list[float], true: list[float], tolerance: float) -> bool:
+    """Return whether numbers are equal, or differ by `tolerance` at most. NaN is not."""
+    return all(a == b or abs(a - b) <= tolerance for a, b in zip(said, true, strict=True))
 
 
-def _show(value: Any) -> str:
-    if isinstance(value, dict):
-        value = [value[axis] for axis in "xyz"]
-    if isinstance(value, list):
-        return "(" + ", ".join(f"{float(item):.2f}" for item in value) + ")"
-    return f"{float(value):.2f}"
+def _show(numbers: list[float]) -> str:
+    text = ", ".join(f"{number:.2f}" for number in numbers)
+    return f"({text})" if len(numbers) > 1 else text

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Trial
@@ -118,7 +119,7 @@ def _driven(judge: Judge) -> list[Trial]:
     trials = []
     for name in _TRIALS:
         trial = judge.trial(name)
-        if (judge.call(trial, "set_speed", 0).response or {}).get("success") is False and name == "wall_fast":
+        if motion.answer(judge.call(trial, "set_speed", 0)).get("success") is False and name == "wall_fast":
             continue  # it refuses the limit itself; F2 judges that
         nearest = motion.closest_ahead(trial)
         if nearest <= 1.0 or trial.touches:
@@ -134,6 +135,12 @@ def _each_obstacle(trial: Trial) -> list[Trial]:
     if "other side" not in trial.marks:
         return [trial]
     ends = ((0.0, trial.marks["free"]), (trial.marks["other side"], math.inf))
-    lists = ("scans", "samples", "commands", "touches")
-    parts = ({name: [x for x in getattr(trial, name) if a <= x.t <= b] for name in lists} for a, b in ends)
-    return [replace(trial, **part) for part in parts]
+    return [_part(trial, start, end) for start, end in ends]
+
+
+def _part(trial: Trial, start: float, end: float) -> Trial:
+    lists: dict[str, Any] = {
+        name: [each for each in getattr(trial, name) if start <= each.t <= end]
+        for name in ("scans", "samples", "commands", "touches")
+    }
+    return replace(trial, **lists)

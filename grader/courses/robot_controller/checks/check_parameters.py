@@ -43,8 +43,7 @@ def _remark_on_a_change_without_effect(judge: Judge) -> None:
 
 def _slow_robot(judge: Judge) -> list[str]:
     trial = judge.trial("slow_robot")
-    refused = judge.call(trial, "set_speed", 0).response or {}
-    accepted = judge.call(trial, "set_speed", 1).response or {}
+    refused, accepted = (motion.answer(judge.call(trial, "set_speed", index)) for index in (0, 1))
     if refused["success"] is False and accepted["success"] is True:
         return []
     words = mark("with max_linear_speed 0.25, set_speed 0.375 answered {a[success]} and 0.1875 answered {b[success]}")

@@ -29,14 +29,14 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     if abs(motion.odometry_speed(trial.samples, calls[1].t - 0.4, calls[1].t)) < 0.02:
         raise NotReached(say("the robot stood still after set_speed, so no speed was in force"), "F2")
     for moment, call, wanted in zip(map(say, _MOMENTS), calls, (0.0, trial.choices["speed"]), strict=False):
-        speed = float(_answer(call)["speed"])
+        speed = float(motion.answer(call)["speed"])
         seen = say(_SPEED, speed=speed, moment=moment, wanted=wanted)
         judge.expect(abs(speed - wanted) <= 0.01, seen, say("answer with the speed that set_speed put in force"))
     backwards = judge.trial("wall_backward", complete=False)
     asked = next((call for call in backwards.calls if call.service == "get_status" and call.response), None)
     put = next((call for call in backwards.calls if call.service == "set_speed" and call.response), None)
-    if asked is not None and put is not None and _answer(put)["success"] is True:
-        speed, wanted = float(_answer(asked)["speed"]), float(put.request["speed"])
+    if asked is not None and put is not None and motion.answer(put)["success"] is True:
+        speed, wanted = float(motion.answer(asked)["speed"]), float(put.request["speed"])
         if abs(speed - wanted) > 0.01:
             seen = say(_SPEED, speed=speed, moment=say("driving backwards"), wanted=wanted)
             judge.share(0.5, seen, say("report the speed with its sign"))
@@ -48,10 +48,11 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
     """`get_status` reports whether there is an obstacle."""
     trial, calls = _calls(judge)
     for moment, call, wanted in zip(map(say, _MOMENTS), calls, _OBSTACLES, strict=True):
-        flag = _answer(call)["obstacle_detected"]
+        flag = motion.answer(call)["obstacle_detected"]
         seen = say(_FLAG, flag=flag, moment=moment)
         judge.expect(flag is wanted, seen, say("set the flag from every scan, to True or to False"))
-    aside, ahead, behind = (_answer(judge.call(trial, "get_status", index))["obstacle_detected"] for index in _LATER)
+    answers = [motion.answer(judge.call(trial, "get_status", index)) for index in _LATER]
+    aside, ahead, behind = (answer["obstacle_detected"] for answer in answers)
     later = [(aside, False, mark("while driving past a pole 0.4 m away, more than 60 degrees to one side"))]
     since = trial.marks["backwards"]
     if motion.odometry_speed(trial.samples, since - 0.2, since) < -0.05:  # F2 judges whether it drives backwards
@@ -66,7 +67,7 @@ def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
     """`get_status` reports the pose from `odom`."""
     trial, calls = _calls(judge)
     for moment, call in zip(map(say, _MOMENTS), calls, strict=True):
-        position, turned_to = _answer(call)["pose"]["position"], yaw(_answer(call)["pose"]["orientation"])
+        position, turned_to = motion.answer(call)["pose"]["position"], yaw(motion.answer(call)["pose"]["orientation"])
         sample = motion.at(trial.samples, call.t)
         off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
         turned = abs(math.remainder(turned_to - sample.odom_yaw, math.tau))
@@ -80,15 +81,15 @@ def test_status_is_active_or_obstacle_detected(judge: Judge) -> None:
     """The status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
     _, calls = _calls(judge)
     for moment, call, obstacle in zip(map(say, _MOMENTS), calls, _OBSTACLES, strict=True):
-        status, wanted = _answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
+        status, wanted = motion.answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
         seen = say("status {status!r} {moment}", status=status, moment=moment)
         judge.expect(status == wanted, seen, say("the status should be {wanted} here", wanted=wanted))
     asked = motion.on_the_way(judge.trial("navigate_again", complete=False), "get_status")
     if asked is not None and asked.response is None:
         seen = say("{asked.problem} on the way to a goal", asked=asked)
         judge.share(0.5, seen, say("do not let a callback wait for the end of a goal"))
-    elif asked is not None and _answer(asked)["status"] != "ACTIVE":
-        seen = say("status {status!r} on the way to a goal", status=_answer(asked)["status"])
+    elif asked is not None and motion.answer(asked)["status"] != "ACTIVE":
+        seen = say("status {status!r} on the way to a goal", status=motion.answer(asked)["status"])
         judge.share(0.5, seen, say("the status during a goal is ACTIVE, too"))
 
 
@@ -108,7 +109,3 @@ def yaw(q: dict[str, Any]) -> float:
 def _calls(judge: Judge) -> tuple[Trial, list[Call]]:
     trial = judge.trial("status")
     return trial, [judge.call(trial, "get_status", index) for index in range(len(_MOMENTS))]
-
-
-def _answer(call: Call) -> dict[str, Any]:
-    return call.response or {}

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from grader.checks.judge import Judge
 from grader.course import load
@@ -79,6 +80,11 @@ def stays_still(samples: Sequence[Sample], start: float) -> bool:
         and abs(math.remainder(s.yaw - later[0].yaw, math.tau)) <= 0.05
         for s in later
     )
+
+
+def answer(call: Call) -> dict[str, Any]:
+    """Return what a call was answered, {} if it was not."""
+    return call.response or {}
 
 
 def on_the_way(trial: Trial, service: str) -> Call | None:

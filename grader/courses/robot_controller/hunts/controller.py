@@ -48,9 +48,7 @@ def stands_in_an_emergency(run: Run) -> Broken | None:
     for t, command in _in_force_at(run):
         least = _value(run, "emergency_stop_distance", t)
         if not command.is_zero and (near := _all_below(run, t, "anywhere", least - _NOISE / 2)):
-            words = mark(
-                "still {c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan of {near:.2f} m"
-            )
+            words = mark("{c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan of {near:.2f} m")
             return broken(t, words, c=command, late=t - near[0], near=near[1])
     return None
 
@@ -100,7 +98,7 @@ def refuses_what_is_too_fast(run: Run) -> Broken | None:
     """`set_speed` takes what is finite and within the limit, and refuses the rest with a message that states it."""
     for call in _calls(run, "set_speed"):
         speed, limit = float(call.request["speed"]), _value(run, "max_linear_speed", call.t)
-        taken, message = (call.response or {})["success"], str((call.response or {})["message"])
+        taken, message = motion.answer(call)["success"], str(motion.answer(call)["message"])
         right = math.isfinite(speed) and abs(speed) <= limit
         if taken is not right:
             words = mark("speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}")
@@ -115,7 +113,7 @@ def refuses_what_is_too_fast(run: Run) -> Broken | None:
 def status_is_true(run: Run) -> Broken | None:
     """The status has the speed in force, what is in the way, and the pose from `odom`."""
     for call in _calls(run, "get_status"):
-        said = call.response or {}
+        said = motion.answer(call)
         place, sample = said["pose"]["position"], run.sample(call.t)
         off = math.hypot(float(place["x"]) - sample.odom_x, float(place["y"]) - sample.odom_y)
         turned = abs(math.remainder(check_status.yaw(said["pose"]["orientation"]) - sample.odom_yaw, math.tau))
@@ -309,7 +307,7 @@ def _in_force(run: Run, t: float) -> tuple[float, float] | None:
         return None
     set_ = [(0.0, 0.0)] + [
         (call.t, float(call.request["speed"])) for call in _calls(run, "set_speed")
-        if call.t <= t and (call.response or {})["success"] is True
+        if call.t <= t and motion.answer(call)["success"] is True
     ]  # fmt: skip
     return set_[-1] if abs(set_[-1][1]) <= _value(run, "max_linear_speed", t, t) else None
 

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from functools import partial
-from operator import itemgetter
-from typing import Any
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
@@ -67,9 +63,9 @@ def _messages(run: Run, topic: str) -> list[Message]:
     return [message for message in run.trial.messages if message.topic == topic]
 
 
-def _failed(run: Run, expect: Callable[[], object]) -> Broken | None:
+def _followed(run: Run, field: str) -> Broken | None:
     try:
-        expect()
+        check_fusion.expect_followed(run.trial, _messages(run, _FUSED), field, "")
     except Failed as failed:
         return Broken(min(motion.time_in(failed.seen), run.end), failed.seen)
     return None
@@ -78,7 +74,7 @@ def _failed(run: Run, expect: Callable[[], object]) -> Broken | None:
 @promise("F12")
 def fuses_the_closest_valid_reading(run: Run) -> Broken | None:
     """`closest_obstacle_distance` is the closest valid reading of the latest scan, inf where there is none."""
-    return _failed(run, lambda: check_fusion.expect_distances(run.trial, _messages(run, _FUSED), ""))
+    return _followed(run, "closest_obstacle_distance")
 
 
 @promise("F12")
@@ -96,25 +92,13 @@ def fuses_whatever_is_read(run: Run) -> Broken | None:
 @promise("F12")
 def fuses_the_latest_imu(run: Run) -> Broken | None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
-    for field in ("linear_acceleration", "angular_velocity"):
-        if broken := _followed(run, field, "imu/data", [0.0, 0.0, 0.0], itemgetter(field), check_fusion.same_vector):
-            return broken
-    return None
+    return _followed(run, "linear_acceleration") or _followed(run, "angular_velocity")
 
 
 @promise("F12")
 def fuses_the_battery_in_percent(run: Run) -> Broken | None:
     """`battery_level` is in percent, 100 before the first battery message."""
-    same = partial(check_fusion.same, tolerance=0.1)
-    return _followed(run, "battery_level", "battery/state", 100.0, lambda data: 100.0 * data["percentage"], same)
-
-
-def _followed(
-    run: Run, field: str, topic: str, before: Any, read: Callable[[Any], Any], same: Callable[[Any, Any], bool]
-) -> Broken | None:
-    measured = [(-1e9, before)] + [(m.t, read(m.data)) for m in run.trial.published if m.topic == topic]
-    fused = _messages(run, _FUSED)
-    return _failed(run, lambda: check_fusion.expect_followed(run.trial, fused, field, topic, measured, same, ""))
+    return _followed(run, "battery_level")
 
 
 @promise("F12")

@@ -98,7 +98,11 @@ def last_words(script: str) -> tuple[float | None, str]:
 
     heard: list[float] = []
     listener = rclpy.create_node("listener", enable_rosout=False)
-    listener.create_subscription(Twist, "lesson_cmd_vel", lambda twist: heard.append(twist.linear.x), 10)
+
+    def note(twist: Any) -> None:
+        heard.append(twist.linear.x)
+
+    listener.create_subscription(Twist, "lesson_cmd_vel", note, 10)
     process = subprocess.Popen([sys.executable, script], stderr=subprocess.PIPE, text=True)
 
     def spin(until: Callable[[], bool], seconds: float) -> None:
