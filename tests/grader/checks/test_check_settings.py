@@ -1,4 +1,4 @@
-"""I6 and Q4: a number in the code shows in a trial with other settings; a robot that does neither is judged elsewhere."""
+"""I6 and Q4: a number in the code shows in a trial with other settings; what does neither is judged elsewhere."""
 
 from __future__ import annotations
 
