@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import itertools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from grader.course.packages import absent
@@ -24,13 +24,39 @@ _COMMANDS = {
     "ament_get_python_install_dir": mark("find_package(ament_cmake REQUIRED) before it"),
     "ament_python_install_package": mark("find_package(ament_cmake_python REQUIRED) before it"),
     **dict.fromkeys(
-        ("cmake_minimum_required", "project", "find_package", "install", "set", "if", "endif", "message"), ""
+        ["cmake_minimum_required", "project", "find_package", "install", "set", "if", "endif", "message"], ""
     ),
-}  # fmt: skip
-_GROUP = mark("add <member_of_group>rosidl_interface_packages</member_of_group> to package.xml, before <export>")
-_OVER = mark(
-    "install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}) lays modules beside them"
-)
+}
+# What is known: by what the log says, what is said in its place ("": that itself), and what to do. {0} is a group.
+_KNOWN = (
+    (r'Function missing ending "\)"', "", mark("a parenthesis is opened there and never closed")),
+    (r"the passed dependency '(\w+)' has not been found", "",
+     mark("find_package({0} REQUIRED) before rosidl_generate_interfaces")),
+    (r"the passed file '([^']+)' doesn't exist", "", mark("write {0}, or correct its name in CMakeLists.txt")),
+    (r"rosidl_interface_packages", "",
+     mark("add <member_of_group>rosidl_interface_packages</member_of_group> to package.xml, before <export>")),
+    (r"Error processing '([^']*)' of '\w+/(\w+?)(?:_Request|_Response|_Goal|_Result|_Feedback)?'", "",
+     mark("correct the line `{0}` of {1}: a type of ROS, a space, and a name in small letters")),
+    (r"separators? '---'|'---' separators", "", mark("a .srv has one line ---, an .action two")),
+    (r"add_custom_target cannot create target \"ament_cmake_python",
+     mark("CMakeLists.txt: ament_python_install_package() and rosidl_generate_interfaces() both make the Python "
+          "package"),
+     mark("install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}) lays modules beside "
+          "them")),
+    (r'INSTALL cannot find "([^"]+)"', mark("CMakeLists.txt: install() names {0}, which is not there"),
+     mark("write the file or folder, or take its name out of install()")),
+    (r"Cannot find source file: (\S+)", "", mark("the nodes are in Python: take {0} and its commands out")),
+    (r"'Project' is an invalid package name", "",
+     mark("write project(NAME), with the name in package.xml, before find_package()")),
+    (r"^'(\w+)'$",
+     mark("CMakeLists.txt: rosidl_generate_interfaces() does not name {0}, whose types the interfaces use"),
+     mark("DEPENDENCIES {0} as the last line of rosidl_generate_interfaces()")),
+    (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]{0,200}: line \d+, column \d+", "",
+     mark("package.xml breaks off there: each <tag> needs its </tag>")),
+    (r"The manifest must", "", mark("compare package.xml with the course's line by line")),
+    (r"can't open file 'setup.py'", mark("there is no setup.py"), mark("write it, or a CMakeLists.txt")),
+    (r"can't copy '([^']+)'", "", mark("write {0}, or take it out of data_files in setup.py")),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -41,17 +67,18 @@ class BuildError:
     cure: str = ""
 
 
-def first_error(log: str) -> str:
-    """Return the first error in a build's log with the lines that explain it, "" if no line is marked as an error."""
-    return find_error(log).said
-
-
 def find_error(log: str) -> BuildError:
-    """Return the first error in a build's log; its words are empty if no line is marked as an error."""
+    """Return the first error in a build's log, with the lines that explain it; "" if no line is marked as an error."""
     said = _OURS.sub("", _first(log.splitlines()))
-    for pattern, explain in _KNOWN:
+    if match := re.search(r'Unknown CMake command "(\w+)"', said):
+        return BuildError(said, _cure_of_a_command(match[1]))
+    if match := re.search(r'configuration file provided by "(\w+)"', said):
+        text, cure = absent(match[1])
+        where = re.match(r"CMake Error at (CMakeLists\.txt:\d+)", said)
+        return BuildError(f"{where[1] if where else 'CMakeLists.txt'}: {text}", cure)
+    for pattern, instead, cure in _KNOWN:
         if match := re.search(pattern, said):
-            return explain(said, match)
+            return BuildError(_filled(instead, match) or said[:500], _filled(cure, match))
     return BuildError(said[:500])
 
 
@@ -90,60 +117,13 @@ def _raised(lines: Sequence[str]) -> str:
     return ""
 
 
-def _command(said: str, match: re.Match[str]) -> BuildError:
-    name = match[1]
+def _cure_of_a_command(name: str) -> str:
+    if cure := _COMMANDS.get(name):
+        return say(cure)
     near = difflib.get_close_matches(name, _COMMANDS, 1, 0.75)
-    cure = say(_COMMANDS.get(name, "")) or (
-        say("is {command} meant?", command=near[0]) if near else say("find_package() of the package that has it")
-    )
-    return BuildError(said, cure)
+    return say("is {command} meant?", command=near[0]) if near else say("find_package() of the package that has it")
 
 
-def _package(said: str, match: re.Match[str]) -> BuildError:
-    text, cure = absent(match[1])
-    where = re.match(r"CMake Error at (CMakeLists\.txt:\d+)", said)
-    return BuildError(f"{where[1] if where else 'CMakeLists.txt'}: {text}", cure)
-
-
-def _says(cure: str) -> Callable[[str, re.Match[str]], BuildError]:
-    """Return the error with a cure, in which {0} and so on are the groups of the match."""
-    return lambda said, match: BuildError(
-        said[:500], re.sub(r"\{(\d)\}", lambda part: match[int(part[1]) + 1], say(cure))
-    )
-
-
-_KNOWN: tuple[tuple[str, Callable[[str, re.Match[str]], BuildError]], ...] = (
-    (r'Unknown CMake command "(\w+)"', _command),
-    (r'configuration file provided by "(\w+)"', _package),
-    (r'Function missing ending "\)"', _says(mark("a parenthesis is opened there and never closed"))),
-    (r"the passed dependency '(\w+)' has not been found",
-     _says(mark("find_package({0} REQUIRED) before rosidl_generate_interfaces"))),
-    (r"the passed file '([^']+)' doesn't exist", _says(mark("write {0}, or correct its name in CMakeLists.txt"))),
-    (r"rosidl_interface_packages", _says(_GROUP)),
-    (r"Error processing '([^']*)' of '\w+/(\w+?)(?:_Request|_Response|_Goal|_Result|_Feedback)?'",
-     _says(mark("correct the line `{0}` of {1}: a type of ROS, a space, and a name in small letters"))),
-    (r"separators? '---'|'---' separators", _says(mark("a .srv has one line ---, an .action two"))),
-    (r"add_custom_target cannot create target \"ament_cmake_python",
-     lambda *_: BuildError(
-         say("CMakeLists.txt: ament_python_install_package() and rosidl_generate_interfaces() both make the Python "
-             "package"),
-         say(_OVER))),
-    (r'INSTALL cannot find "([^"]+)"',
-     lambda _, match: BuildError(
-         say("CMakeLists.txt: install() names {what}, which is not there", what=match[1]),
-         say("write the file or folder, or take its name out of install()"))),
-    (r"Cannot find source file: (\S+)", _says(mark("the nodes are in Python: take {0} and its commands out"))),
-    (r"'Project' is an invalid package name",
-     _says(mark("write project(NAME), with the name in package.xml, before find_package()"))),
-    (r"^'(\w+)'$",
-     lambda _, match: BuildError(
-         say("CMakeLists.txt: rosidl_generate_interfaces() does not name {package}, whose types the interfaces use",
-             package=match[1]),
-         say("DEPENDENCIES {package} as the last line of rosidl_generate_interfaces()", package=match[1]))),
-    (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]{0,200}: line \d+, column \d+",
-     _says(mark("package.xml breaks off there: each <tag> needs its </tag>"))),
-    (r"The manifest must", _says(mark("compare package.xml with the course's line by line"))),
-    (r"can't open file 'setup.py'", lambda *_: BuildError(
-        say("there is no setup.py"), say("write it, or a CMakeLists.txt"))),
-    (r"can't copy '([^']+)'", _says(mark("write {0}, or take it out of data_files in setup.py"))),
-)  # fmt: skip
+def _filled(words: str, match: re.Match[str]) -> str:
+    """Return words with the groups of the match; a brace of CMake's is none of these fields."""
+    return re.sub(r"\{(\d)\}", lambda part: match[int(part[1]) + 1], say(words))

@@ -12,9 +12,8 @@ def test_timers_follow_the_clock(judge: Judge) -> None:
     expect_standing(judge)
     for node in judge.course.nodes.values():
         trial = judge.trial(f"standing_clock_{node.name}")
-        judge.expect(
-            bool(trial.commands or not node.command), say("no {node.command} under simulated time", node=node), TRY
-        )
+        seen = say("no {node.command} under simulated time", node=node)
+        judge.expect(bool(trial.commands or not node.command), seen, TRY)
 
 
 def expect_standing(judge: Judge) -> None:
@@ -23,7 +22,5 @@ def expect_standing(judge: Judge) -> None:
         trial = judge.trial(f"standing_clock_{name}")
         held = int(trial.measured["held"])
         judge.expect(trial.pace == "lockstep", say("{name} publishes while the clock is stopped", name=name), TRY)
-        seen = say(
-            "{name} published {held} messages in 1 s of wall time while the clock was stopped", name=name, held=held
-        )
-        judge.expect(held <= 1, seen, TRY)
+        words = mark("{name} published {held} messages in 1 s of wall time while the clock was stopped")
+        judge.expect(held <= 1, say(words, name=name, held=held), TRY)

@@ -30,15 +30,14 @@ def test_public_things_have_docstrings(judge: Judge) -> None:
 def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
     """The docstrings of public modules, classes and functions follow ament_pep257's rules."""
     things = _with_docstrings_of_their_own(judge)
-    clean = sum(map(_is_clean, things))
+    clean = sum(thing.documented and not thing.violations for thing in things)
     # One good docstring does not earn the points of a package full of them.
     wanted = max(sum(thing.documented for thing in things), _FULL * len(things))
     violations = [violation for thing in things if thing.documented for violation in thing.violations]
     seen = say("{clean} of {n} have a docstring that follows every rule", clean=clean, n=len(things))
     said = [seen, *([listing(violations)] if violations else [])]
-    share_read(
-        judge, min(1.0, clean / wanted), said, say("run `ament_pep257` in the package's folder; it reports the same")
-    )
+    try_ = say("run `ament_pep257` in the package's folder; it reports the same")
+    share_read(judge, min(1.0, clean / wanted), said, try_)
 
 
 def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:
@@ -54,7 +53,3 @@ def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:
         replace(thing, documented=False) if thing.words in shared and thing is not having[thing.words][0] else thing
         for thing in things
     ]
-
-
-def _is_clean(thing: Definition) -> bool:
-    return thing.documented and not thing.violations

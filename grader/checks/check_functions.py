@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grader.checks.judge import Judge, Unjudged
+from grader.checks.judge import Failed, Judge, Unjudged
 from grader.course.reader import modules
 from grader.evidence import FunctionAnswer
 from grader.words import say
@@ -18,12 +18,9 @@ def test_functions_are_right_at_their_edges(judge: Judge) -> None:
         raise Unjudged("the functions were not called")
     problems = {answer.problem for answer in answers}
     if len(problems) == 1 and (problem := problems.pop()):  # before any function could be called
-        inside = course.functions.module.partition("/")[2]
-        judge.expect(
-            False,
-            say("{inside} cannot be imported: {problem}", inside=inside, problem=problem),
-            say("is the file there, does {judge.installer} install it, and are its own imports right?", judge=judge),
-        )
+        seen = say("{module} cannot be imported: {problem}", module=course.functions.module, problem=problem)
+        try_ = say("is the file there, does {judge.installer} install it, and are its own imports right?", judge=judge)
+        raise Failed(seen, try_)
     (cases,) = modules(course.path("functions"))
     wrong: dict[str, str] = {}
     for answer in answers:
@@ -36,20 +33,12 @@ def test_functions_are_right_at_their_edges(judge: Judge) -> None:
 
 def _case(answer: FunctionAnswer, right: list[float]) -> str:
     """Return the case, the value wanted and the value returned."""
-    arguments = ", ".join(_show(argument) for argument in answer.arguments)
+    call = f"{answer.function}({', '.join(map(_show, answer.arguments))})"
     result = answer.problem or _show(answer.answer)
-    return say(
-        "{answer.function}({arguments}) gave {result}; right is {show}",
-        answer=answer,
-        arguments=arguments,
-        result=result,
-        show=_show(right),
-    )
+    return say("{call} gave {result}; right is {right}", call=call, result=result, right=_show(right))
 
 
 def _show(value: Any) -> str:
-    if isinstance(value, list) and len(value) == 1:
-        value = value[0]
-    if isinstance(value, list):
-        return "(" + ", ".join(f"{item:.3f}" for item in value) + ")"
-    return f"{value:.4f}"
+    if not isinstance(value, list) or len(value) == 1:
+        return f"{value[0] if isinstance(value, list) else value:.4f}"
+    return "(" + ", ".join(f"{item:.3f}" for item in value) + ")"

@@ -21,16 +21,17 @@ def test_nodes_show_the_contracts_interfaces(judge: Judge) -> None:
 
 def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
     """Sensor subscriptions also match best-effort publishers, as real drivers use."""
-    reliable = []
-    for node in judge.course.nodes.values():
-        for endpoint in judge.graph(f"idle_{node.name}").endpoints:
-            known = endpoint.topic in {**node.subscribes, **node.publishes}
-            if endpoint.kind == "subscription" and known and endpoint.reliability == "reliable":
-                reliable.append(endpoint.topic)
-    seen = say(
-        "these subscriptions receive nothing from best-effort publishers: {reliable}", reliable=", ".join(reliable)
-    )
-    judge.expect(not reliable, seen, say("subscribe with qos_profile_sensor_data"), Reason(Kind.UNHEARD))
+    reliable = [
+        end.topic
+        for node in judge.course.nodes.values()
+        for end in judge.graph(f"idle_{node.name}").endpoints
+        if end.kind == "subscription"
+        and end.reliability == "reliable"
+        and end.topic in [*node.subscribes, *node.publishes]
+    ]
+    words = mark("these subscriptions receive nothing from best-effort publishers: {reliable}")
+    seen, try_ = say(words, reliable=", ".join(reliable)), say("subscribe with qos_profile_sensor_data")
+    judge.expect(not reliable, seen, try_, Reason(Kind.UNHEARD))
 
 
 def expect_interfaces(judge: Judge, nodes: Iterable[Node]) -> None:
@@ -63,12 +64,6 @@ def _absolute(judge: Judge, usual: Graph, node: Node) -> list[str]:
     trial = judge.in_namespace
     graph = None if trial is None else trial.graph if trial.node == node.name else trial.other_graph
     present = {endpoint.topic for endpoint in usual.endpoints} | {*usual.services, *usual.actions}
-    return [
-        say(
-            "in the namespace /{namespace} there is still /{name}: it is an absolute name, and {name!r} a relative one",
-            namespace=NAMESPACE,
-            name=name,
-        )
-        for name in node.names
-        if name in present and absolute(graph, name)
-    ]
+    still = [name for name in node.names if name in present and absolute(graph, name)]
+    words = mark("in the namespace /{ns} there is still /{name}: it is an absolute name, and {name!r} a relative one")
+    return [say(words, ns=NAMESPACE, name=name) for name in still]

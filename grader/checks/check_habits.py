@@ -14,9 +14,8 @@ NEEDS = ("quality", "linters", "what ran")
 def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:
     """No bare `except`, no `print` in the package's modules, no mutable default; each one costs a quarter."""
     bad = _habits(judge, "bare-except", "print", "mutable-default")
-    charge(
-        judge, len(bad), 4, [listing(bad)], say("name the exception; use self.get_logger(); use None as the default")
-    )
+    try_ = say("name the exception; use self.get_logger(); use None as the default")
+    charge(judge, len(bad), 4, [listing(bad)], try_)
 
 
 def test_callbacks_do_not_sleep(judge: Judge) -> None:
@@ -52,9 +51,8 @@ def expect_parameters(judge: Judge, without_effect: Sequence[tuple[str, str]]) -
 def test_public_functions_are_annotated(judge: Judge) -> None:
     """Public functions have type annotations for every parameter and for the return value."""
     functions = [thing for thing in public_definitions(judge) if thing.kind == "function"]
-    judge.expect(
-        bool(functions), say("there is no public function"), say("move the work of the callbacks into functions")
-    )
+    try_ = say("move the work of the callbacks into functions")
+    judge.expect(bool(functions), say("there is no public function"), try_)
     bare = [thing for thing in functions if thing.unannotated]
     shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
     said = [say("{n} of {n2} lack annotations", n=len(bare), n2=len(functions)), *shown] if bare else []

@@ -1,7 +1,6 @@
 """Q6: what is handed in besides the nodes: the demonstration, and the test results."""
 
 import signal
-from collections.abc import Iterable
 
 from grader import tracebacks
 from grader.checks.judge import Failed, Judge, NotReached
@@ -32,7 +31,8 @@ def test_demonstration_runs(judge: Judge) -> None:
     words, share = [], 1.0
     answered = {call.service for call in trial.calls if call.response is not None}
     called = {service for service in answered if not service.endswith(_SEND_GOAL)}
-    if called and _goals(trial) and (excuse := _excuse(trial, end)):
+    sent = _goals(trial)
+    if called and sent and (excuse := _excuse(trial, end)):
         judge.remark(say("it did all it should; then {excuse}", excuse=excuse))
     elif end.by == "us":
         words.append(say("it had not ended after {end.wall_seconds:.0f} s", end=end))
@@ -42,26 +42,24 @@ def test_demonstration_runs(judge: Judge) -> None:
         share -= 0.5
     services = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.services.items()}
     actions = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.actions.items()}
-    unseen = [*(() if called else services.values()), *(() if _goals(trial) else actions.values())]
-    if changed := _changed(judge, unseen):
+    unseen, build = {**({} if called else services), **({} if sent else actions)}, judge.evidence.build
+    changed = [name for name in unseen.values() if build.type_hashes.get(name) != build.contract_hashes.get(name)]
+    if changed:
         said = say("{changed} differs from the contract, so its calls cannot be observed", changed=", ".join(changed))
         raise NotReached(said, *judge.judged_by("check_interfaces"))
     if not called:
         words.append(say("it called none of {services}", services=", ".join(services)))
         share -= 0.25
-    if not _goals(trial):
+    if not sent:
         words.append(say("it sent no goal to {keys}", keys=" or ".join(actions)))
         share -= 0.25
     if words:
         last = [line for line in end.output_tail.splitlines() if line.strip()][-3:]
-        words += (
-            [say("its last output: {lines}", lines=" / ".join(line.strip()[:200] for line in last))] if last else []
-        )
+        words += [say("its last output: {lines}", lines=" / ".join(line.strip()[:200] for line in last))] * bool(last)
         # A script that does nothing but end well has shown nothing.
-        share = 0.0 if not called and not _goals(trial) else share
-        judge.share(
-            share, "\n".join(words), say("start the nodes in a simulator, run the script by hand, then `echo $?`")
-        )
+        share = share if called or sent else 0.0
+        try_ = say("start the nodes in a simulator, run the script by hand, then `echo $?`")
+        judge.share(share, "\n".join(words), try_)
 
 
 def test_test_results_match_the_tests(judge: Judge) -> None:
@@ -70,11 +68,9 @@ def test_test_results_match_the_tests(judge: Judge) -> None:
     quality = judge.quality()
     report = quality.report
     try_ = say("python -m pytest test --junitxml=test_results.xml, in the package's folder, after the last change")
-    if report is None or report.problem:
-        raise Failed(
-            say("test_results.xml {report.problem}", report=report) if report else say("there is no test_results.xml"),
-            try_,
-        )
+    if report is None:
+        raise Failed(say("there is no test_results.xml"), try_)
+    judge.expect(not report.problem, say("test_results.xml {report.problem}", report=report), try_)
     judge.expect(bool(quality.tests), say("the package has no tests to report on"), say("write tests first"))
     reported = {_matched(case, quality.tests) for case in report.cases}
     foreign = sorted({case for case in report.cases if not _matched(case, quality.tests)})
@@ -86,35 +82,22 @@ def test_test_results_match_the_tests(judge: Judge) -> None:
         judge.share((len(quality.tests) - len(absent)) / together, "\n".join(words), try_)
 
 
-def _changed(judge: Judge, types: Iterable[str]) -> list[str]:
-    """Return the services and actions whose definition differs from the contract's: the observer cannot see calls."""
-    build = judge.evidence.build
-    return [name for name in types if build.type_hashes.get(name) != build.contract_hashes.get(name)]
-
-
 def _excuse(trial: Trial, end: ProcessEnd) -> str:
-    """Return which fault of the ROS libraries kept a demonstration from ending well, "" if it was its own."""
-    if end.by == "us" and _DROPPED in end.output_tail:
-        return say("rclpy dropped the answer to its goal, for which it waited (ros2/rclpy#1123)")
-    if end.by != "us" and _died_in_the_libraries(trial, end):
-        return say("the ROS libraries crashed as it ended (exit status {end.exit_code})", end=end)
-    return ""
-
-
-def _died_in_the_libraries(trial: Trial, end: ProcessEnd) -> bool:
-    """Return whether a demonstration crashed in the libraries' own end, after its goals and through no wrong use.
+    """Return which fault of the ROS libraries kept a demonstration from ending well, "" if it was its own.
 
     A crash in rclpy shows in faulthandler's dump; one as the process exits leaves none. It is a wrong use if another
     thread still spins. A script that fakes all of this gets what it has earned before.
     """
+    if end.by == "us":
+        dropped = _DROPPED in end.output_tail
+        return say("rclpy dropped the answer to its goal, for which it waited (ros2/rclpy#1123)") if dropped else ""
     output = tracebacks.without_ignored(end.output_tail)
     inside = tracebacks.dumped_files(output)
-    return (
-        end.exit_code in _CRASHES
-        and set(_goals(trial).values()) <= _ENDED
-        and not any(words in output for words in _OWN_FAULTS)
-        and (not inside or (len(inside) == 1 and "/rclpy/" in inside[0]))
-    )
+    elsewhere = len(inside) > 1 or any("/rclpy/" not in name for name in inside)
+    own = elsewhere or any(words in output for words in _OWN_FAULTS)
+    if own or end.exit_code not in _CRASHES or not set(_goals(trial).values()) <= _ENDED:
+        return ""
+    return say("the ROS libraries crashed as it ended (exit status {end.exit_code})", end=end)
 
 
 def _goals(trial: Trial) -> dict[str, int]:

@@ -1,10 +1,10 @@
 """The contract's interfaces, and the nodes' use of them."""
 
-from grader.checks.first_cause import sentence
+from grader.checks.first_cause import with_cure
 from grader.checks.judge import Judge
 from grader.checks.wording import near_miss, short_types
 from grader.course import definition
-from grader.words import say
+from grader.words import mark, say
 
 NEEDS = ("idle",)
 
@@ -19,8 +19,8 @@ def test_type_hashes_match_the_contract(judge: Judge) -> None:
         unwritten = judge.unwritten(_path(name) for name in different if not build.interface_texts.get(name))
         try_ = say("compare the file with the contract line by line: types, names, order")
         if len(unwritten) == len(different):
-            where = say(", in a package with a CMakeLists.txt") * (judge.installer == "setup.py")
-            try_ = say("write {unwritten} as the contract says{where}", unwritten=", ".join(unwritten), where=where)
+            words = mark("write {unwritten} as the contract says, in a package with a CMakeLists.txt")
+            try_ = say(words, unwritten=", ".join(unwritten))
         seen = "\n".join(words for name in different for words in _differences(judge, name))
         judge.share(share, seen, try_)
 
@@ -33,30 +33,21 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
         # Under whatever name: another check judges the names.
         used = {type_ for types in (*graph.services.values(), *graph.actions.values()) for type_ in types}
         used |= {end.type for end in graph.endpoints if end.kind == "publisher"}
-        wanted = {
-            name: type_ for name, type_ in {**node.offers, **node.publishes}.items() if type_ in course.interfaces
-        }
-        count += len(wanted)
-        for name, type_ in wanted.items():
-            short = type_.rpartition("/")[2]
-            if course.full_type(type_) in used:
-                continue
-            if name in node.offers:
-                near = near_miss(graph, name, course.offered)
-                wrong.append(say("expected {name} ({short}){near_miss}", name=name, short=short, near_miss=near))
-            else:
-                types = sorted({e.type for e in graph.endpoints if e.topic == name and e.kind == "publisher"})
-                there = say("found type {short_types}", short_types=short_types(types)) if types else ""
-                found = there or say("found no such publisher")
-                wrong.append(say("expected {name} ({type}); {found}", name=name, type=short, found=found))
+        own = [(name, type_) for name, type_ in {**node.offers, **node.publishes}.items() if type_ in course.interfaces]
+        count += len(own)
+        for name, type_ in own:
+            if course.full_type(type_) not in used:
+                found = near_miss(graph, name, course.offered)
+                if name in node.publishes:
+                    types = sorted({end.type for end in graph.endpoints if end.topic == name})
+                    found = (
+                        say("; found type {types}", types=short_types(types)) if types else say("; found no such topic")
+                    )
+                words = mark("expected {name} ({short}){near_miss}")
+                wrong.append(say(words, name=name, short=type_.rpartition("/")[2], near_miss=found))
     if wrong:
-        kinds = [f".{kind}" for kind in ("srv", "action", "msg") if any(i.startswith(kind) for i in course.interfaces)]
-        names = say(" and ").join(filter(None, [", ".join(kinds[:-1]), kinds[-1]]))
-        judge.share(
-            1 - len(wrong) / count,
-            "; ".join(wrong),
-            say("import the types from {course.package}{names}", course=course, names=names),
-        )
+        try_ = say("import the types from {course.package}.srv, .action and .msg", course=course)
+        judge.share(1 - len(wrong) / count, "; ".join(wrong), try_)
 
 
 def _differences(judge: Judge, name: str) -> list[str]:
@@ -66,8 +57,7 @@ def _differences(judge: Judge, name: str) -> list[str]:
     found = build.interface_texts.get(name)
     if not found:
         faults = [fault for fault in judge.faults("install", "interfaces") if path in (fault.path, *fault.lacks)]
-        shown = [f"{sentence(fault)} ({fault.cure})" for fault in faults]
-        return [say("{path}: not found among the installed interfaces", path=path), *shown]
+        return [say("{path}: not found among the installed interfaces", path=path), *map(with_cure, faults)]
     differences = definition.differences(kind, found, build.contract_texts.get(name, ""))
     said = [f"{path}{f':{line}' if line else ''}: {words}" for line, words in differences]
     return said or [say("{path}: its fields are the contract's, and the type has another name", path=path)]

@@ -14,18 +14,17 @@ _TRY_CATCH = mark(
 _TRY_SOONER = mark(
     "after Ctrl-C wait for nothing without a time limit: no sleep, no join, no goal that has to end first"
 )
-_TRY_SHUTDOWN = mark(
-    "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
-)
 _TRY_FINISH = mark(
     "once rclpy is shut down, nothing can be published or answered: first end what still runs, a goal or a thread"
 )
 _CURES = {
-    ("KeyboardInterrupt", "ExternalShutdownException"): _TRY_CATCH,
-    ("rcl_shutdown already called",): _TRY_SHUTDOWN,
+    "KeyboardInterrupt": _TRY_CATCH,
+    "ExternalShutdownException": _TRY_CATCH,
+    "rcl_shutdown already called": mark(
+        "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
+    ),
 }
 _TRY_ZERO = mark("publish a zero before the context is shut down, and wait until it is sent")
-
 _TRY_COLLECTED = mark("call executor.shutdown() before rclpy shuts down")
 
 
@@ -53,19 +52,15 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
     moved = False
     for name in names:
         trial = judge.trial(name)
-        node = judge.course.nodes[trial.node]
-        process = trial.process
+        node, process = judge.course.nodes[trial.node], trial.process
         assert process is not None
-        doing = say("idle") if name == f"interrupted_{node.name}" else name.partition("_")[2]
-        when = f"{node.name}, {doing}"
+        idle = name == f"interrupted_{node.name}"
+        when = f"{node.name}, {name.partition('_')[2] if not idle else say('idle')}"
         took = trial.measured.get("seconds_to_end")
-        if process.by != "interrupt" or took is None or took > 2.0:
-            seen = (
-                say("still running 2 s after SIGINT")
-                if took is None
-                else say("ended {took:.2f} s after SIGINT", took=took)
-            )
-            wrong.append((f"{when}: {seen}", _TRY_CATCH if took is None else _TRY_SOONER))
+        if took is None:
+            wrong.append((say("{when}: still running 2 s after SIGINT", when=when), _TRY_CATCH))
+        elif process.by != "interrupt" or took > 2.0:
+            wrong.append((say("{when}: ended {took:.2f} s after SIGINT", when=when, took=took), _TRY_SOONER))
         output = process.output_tail
         if process.exit_code == 0 and (complaint := tracebacks.ignored(output)):
             collected[trial.node] = complaint
@@ -73,32 +68,23 @@ def expect_clean_ends(judge: Judge, names: Iterable[str]) -> bool:
         if tracebacks.BEGIN in output and not is_a_race_in_rclpy(output):
             said, place = tracebacks.raised(output)
             line = (f"{said} ({place})" if place else said) or output.rstrip().rpartition("\n")[2].strip()[:200]
-            seen = say("a traceback after SIGINT, ending {line!r}", line=line)
-            cures = (cure for words, cure in _CURES.items() if any(word in line for word in words))
-            wrong.append((f"{when}: {seen}", next(cures, _TRY_FINISH)))
+            seen = say("{when}: a traceback after SIGINT, ending {line!r}", when=when, line=line)
+            cures = (cure for words, cure in _CURES.items() if words in line)
+            wrong.append((seen, next(cures, _TRY_FINISH)))
         # Another check judges a robot that publishes nothing without a command.
-        if node.command and (trial.commands or name != f"interrupted_{node.name}"):
-            judge.expect(
-                bool(trial.commands), say("no {node.command} at all", node=node), say("publish in every control cycle")
-            )
+        if node.command and (trial.commands or not idle):
+            seen = say("no {node.command} at all", node=node)
+            judge.expect(bool(trial.commands), seen, say("publish in every control cycle"))
             moved = moved or not all(command.is_zero for command in trial.commands)
             last = trial.commands[-1]
             if not last.is_zero:
-                seen = say(
-                    "the last {node.command} was v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s",
-                    node=node,
-                    last=last,
-                )
-                wrong.append((f"{when}: {seen}", _TRY_ZERO))
+                words = mark("the last {node.command} was v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s")
+                wrong.append((f"{when}: {say(words, node=node, last=last)}", _TRY_ZERO))
     tries = dict.fromkeys(say(try_) for _, try_ in wrong)
     judge.expect(not wrong, "; ".join(seen for seen, _ in wrong), "; ".join(tries))
+    words = mark(
+        "{name} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}"
+    )
     for name, complaint in collected.items():
-        judge.remark(
-            say(
-                "{name} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}",
-                name=name,
-                complaint=complaint,
-            ),
-            _TRY_COLLECTED,
-        )
+        judge.remark(say(words, name=name, complaint=complaint), _TRY_COLLECTED)
     return moved

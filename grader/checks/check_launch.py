@@ -3,45 +3,43 @@
 import re
 from collections.abc import Iterator
 
+from grader.checks.check_parameters import differs
 from grader.checks.judge import Judge, Unjudged
 from grader.course import launch_stem
 from grader.evidence import ParameterAnswer, Trial
-from grader.words import say
+from grader.words import mark, say
 
 NEEDS = ("launch", "launch_plain", "launch_by_wall")
+_TRY_SHARE = mark(
+    "os.path.join(get_package_share_directory('{package}'), ...): a relative path is looked for where `ros2 launch` "
+    "is started, not in the package"
+)
 
 
 def test_the_launch_files_start_the_nodes(judge: Judge) -> None:
     """Each launch file starts the nodes that the contract has for it, and no other of the contract's."""
     for path, nodes in judge.course.launch.items():
         found, seen = _started(judge, judge.trial(f"launch_{launch_stem(path)}", complete=False))
-        judge.expect(
-            found == {*nodes}, seen, say("one Node action for each of: {nodes}", nodes=", ".join(sorted(nodes)))
-        )
+        try_ = say("one Node action for each of: {nodes}", nodes=", ".join(sorted(nodes)))
+        judge.expect(found == {*nodes}, seen, try_)
     for path, nodes in judge.course.launch.items():
         found, seen = _started(judge, judge.started(f"launch_plain_{launch_stem(path)}"))
         if found != {*nodes}:
-            try_ = say(
-                "give each DeclareLaunchArgument a default_value; nobody types arguments that have a usual value"
-            )
+            try_ = say("give each DeclareLaunchArgument a default_value, the one that it usually has")
             judge.share(0.5, say("without any argument, {seen}", seen=seen), try_)
 
 
 def test_each_launch_file_takes_use_sim_time(judge: Judge) -> None:
     """Each launch file declares `use_sim_time`."""
+    words = mark("{launch} use_sim_time:={value} left {answer.node} with use_sim_time = {answer.value}")
     for trial in _launched(judge):
         for answer in _answers(trial, "use_sim_time"):
-            seen = say(
-                "{trial.launch} use_sim_time:=true left {answer.node} with use_sim_time = {answer.value}",
-                trial=trial,
-                answer=answer,
-            )
             try_ = say("DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters")
-            judge.expect(answer.value is True, seen, try_)
+            judge.expect(answer.value is True, say(words, launch=trial.launch, value="true", answer=answer), try_)
         _expect_declared(judge, trial)
-    first = launch_stem(next(iter(judge.course.launch)))
-    for answer in _answers(judge.trial(f"launch_by_wall_{first}"), "use_sim_time"):
-        seen = say("use_sim_time:=false left {answer.node} with use_sim_time = {answer.value}", answer=answer)
+    trial = judge.trial(f"launch_by_wall_{launch_stem(next(iter(judge.course.launch)))}")
+    for answer in _answers(trial, "use_sim_time"):
+        seen = say(words, launch=trial.launch, value="false", answer=answer)
         judge.expect(answer.value is False, seen, say("pass LaunchConfiguration('use_sim_time') on, not True"))
 
 
@@ -56,23 +54,13 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
             seen = say("no installed file sets a parameter of {node}", node=node)
             judge.expect(bool(own), seen, say("list the node's parameters in its file"))
             for parameter in own:
-                value = next(a.value for a in _answers(trial, parameter) if a.node == node)
-                seen = say(
-                    "{parameter} was {in_files} in the file and {value} in {node}",
-                    parameter=parameter,
-                    in_files=trial.in_files[parameter],
-                    value=value,
-                    node=node,
-                )
+                answer = next(each for each in _answers(trial, parameter) if each.node == node)
+                seen = differs(answer, trial.in_files[parameter], node)
                 try_ = say("does the launch file pass this file, and is its key the node's name?")
                 if not_found := re.search(r"Parameter file path is not a file: (?!/)\S+", output):
                     seen = f"{not_found[0]}\n{seen}"
-                    try_ = say(
-                        "os.path.join(get_package_share_directory('{package}'), ...): a relative path is looked for "
-                        "where `ros2 launch` is started, not in the package",
-                        package=judge.evidence.build.package,
-                    )
-                judge.expect(value == trial.in_files[parameter], seen, try_)
+                    try_ = say(_TRY_SHARE, package=judge.evidence.build.package)
+                judge.expect(answer.value == trial.in_files[parameter], seen, try_)
 
 
 def _expect_declared(judge: Judge, trial: Trial) -> None:

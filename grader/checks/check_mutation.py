@@ -1,13 +1,17 @@
 """T3: whether the package's own tests notice mutants, copies of its source with one fault put in."""
 
-from grader.checks.judge import Judge, NotReached, Unjudged
+from grader.checks.judge import Failed, Judge, NotReached, Unjudged
 from grader.evidence import Mutant, Mutation, short_name
-from grader.words import say, some
+from grader.words import mark, say, some
 
 NEEDS = ("student tests", "mutation")
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
 _NONE, _MIDDLE, _FULL = 10.0, 42.5, 75.0
 _LISTED = 8
+_CONVICTED = mark(
+    "{names} failed each time a line was rewritten without changing what the package does{change}. A test that fails "
+    "on any change of the source does not show that it finds mistakes"
+)
 
 
 def test_mutants_are_noticed(judge: Judge) -> None:
@@ -30,15 +34,12 @@ def _share(judge: Judge, none: float, full: float) -> None:
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     percent = round(100 * len(noticed) / len(judged), 1)
     share = (percent - none) / (full - none)
-    seen = say(
-        "{n} of {n2} mutants were noticed, {percent:g} %", n=len(noticed), n2=len(judged), percent=percent
-    ) + _notes(mutation)
+    words = mark("{n} of {m} mutants were noticed, {percent:g} %")
+    seen = "; ".join([say(words, n=len(noticed), m=len(judged), percent=percent), *_notes(mutation)])
     if share >= 1:
         judge.remark(seen)
     else:
-        try_ = say(
-            "for each line listed, write down what would go wrong, then write a test that asserts that it does not"
-        )
+        try_ = say("for each line listed, write down what would go wrong, and a test that asserts that it does not")
         judge.share(share, "\n".join([seen, *_unnoticed(judged)]), try_)
 
 
@@ -50,50 +51,32 @@ def _mutation(judge: Judge) -> Mutation:
     mutation = judge.evidence.mutation
     if mutation is None:
         raise Unjudged("the package was not mutated")
-    judge.expect(
-        not mutation.convicted,
-        _conviction(mutation),
-        say(
-            "assert what the package does (values returned, messages published, answers given), not how its source "
-            "looks"
-        ),
-    )
+    if mutation.convicted:
+        failed = next((mutant for mutant in mutation.equivalent_mutants if mutant.failed), None)
+        change = f" ({failed.path}:{failed.line}, {failed.words})" if failed else ""
+        seen = say(_CONVICTED, names=some([*map(short_name, mutation.convicted)], 3), change=change)
+        raise Failed(seen, say("assert values returned, messages published, answers given, not how the source looks"))
     return mutation
 
 
-def _conviction(mutation: Mutation) -> str:
-    failed = next((mutant for mutant in mutation.equivalent_mutants if mutant.failed), None)
-    change = f" ({failed.path}:{failed.line}, {failed.words})" if failed else ""
-    names = ", ".join(short_name(name) for name in mutation.convicted[:3])
-    return say(
-        "{names} failed each time a line was rewritten without changing what the package does{change}. A "
-        "test that fails on any change of the source does not show that it finds mistakes",
-        names=names,
-        change=change,
-    )
-
-
-def _notes(mutation: Mutation) -> str:
+def _notes(mutation: Mutation) -> list[str]:
     notes = [mutation.note] if mutation.note else []
     if mutation.set_aside:
-        names = ", ".join(short_name(name) for name in mutation.set_aside[:3])
+        names = some([*map(short_name, mutation.set_aside)], 3)
         notes.append(say("{names} passed or failed at random and did not count", names=names))
-    return "".join(f"; {note}" for note in notes)
+    return notes
 
 
 def _unnoticed(mutants: list[Mutant]) -> list[str]:
     """Return a line for each mutant that no test noticed: its place, its change, and the tests that passed on it."""
-    in_order = sorted(mutants, key=lambda mutant: (mutant.path, mutant.line))
-    missed = [mutant for mutant in in_order if mutant.outcome == "unnoticed"]
-    unreached = [mutant for mutant in in_order if mutant.outcome == "unreached"]
-    lines = [f"{m.path}:{m.line} {m.words}: {_passed(m)}" for m in missed[:_LISTED]]
-    lines += [
-        say("{m.path}:{m.line} {m.words}: no test reaches this line", m=m) for m in unreached[: _LISTED - len(lines)]
-    ]
-    left = len(missed) + len(unreached) - len(lines)
-    return lines + ([say("and {left} more", left=left)] if left else [])
+    missed = [mutant for mutant in mutants if mutant.outcome in ("unnoticed", "unreached")]
+    missed.sort(key=lambda mutant: (mutant.outcome == "unreached", mutant.path, mutant.line))
+    more = [say("and {left} more", left=len(missed) - _LISTED)] if len(missed) > _LISTED else []
+    return [*map(_line, missed[:_LISTED]), *more]
 
 
-def _passed(mutant: Mutant) -> str:
-    names = [short_name(name) for name in mutant.tried]
-    return say("{names} passed all the same", names=some(names, 2))
+def _line(m: Mutant) -> str:
+    if m.outcome == "unreached":
+        return say("{m.path}:{m.line} {m.words}: no test reaches this line", m=m)
+    names = some([*map(short_name, m.tried)], 2)
+    return say("{m.path}:{m.line} {m.words}: {names} passed all the same", m=m, names=names)

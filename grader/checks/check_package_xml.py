@@ -1,9 +1,9 @@
 """I2: package.xml, compared with the package."""
 
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.course import packages
 from grader.evidence import Manifest
-from grader.words import say, some
+from grader.words import mark, say, some
 
 NEEDS = ("quality",)
 
@@ -13,13 +13,10 @@ def test_package_xml_is_valid_format_3(judge: Judge) -> None:
     manifest = _manifest(judge)
     wrong = list(manifest.problems)
     if manifest.format != "3":
-        wrong.append(
-            say('it is format "{manifest.format}"', manifest=manifest) if manifest.format else say("it has no format")
-        )
+        wrong.append(say('its format is "{manifest.format}", not "3"', manifest=manifest))
     if manifest.placeholders:
-        wrong.append(
-            say("the maintainer is a placeholder: {placeholders}", placeholders=some(manifest.placeholders, 3))
-        )
+        names = some(manifest.placeholders, 3)
+        wrong.append(say("the maintainer is a placeholder: {placeholders}", placeholders=names))
     if wrong:
         share = 0.0 if manifest.problems else 1 - 0.5 * len(wrong)
         try_ = say("compare it with the course's line by line; the maintainer is you, where mail reaches you")
@@ -32,11 +29,8 @@ def test_licence_has_its_spdx_name(judge: Judge) -> None:
     try_ = say("for example <license>Apache-2.0</license>")
     judge.expect(bool(manifest.licences), say("package.xml does not name a licence"), try_)
     bad = [name for name, known in zip(manifest.licences, manifest.spdx, strict=True) if not known]
-    judge.expect(
-        not bad,
-        say("not an SPDX identifier: {bad}", bad=some(bad, 5)),
-        say("look it up at spdx.org/licenses: Apache-2.0, MIT"),
-    )
+    seen = say("not an SPDX identifier: {bad}", bad=some(bad, 5))
+    judge.expect(not bad, seen, say("look it up at spdx.org/licenses: Apache-2.0, MIT"))
 
 
 def test_build_type_matches_the_package(judge: Judge) -> None:
@@ -44,18 +38,13 @@ def test_build_type_matches_the_package(judge: Judge) -> None:
     manifest = _read_manifest(judge)
     real = "ament_cmake" if manifest.has_cmake else "ament_python"
     because = say("there is a CMakeLists.txt") if manifest.has_cmake else say("there is no CMakeLists.txt")
-    said = (
-        say("<build_type> is {manifest.build_type}", manifest=manifest)
-        if manifest.build_type
-        else say("package.xml names no build type")
-    )
-    if (
-        manifest.has_cmake
-        and manifest.build_type == "ament_python"
-        and all(map(judge.is_installed, judge.course.nodes))
-    ):
+    said = say("package.xml names no build type")
+    if manifest.build_type:
+        said = say("<build_type> is {manifest.build_type}", manifest=manifest)
+    installed = all(map(judge.is_installed, judge.course.nodes))
+    if manifest.has_cmake and manifest.build_type == "ament_python" and installed:
         seen = say("<build_type> is ament_python, by which it was built; beside it is a CMakeLists.txt")
-        judge.expect(False, seen, say("delete CMakeLists.txt, by which nothing is built"))
+        raise Failed(seen, say("delete CMakeLists.txt, by which nothing is built"))
     try_ = say("<export><build_type>{real}</build_type></export>, as the last element of <package>", real=real)
     judge.expect(manifest.build_type == real, say("{said}, and {because}", said=said, because=because), try_)
 
@@ -68,9 +57,8 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
         if not packages.is_declared(name, manifest.declared):
             missing.append(say("{name} (used in {places})", name=name, places=some(places, 2)))
         elif not packages.is_declared(name, manifest.declared_to_run) and (running := _runs(places)):
-            missing.append(
-                say("{name} (used in {running}, and declared for tests only)", name=name, running=some(running, 2))
-            )
+            words = mark("{name} (used in {running}, and declared for tests only)")
+            missing.append(say(words, name=name, running=some(running, 2)))
     if missing:
         seen = say("not declared:\n") + "\n".join(missing)
         try_ = say("<depend>name</depend>; a pip module is python3-name (see rosdep's keys)")

@@ -3,7 +3,8 @@
 from typing import Any
 
 from grader.checks.first_cause import sentence
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.evidence import ParameterAnswer
 from grader.words import mark, say
 
 NEEDS = ("idle", "file", "senseless_settings", "senseless_start")
@@ -12,27 +13,25 @@ _TRY_CALLBACK = mark("register add_on_set_parameters_callback before you declare
 
 def test_parameter_files_load(judge: Judge) -> None:
     """The YAML files load on their nodes."""
-    trials = [judge.trial(f"file_{node.name}") for node in judge.course.nodes.values() if node.config]
-    missing = [
-        f"{trial.node}: {answer.name}" for trial in trials for answer in trial.parameters if answer.value is None
-    ]
-    first = next((answer.name for trial in trials for answer in trial.parameters if answer.value is None), "")
-    judge.expect(not missing, say("not declared: {missing}", missing=", ".join(missing)), _try_declare(judge, first))
-    for trial in trials:
-        for answer in trial.parameters:
-            set_to = trial.in_files.get(answer.name, answer.value)
-            seen = say(
-                "{answer.name} was {set_to} in the file and {answer.value} in {trial.node}",
-                answer=answer,
-                set_to=set_to,
-                trial=trial,
-            )
-            faults = [
-                fault for fault in judge.faults("parameters") if fault.path == judge.course.nodes[trial.node].config
-            ]
-            if faults:
-                judge.expect(answer.value == set_to, f"{sentence(faults[0])}\n{seen}", faults[0].cure)
-            judge.expect(answer.value == set_to, seen, say("is the file's key the node's name, or /**?"))
+    nodes = [node for node in judge.course.nodes.values() if node.config]
+    answers = [(node, answer) for node in nodes for answer in judge.trial(f"file_{node.name}").parameters]
+    missing = [(f"{node.name}: {answer.name}", answer.name) for node, answer in answers if answer.value is None]
+    if missing:
+        seen = say("not declared: {missing}", missing=", ".join(words for words, _ in missing))
+        raise Failed(seen, _try_declare(judge, missing[0][1]))
+    for node, answer in answers:
+        set_to = judge.trial(f"file_{node.name}").in_files.get(answer.name, answer.value)
+        if answer.value != set_to:
+            seen, try_ = differs(answer, set_to, node.name), say("is the file's key the node's name, or /**?")
+            if fault := next((fault for fault in judge.faults("parameters") if fault.path == node.config), None):
+                seen, try_ = f"{sentence(fault)}\n{seen}", fault.cure
+            raise Failed(seen, try_)
+
+
+def differs(answer: ParameterAnswer, set_to: Any, node: str) -> str:
+    """Return in words that a parameter has another value than the file says."""
+    words = mark("{answer.name} was {set_to} in the file and {answer.value} in {node}")
+    return say(words, answer=answer, set_to=set_to, node=node)
 
 
 def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
@@ -65,14 +64,10 @@ def test_invalid_values_are_refused_at_start(judge: Judge) -> None:
             if now is None and trial.process is not None and trial.process.by == "itself":
                 continue  # it was on the graph for a moment and ended: that is a refusal
             if now is None:
-                raise NotReached(
-                    say("the node has no value of {parameter} to show: does it declare it?", parameter=parameter)
-                )
-            judge.expect(
-                now != value,
-                say("the node started with {parameter} = {now}", parameter=parameter, now=now),
-                _TRY_CALLBACK,
-            )
+                words = mark("the node has no value of {parameter} to show: does it declare it?")
+                raise NotReached(say(words, parameter=parameter))
+            seen = say("the node started with {parameter} = {now}", parameter=parameter, now=now)
+            judge.expect(now != value, seen, _TRY_CALLBACK)
 
 
 def _try_declare(judge: Judge, name: str) -> str:

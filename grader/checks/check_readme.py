@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.course import Node
-from grader.evidence import Evidence, Finding, Quality, Readme, Table
+from grader.evidence import CodeInterface, Evidence, Readme, Table
 from grader.words import MOST_SHOWN, mark, say
 
 NEEDS = ("quality", "linters", "idle", "readme")
 
 _WORDS = 10  # of prose, one sentence; fewer cannot say what a package does
+_COMMANDS = {
+    "build": mark("how to build it (colcon build)"),
+    "run": mark("how to run it (ros2 launch or ros2 run)"),
+    "test": mark("how to test it (pytest or colcon test)"),
+}
 
 
 def test_readme_says_what_and_how(judge: Judge) -> None:
@@ -25,26 +29,20 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
     if readme is None:
         others = [path for path in quality.paths if path.lower().startswith("readme")]
         found = say("; found {others}", others=", ".join(others)) if others else ""
-        raise Failed(
-            say("there is no README.md beside package.xml{found}", found=found), say("write README.md in the package")
-        )
+        seen = say("there is no README.md beside package.xml{found}", found=found)
+        raise Failed(seen, say("write README.md in the package"))
     missing = []
     if readme.words < _WORDS:
         said = mark("what it does ({readme.words} words of prose; at least {words} are needed)")
         missing.append(say(said, readme=readme, words=_WORDS))
     elif readme.placeholders:
-        missing.append(say("what it does; there is a placeholder ({places})", places=_places(readme.placeholders)))
-    commands = {
-        "build": say("how to build it (colcon build)"),
-        "run": say("how to run it (ros2 launch or ros2 run)"),
-        "test": say("how to test it (pytest or colcon test)"),
-    }
-    missing += [words for what, words in commands.items() if what not in readme.shows]
+        places = ", ".join(f"{found.line}: {found.text}" for found in readme.placeholders[:3])
+        missing.append(say("what it does; there is a placeholder (line {places})", places=places))
+    missing += [say(words) for what, words in _COMMANDS.items() if what not in readme.shows]
     if missing:
         seen = "\n".join([say("not found:"), *missing, *_hidden(readme)])
-        judge.share(
-            1 - len(missing) / 4, seen, say("write for a reader who is new to the package, with commands to copy")
-        )
+        try_ = say("write for a reader who is new to the package, with commands to copy")
+        judge.share(1 - len(missing) / 4, seen, try_)
 
 
 def test_interface_table_agrees(judge: Judge) -> None:
@@ -53,20 +51,16 @@ def test_interface_table_agrees(judge: Judge) -> None:
     readme = judge.quality().readme
     if readme is None:
         raise NotReached(say("there is no README.md"))
-    found = agreement(readme.tables, judge.evidence, judge.course.nodes.values())
-    course = judge.course
-    see = say("see {requirement}", requirement=course.requirement_of("check_graph") or say("the contract"))
-    judge.expect(found.wanted > 0, say("neither the running nodes nor the code show an interface"), see)
-    if found.wrong:
-        source = say("the running nodes") if found.from_graph else say("the code")
-        seen = "\n".join(
-            [say("compared with {source}:", source=source), *found.wrong[: MOST_SHOWN * 2], *_hidden(readme)]
-        )
-        node = next(iter(course.nodes.values()))
-        rows = [("subscribes", *row) for row in node.subscribes.items()]
-        rows += [("service", *row) for row in node.services.items()]
-        try_ = say("one row for each interface: | {cells} |", cells=" | ".join((node.name, *rows[0])))
-        judge.share(1 - len(found.wrong) / found.wanted, seen, try_)
+    wanted, wrong, from_graph = agreement(readme.tables, judge.evidence, judge.course.nodes.values())
+    see = say("see {requirement}", requirement=judge.course.requirement_of("check_graph") or say("the contract"))
+    judge.expect(bool(wanted), say("neither the running nodes nor the code show an interface"), see)
+    if wrong:
+        source = say("the running nodes") if from_graph else say("the code")
+        head = say("compared with {source}:", source=source)
+        node = next(iter(judge.course.nodes.values()))
+        topic, type_ = next(iter(node.subscribes.items()))
+        try_ = say("one row for each interface: | {cells} |", cells=f"{node.name} | subscribes | {topic} | {type_}")
+        judge.share(1 - len(wrong) / wanted, "\n".join([head, *wrong[: MOST_SHOWN * 2], *_hidden(readme)]), try_)
 
 
 def _hidden(readme: Readme) -> list[str]:
@@ -75,13 +69,8 @@ def _hidden(readme: Readme) -> list[str]:
     return [say(words, n=readme.hidden)] if readme.hidden else []
 
 
-def _places(found: list[Finding]) -> str:
-    return ", ".join(say("line {finding.line}: {finding.text}", finding=finding) for finding in found[:3])
-
-
 # Every node has these; a README need not list them.
-_OF_RCLPY = ("parameter_events", "rosout", "clock")
-
+_OF_RCLPY = {"parameter_events", "rosout", "clock"}
 _DIRECTIONS = {
     "publisher": re.compile(r"\b(pub\w*|out\w*|sends?|writes?)\b", re.IGNORECASE),
     "subscription": re.compile(r"\b(sub\w*|inp?\w*|receives?|reads?|listens?)\b", re.IGNORECASE),
@@ -91,32 +80,16 @@ _CAMEL = re.compile(r"[A-Z][a-z0-9]+[A-Z]\w*")
 _NAME = re.compile(r"(?<![\w/])/?[A-Za-z_~][\w/]*")
 
 
-@dataclass(frozen=True)
-class Interface:
-    """A topic, service or action of a node. `type` is the short name, such as "LaserScan"."""
+def agreement(tables: Sequence[Table], evidence: Evidence, contract: Collection[Node]) -> tuple[int, list[str], bool]:
+    """Compare the tables of a README with the nodes on the graph, or with the code of nodes that did not run.
 
-    node: str
-    kind: str
-    name: str
-    type: str
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """How far the tables agree: how many rows are wanted, and in words what is wrong or missing."""
-
-    wanted: int
-    wrong: list[str]
-    from_graph: bool
-
-
-def agreement(tables: Sequence[Table], evidence: Evidence, contract: Collection[Node]) -> Agreement:
-    """Compare the tables of a README with the nodes on the graph, or with the code of nodes that did not run."""
+    Returns how many rows are wanted, in words what is wrong or missing, and whether any node is on the graph.
+    """
     seen = list(_running(evidence, contract))
     nodes = {interface.node for interface in seen}
     # A node that did not come up is compared by its code: the README is not to blame.
-    written = [item for item in _written(evidence.quality) if item.node not in nodes]
-    wanted = list(dict.fromkeys([*seen, *written]))
+    written = [item for item in (evidence.quality.interfaces if evidence.quality else []) if item.node not in nodes]
+    wanted = list({(item.node, item.kind, item.name, item.type): item for item in [*seen, *written]}.values())
     read = [[_Row(table.head, row) for row in table.rows] for table in tables]
     rows = [row for table in read for row in table]
     topics = {item.type for item in wanted if item.kind in _DIRECTIONS}
@@ -124,10 +97,12 @@ def agreement(tables: Sequence[Table], evidence: Evidence, contract: Collection[
     wrong = [words for interface in wanted if (words := _missing(interface, rows, topics, names))]
     # The code may create more than its calls show, so only the graph can prove that an interface is not there. A table
     # in which no row names an interface of a node is about something else, such as the fields of the messages.
-    about_nodes = [table for table in read if any(_is_known(row, wanted) for row in table)]
-    stale = [words for table in about_nodes for row in table if (words := _stale(row, wanted))]
-    stale = stale if nodes == {node.name for node in contract} else []
-    return Agreement(len(wanted), [*wrong, *stale], bool(seen))
+    if nodes == {node.name for node in contract}:
+        own = {interface.name for interface in wanted}
+        about_nodes = [table for table in read if any(row.names & own for row in table)]
+        stale = [row for table in about_nodes for row in table if row.has_type and not row.names & (own | _OF_RCLPY)]
+        wrong += [say("no node has the interface of this row: {text_}", text_=row.text[:120]) for row in stale]
+    return len(wanted), wrong, bool(seen)
 
 
 class _Row:
@@ -137,9 +112,10 @@ class _Row:
         self.text = " | ".join(cells)
         self.cells = [cell.replace("::", "/") for cell in cells]
         self.heads = list(head)
-        self.names = {name.strip("/~") for cell in self.cells for name in _NAME.findall(cell)}
+        self.names = set[str]().union(*map(_names, self.cells))
         self.last_names = {name.rpartition("/")[2] for name in self.names}
         full = _TYPE.findall(" ".join(self.cells))
+        self.has_type = bool(full)
         self.types = {name.rpartition("/")[2] for name in full} | set(filter(_CAMEL.fullmatch, self.last_names))
         """Names that look like a type: those with a package, and words such as LaserScan."""
 
@@ -151,7 +127,7 @@ class _Row:
             found |= {kind for kind, said in _DIRECTIONS.items() if any(said.search(word) for word in words)}
         return found
 
-    def is_of_another(self, interface: Interface, nodes: set[str]) -> bool:
+    def is_of_another(self, interface: CodeInterface, nodes: set[str]) -> bool:
         """Return whether a cell names another node alone, and none this one; a column may be for the other end."""
         others = nodes - {interface.node}
         heads = [*self.heads, *[""] * len(self.cells)]
@@ -164,7 +140,7 @@ def _names(cell: str) -> set[str]:
     return {name.strip("/~") for name in _NAME.findall(cell)}
 
 
-def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str], nodes: set[str]) -> str:
+def _missing(interface: CodeInterface, rows: Sequence[_Row], topics: set[str], nodes: set[str]) -> str:
     """Return what the tables get wrong about an interface, "" if a row is right. `topics` are the types of topics."""
     named = [row for row in rows if interface.name in row.names]
     what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
@@ -179,27 +155,13 @@ def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str], nodes
     own = [row for row in typed if not row.is_of_another(interface, nodes)]
     if not own:
         return say("{what} is listed under another node: {text_}", what=what, text_=typed[0].text[:120])
-    typed = own
-    if interface.kind in _DIRECTIONS:
-        said = [row.directions(interface.name) for row in typed]
-        if all(kinds and interface.kind not in kinds for kinds in said):
-            return say("{what} is listed with another direction: {text_}", what=what, text_=typed[0].text[:120])
+    said = [row.directions(interface.name) for row in own] if interface.kind in _DIRECTIONS else [set()]
+    if all(kinds and interface.kind not in kinds for kinds in said):
+        return say("{what} is listed with another direction: {text_}", what=what, text_=own[0].text[:120])
     return ""
 
 
-def _stale(row: _Row, wanted: Sequence[Interface]) -> str:
-    """Return feedback about a row that gives a type to an interface that no node has, "" otherwise."""
-    types = _TYPE.findall(" ".join(row.cells))
-    if types and not _is_known(row, wanted) and not row.names & set(_OF_RCLPY):
-        return say("no node has the interface of this row: {text_}", text_=row.text[:120])
-    return ""
-
-
-def _is_known(row: _Row, wanted: Sequence[Interface]) -> bool:
-    return any(interface.name in row.names for interface in wanted)
-
-
-def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[Interface]:
+def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[CodeInterface]:
     for node in contract:
         trial = evidence.trials.get(f"idle_{node.name}")
         graph = trial.graph if trial is not None and trial.ready else None
@@ -207,12 +169,7 @@ def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[Interfa
             continue
         for endpoint in graph.endpoints:
             if endpoint.topic not in _OF_RCLPY and "/_action/" not in endpoint.topic:
-                yield Interface(node.name, endpoint.kind, endpoint.topic, endpoint.type.rpartition("/")[2])
+                yield CodeInterface(node.name, endpoint.kind, endpoint.topic, endpoint.type.rpartition("/")[2])
         for kind, offered in (("service", graph.services), ("action", graph.actions)):
             for what, types in offered.items():
-                yield Interface(node.name, kind, what, types[0].rpartition("/")[2] if types else "")
-
-
-def _written(quality: Quality | None) -> Iterator[Interface]:
-    for item in quality.interfaces if quality else []:
-        yield Interface(item.node, item.kind, item.name, item.type)
+                yield CodeInterface(node.name, kind, what, types[0].rpartition("/")[2] if types else "")

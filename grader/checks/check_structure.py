@@ -1,22 +1,11 @@
 """Layout, complexity, functions in their place, repeated blocks."""
 
 import difflib
-from dataclasses import replace
 
+from grader.checks import package_text
 from grader.checks.judge import Judge
-from grader.checks.package_text import (
-    charge,
-    measured,
-    readable,
-    readable_first,
-    unread_files,
-    unread_lines,
-    unread_share,
-    weighed,
-    within_bounds,
-)
+from grader.checks.package_text import charge, measured, readable, weighed, within_bounds
 from grader.checks.wording import listing, place
-from grader.evidence import Copy
 from grader.words import MOST_SHOWN, say, say_count, some
 
 NEEDS = ("quality", "linters", "what ran")
@@ -32,11 +21,9 @@ def test_layout_matches_the_contract(judge: Judge) -> None:
         others = {path.rpartition("/")[2].lower(): path for path in sorted(paths - {*course.layout}, reverse=True)}
         names = [path.rpartition("/")[2].lower() for path in missing if not path.endswith("/__init__.py")]
         meant = [others[near] for name in names for near in difflib.get_close_matches(name, others, 1, 0.9)]
-        near = list(dict.fromkeys(meant))
-        seen += say("; perhaps meant: {near}", near=some(near)) if near else ""
-        judge.share(
-            1 - len(missing) / len(course.layout), seen, say("compare the names and folders with the contract's tree")
-        )
+        seen += say("; perhaps meant: {near}", near=some([*dict.fromkeys(meant)])) if meant else ""
+        try_ = say("compare the names and folders with the contract's tree")
+        judge.share(1 - len(missing) / len(course.layout), seen, try_)
 
 
 def test_no_function_is_too_complex(judge: Judge) -> None:
@@ -58,7 +45,7 @@ def expect_functions_used(judge: Judge) -> None:
     if missing:
         words.append(say("{path} does not define {missing}", path=path, missing=", ".join(missing)))
         share -= 0.5 * len(missing) / len(functions.names)
-    unread = unread_files(judge)
+    unread = package_text.unread_files(judge)
     if not calls and not unread:  # else the calls may be where nobody can read them
         words.append(say("no node calls a function of {path}, directly or through another module", path=path))
         share -= 0.5
@@ -66,18 +53,12 @@ def expect_functions_used(judge: Judge) -> None:
         words += [f"{place(finding)} {finding.text}" for finding in elsewhere[:MOST_SHOWN]]
         share -= 0.25 * len(elsewhere)
     if unread:
-        words += unread_lines(unread)
-        share -= max(unread_share(judge, unread), 0.0 if calls else 0.5)
+        words += package_text.unread_lines(unread)
+        share -= max(package_text.unread_share(judge, unread), 0.0 if calls else 0.5)
     if words:
         module = functions.module.removesuffix(".py").replace("/", ".")
-        judge.share(
-            share,
-            "\n".join(words),
-            readable_first(
-                unread,
-                say("import them: from {module} import {functions.names[0]}", module=module, functions=functions),
-            ),
-        )
+        try_ = say("import them: from {module} import {name}", module=module, name=functions.names[0])
+        judge.share(share, "\n".join(words), package_text.readable_first(unread, try_))
 
 
 def test_functions_are_in_their_module_and_used(judge: Judge) -> None:
@@ -87,27 +68,13 @@ def test_functions_are_in_their_module_and_used(judge: Judge) -> None:
 
 def test_no_block_is_repeated(judge: Judge) -> None:
     """No block of six or more lines is repeated in the package; each one that is costs a quarter."""
-    weighed(judge)
-    copies = _measured_copies(judge)
-    shown = [
-        say("{copy.lines} lines: {places}", copy=copy, places=" = ".join(copy.places)) for copy in copies[:MOST_SHOWN]
-    ]
-    words = [
-        say_count("{n} block occurs more than once", "{n} blocks occur more than once", len(copies)),
-        *shown,
-    ]
-    charge(
-        judge, len(copies), 4, words, say("make the block a function in utils/, so that a bug is fixed in one place")
-    )
-
-
-def _measured_copies(judge: Judge) -> list[Copy]:
-    """Return the blocks that occur more than once where it counts."""
-    found = []
-    for copy in judge.quality().copies:
-        places = [place for place in copy.places if _counts(judge, place)]
-        found += [replace(copy, places=places)] if len(places) > 1 else []
-    return found
+    copies = [(copy.lines, [at for at in copy.places if _counts(judge, at)]) for copy in weighed(judge).copies]
+    repeated = [(lines, places) for lines, places in copies if len(places) > 1]
+    words = [say_count("{n} block occurs more than once", "{n} blocks occur more than once", len(repeated))]
+    for lines, places in repeated[:MOST_SHOWN]:
+        words.append(say("{lines} lines: {places}", lines=lines, places=" = ".join(places)))
+    try_ = say("make the block a function in utils/, so that a bug is fixed in one place")
+    charge(judge, len(repeated), 4, words, try_)
 
 
 def _counts(judge: Judge, place: str) -> bool:

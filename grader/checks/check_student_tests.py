@@ -6,6 +6,10 @@ from grader.evidence import TestModule
 from grader.words import mark, say, some
 
 NEEDS = ("student tests",)
+_TRY_TESTS = mark(
+    "{files} must run the node's own code, which neither an import of it does nor a mock in its place: make the node "
+    "(after rclpy.init()) or call its functions"
+)
 _STEADY = mark(
     "a test must not depend on chance or on the machine's speed: wait for what it is about, and fix what is random"
 )
@@ -15,44 +19,19 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
     """Tests exist for both nodes."""
     modules, own = _own(judge), judge.measured().of_node
     nodes = judge.course.nodes
-    missing = [
-        node
-        for node in nodes
-        if not any(own.get(node, frozenset()).intersection(m.tested) or node in m.starts for m in modules)
-    ]
+    tested = {path for module in modules for path in module.tested} | {name for m in modules for name in m.starts}
+    missing = [node for node in nodes if tested.isdisjoint({node, *own.get(node, ())})]
     if missing:
         looked = ", ".join(_describe(judge, module) for module in modules) or _nothing(judge)
-        share = 1 - len(missing) / len(nodes)
-        seen = say(
-            "no test that asserts something runs code of {missing}; found {looked}",
-            missing=" or ".join(missing),
-            looked=looked,
-        )
-        judge.share(share, seen, _try_tests(missing, {module.path.rpartition("/")[2] for module in modules}))
-    elif idle := _idle(modules):
+        words = mark("no test that asserts something runs code of {missing}; found {looked}")
+        files = say(" and ").join(f"test/test_{node}.py" for node in missing)
+        seen = say(words, missing=" or ".join(missing), looked=looked)
+        judge.share(1 - len(missing) / len(nodes), seen, say(_TRY_TESTS, files=files))
+    elif idle := [f"{module.path} {name}" for module in modules for name in module.idle]:
         judge.remark(
             say("these tests pass although every function that they call raises: {idle}", idle=some(idle, 3)),
             say("a test of what goes wrong expects the one error that it is about"),
         )
-
-
-def _try_tests(nodes: list[str], files: set[str]) -> str:
-    """Return what to do about nodes without tests; a file of tests that is there need not be written again."""
-    files_of = {node: f"test_{node}.py" for node in nodes}
-    written = [file for file in files_of.values() if file in files]
-    absent = [f"test/{file}" for file in files_of.values() if file not in files]
-    tries = (
-        [say("write {absent}; importing a node does not test it", absent=say(" and ").join(absent))] if absent else []
-    )
-    if written:
-        tries.append(
-            say(
-                "{written} must run the node's own code: make the node (after rclpy.init()) or call its "
-                "functions. A mock in the node's place tests the mock",
-                written=say(" and ").join(written),
-            )
-        )
-    return "; ".join(tries)
 
 
 def test_every_test_asserts_something(judge: Judge) -> None:
@@ -63,16 +42,12 @@ def test_every_test_asserts_something(judge: Judge) -> None:
     asserting = sum(m.asserting - len({*m.idle} - {*m.silent}) for m in modules)
     judge.expect(tests > 0, _nothing(judge), say("write a test that fails when the node is wrong"))
     if asserting < tests:
-        seen = say(
-            "{tests} of {tests2} tests assert nothing: {silent}",
-            tests=tests - asserting,
-            tests2=tests,
-            silent=some(silent, 3),
-        )
+        words = mark("{n} of {tests} tests assert nothing: {silent}")
         try_ = say(
             "a test passes whatever the code does without an assert, with one that always holds (`or True`), or where "
+            "`except` takes up every failure"
         )
-        judge.share(asserting / tests, seen, try_ + say("`except` takes up every failure"))
+        judge.share(asserting / tests, say(words, n=tests - asserting, tests=tests, silent=some(silent, 3)), try_)
 
 
 def test_own_tests_pass(judge: Judge) -> None:
@@ -87,24 +62,18 @@ def test_own_tests_pass(judge: Judge) -> None:
     passed = sum(m.passed for m in modules if measured.intersection(m.tested) or m.starts)
     ran = passed + sum(m.failed + m.errors for m in modules)
     unsteady = some([f"{m.path} {name}" for m in modules for name in m.unsteady], 3)
-    changing = say(
-        "these tests passed in one of two runs and failed in the other, so they do not count: {unsteady}",
-        unsteady=unsteady,
-    )
+    words = mark("these tests passed in one of two runs and failed in the other, so they do not count: {unsteady}")
+    changing = say(words, unsteady=unsteady)
     judge.expect(bool(ran or not unsteady), changing, _STEADY)
     if not ran and any(m.passed for m in modules):
-        raise NotReached(say("no test that passed tests code of the package: {names}", names=_names(modules)))
+        names = some([module.path for module in modules], 3)
+        raise NotReached(say("no test that passed tests code of the package: {names}", names=names))
     judge.expect(ran > 0, say("no test ran: all were skipped"), say("run pytest in a clean folder"))
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
         more = ran - passed - len(problems[:3])
-        seen = "; ".join(
-            [
-                say("{passed} of {ran} tests passed", passed=passed, ran=ran),
-                *problems[:3],
-                *([say("and {more} more", more=more)] if more else []),
-            ]
-        )
+        said = [say("{passed} of {ran} tests passed", passed=passed, ran=ran), *problems[:3]]
+        seen = "; ".join([*said, *([say("and {more} more", more=more)] if more else [])])
         try_ = say(
             "run pytest in a clean folder: what fails each time expects something else than the code does; what fails "
             "only sometimes depends on the speed of the machine"
@@ -130,12 +99,11 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     percent = 100 * hit / max(1, sum(f.lines + f.branches for f in coverage))
     worst = sorted(coverage, key=lambda f: f.lines_hit + f.branches_hit - f.lines - f.branches)[:3]
     words = ", ".join(say("{f.path} lines {ranges}", f=f, ranges=_ranges(f.missing)) for f in worst if f.missing)
+    words = words or say("some branches")
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     share = (round(percent, 1) - 40) / 50
     if share < 1:
-        seen = say(
-            "{percent:.1f} % covered; not reached: {words}", percent=percent, words=words or say("some branches")
-        )
+        seen = say("{percent:.1f} % covered; not reached: {words}", percent=percent, words=words)
         judge.share(share, seen, say("write tests for the lines listed"))
 
 
@@ -146,17 +114,12 @@ def _own(judge: Judge) -> list[TestModule]:
 
 def _reaching(judge: Judge) -> list[TestModule]:
     """Return the modules whose tests run code of the package: only those can show anything about it."""
-    modules = _own(judge)
-    found = [module for module in modules if _reaches(judge, module)]
-    seen = say("no test runs code of the package: {names}", names=_names(modules)) if modules else _nothing(judge)
-    judge.expect(
-        bool(found), seen, say("call the package's functions in the tests, and assert what they return or publish")
-    )
+    names = some([module.path for module in _own(judge)], 3)
+    seen = say("no test runs code of the package: {names}", names=names) if names else _nothing(judge)
+    found = [module for module in _own(judge) if _reaches(judge, module)]
+    try_ = say("call the package's functions in the tests, and assert what they return or publish")
+    judge.expect(bool(found), seen, try_)
     return found
-
-
-def _names(modules: list[TestModule]) -> str:
-    return some([module.path for module in modules], 3)
 
 
 def _reaches(judge: Judge, module: TestModule) -> bool:
@@ -164,14 +127,13 @@ def _reaches(judge: Judge, module: TestModule) -> bool:
     return bool(judge.measured().whole.intersection(module.reached) or module.starts)
 
 
-def _idle(modules: list[TestModule]) -> list[str]:
-    return [f"{module.path} {name}" for module in modules for name in module.idle]
-
-
 def _describe(judge: Judge, module: TestModule) -> str:
-    what = say("no test") if not module.tests else say("no test that asserts anything") if not module.asserting else ""
-    what = what or ("" if _reaches(judge, module) else say("runs no code of the package"))
-    what = what or (say("passes whatever the code does") if module.idle and not module.tested else "")
+    lacks = (
+        (not module.asserting, mark("no test that asserts anything")),
+        (not _reaches(judge, module), mark("runs no code of the package")),
+        (module.idle and not module.tested, mark("passes whatever the code does")),
+    )
+    what = next((say(words) for holds, words in lacks if holds), "")
     return f"{module.path} ({what})" if what else module.path
 
 

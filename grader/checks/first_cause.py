@@ -9,11 +9,10 @@ from grader import tracebacks
 from grader.checks.wording import place, wrong_topics
 from grader.course import Course
 from grader.evidence import Fault, Finding, Kind, Reason, Trial
-from grader.words import mark, say
+from grader.words import mark, say, some
 
 OF_TRIALS = (Kind.RAISED, Kind.INACTIVE, Kind.NO_FLOAT, Kind.ON_GRAPH, Kind.SPINS)
 """What a trial shows that comes before what a check has seen."""
-_MOST = 8
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
 _CHANGE_STATE = "lifecycle_msgs/srv/ChangeState"
 
@@ -27,8 +26,8 @@ HOLDS_ON = {
     ),
     "sleep-in-callback": _A_TIMER,
 }
-# What launch says of a process that died, and the last line of that process's traceback.
-_DIED = "process has died"
+# What launch says of a process that died, with its command, and the last line of that process's traceback.
+_DIED, _COMMAND = "process has died", re.compile(r", cmd '.*'")
 _INSTALLED = re.compile(r"/ws/install/share/[^/\s]{1,200}/(?=\S)")  # the place of a file is that in the package
 _LAUNCH_ERROR = re.compile(r".*(?:\[(?:ERROR|FATAL)\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 
@@ -41,7 +40,9 @@ def of_trials(trials: Sequence[Trial], course: Course, seen: str, graph: tuple[s
     # What a node said that ended by itself is already in what the check has seen.
     said = (what_it_said(trial) for trial in trials if trial.process is not None and trial.process.by == "us")
     shown = (reason for trial in trials for reason in _shown_by_graph(trial, course, graph, seen))
-    causes = (why for why in (*said, *shown, _unheard(trials, graph)) if why is not None)
+    topics = ", ".join(dict.fromkeys(topic for trial in trials for topic in trial.deaf_to))
+    unheard = Reason(Kind.UNHEARD, said=topics, requirements=graph) if topics else None
+    causes = (why for why in (*said, *shown, unheard) if why is not None)
     return next((why for why in causes if not why.said or why.said not in seen), None)
 
 
@@ -49,12 +50,6 @@ def what_it_said(trial: Trial) -> Reason | None:
     """Return the last exception that a trial's node wrote down, with its place; None if there is none."""
     said, place = tracebacks.raised(trial.process.output_tail if trial.process is not None else "")
     return Reason(Kind.RAISED, said=said, place=place) if said else None
-
-
-def _unheard(trials: Sequence[Trial], graph: tuple[str, ...]) -> Reason | None:
-    """Return the sensors of which the node received nothing in these trials, None if there are none."""
-    topics = ", ".join(dict.fromkeys(topic for trial in trials for topic in trial.deaf_to))
-    return Reason(Kind.UNHEARD, said=topics, requirements=graph) if topics else None
 
 
 def _shown_by_graph(trial: Trial, course: Course, graph: tuple[str, ...], seen: str) -> Iterator[Reason]:
@@ -103,6 +98,11 @@ def sentence(fault: Fault) -> str:
     return f"{fault.path}{f':{fault.line}' if fault.line else ''}: {fault.text}"
 
 
+def with_cure(fault: Fault) -> str:
+    """Return a fault's sentence, and what to do about it in brackets."""
+    return f"{sentence(fault)} ({fault.cure})"
+
+
 def shown_by(faults: Sequence[Fault], output: str) -> Fault | None:
     """Return the first fault that the output of a build or of a node shows, by its words or its place; None if none."""
     for fault in faults:
@@ -119,16 +119,13 @@ def behind(faults: Sequence[Fault], missing: Collection[str]) -> Fault | None:
 
 def listing(faults: Sequence[Fault], lead: str) -> str:
     """Return the faults as lines below `lead`, each with its cure; "" if there are none."""
-    if not faults:
-        return ""
-    lines = [f"  {sentence(fault)} ({fault.cure})" for fault in faults[:_MOST]]
-    more = [say("  and {n} more", n=len(faults) - _MOST)] if len(faults) > _MOST else []
-    return "\n".join([lead, *lines, *more])
+    lines = [f"\n  {with_cure(fault)}" for fault in faults]
+    return lead + some(lines, between="") if lines else ""
 
 
 def besides(faults: Sequence[Fault]) -> str:
     """Return the first faults as the end of a sentence, "" if there are none."""
-    shown = "; ".join(f"{sentence(fault)} ({fault.cure})" for fault in faults[:3])
+    shown = "; ".join(map(with_cure, faults[:3]))
     return say("; the package's text shows: {shown}", shown=shown) if shown else ""
 
 
@@ -152,24 +149,17 @@ def launch_errors(trial: Trial) -> str:
     output = trial.process.output_tail if trial.process is not None else ""
     said, place = tracebacks.raised(output)
     errors = (line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line))
-    lines = [_without_command(_INSTALLED.sub("", line)) for line in errors]
+    lines = [_COMMAND.sub("", _INSTALLED.sub("", line)) for line in errors]
     lines = [f"{line} ({place})" if place and said in line else line for line in lines]
     first = sorted(lines, key=lambda line: (_DIED in line, said not in line))[:3]  # what a node said comes first
     return say("; `ros2 launch` said: {errors}", errors=" | ".join(first)[:600]) if first else ""
-
-
-def _without_command(line: str) -> str:
-    """Return a line of launch's without the command that it quotes."""
-    before, quoted, rest = line.partition(", cmd '")
-    return before + rest[rest.rfind("'") + 1 :] if quoted else line
 
 
 def its_name(trial: Trial, nodes: Collection[str]) -> str:
     """Return as the end of a sentence which other nodes came up instead of the trial's, "" if none did."""
     others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*nodes}) if trial.graph else []
     others = [f"`{name}`" for name in others if not name.startswith("launch_ros")]
-    if not others:
-        return ""
-    places = say("name= in the launch file, the key in the YAML file and the node's own name have to be the same")
-    named = f"super().__init__('{trial.node}')" if not trial.launch else places
-    return say("; is {others} its name? {named}", others=" or ".join(others[:2]), named=named)
+    named = f"super().__init__('{trial.node}')"
+    if trial.launch:
+        named = say("name= in the launch file, the key in the YAML file and the node's own name have to be the same")
+    return say("; is {others} its name? {named}", others=" or ".join(others[:2]), named=named) if others else ""

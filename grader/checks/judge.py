@@ -10,34 +10,11 @@ from pathlib import PurePosixPath
 
 from grader import tracebacks
 from grader.checks import first_cause
-from grader.checks.first_cause import (
-    HOLDS_ON,
-    behind,
-    besides,
-    holding_on,
-    holds_on,
-    its_name,
-    last_output,
-    launch_errors,
-    sentence,
-    shown_by,
-)
+from grader.checks.first_cause import HOLDS_ON, behind, besides, holds_on, last_output, with_cure
 from grader.checks.measured import Measured, measure
 from grader.checks.wording import near_miss, place
 from grader.course import Course
-from grader.evidence import (
-    Call,
-    Evidence,
-    Fault,
-    Finding,
-    Goal,
-    Graph,
-    Kind,
-    Quality,
-    Reason,
-    StudentTests,
-    Trial,
-)
+from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Kind, Quality, Reason, StudentTests, Trial
 from grader.words import say
 
 # What a trial is about, by how its name begins: see Fault.stops.
@@ -105,11 +82,8 @@ class Judge:
         """
         build = self.evidence.build
         if not build.ok:
-            how = (
-                say("ran out of time")
-                if build.timed_out
-                else say("ended with exit status {build.exit_code}", build=build)
-            )
+            how = say("ended with exit status {build.exit_code}", build=build)
+            how = say("ran out of time") if build.timed_out else how
             reason = Reason(Kind.NOT_BUILT, said=how, requirements=self.judged_by("check_build"))
             raise NotReached(reason, words=f"{reason}{besides(self.faults(*about))}")
 
@@ -156,10 +130,9 @@ class Judge:
             NotReached: the package has it, and does not install it.
         """
         if path and not self.is_installed(path) and not self.unwritten([path]):
-            cause = behind(self.faults("install"), [path])
-            build = self.judged_by("check_build")
+            cause, build = behind(self.faults("install"), [path]), self.judged_by("check_build")
             reason = Reason(Kind.NO_FILE, path, self.evidence.build.package, requirements=build, fault=cause)
-            raise NotReached(reason, words=f"{sentence(cause)} ({cause.cure}); {reason}" if cause else "")
+            raise NotReached(reason, words=f"{with_cure(cause)}; {reason}" if cause else "")
 
     def started(self, name: str) -> Trial:
         """Return a trial whose node may have refused to start: `judge.started("senseless_start_guard")`.
@@ -174,11 +147,8 @@ class Judge:
         if trial is None:
             raise Unjudged(f"the trial {name} was not run")
         if trial.script_error:
-            lines = [
-                say(" ({file}, line {line})", file=file, line=line)
-                for file, line in _SCRIPT.findall(trial.script_error)
-            ]
-            words = f"{trial.script_error.strip().splitlines()[-1]}{''.join(lines[-1:])}"
+            where = [f" ({file}, line {line})" for file, line in _SCRIPT.findall(trial.script_error)]
+            words = f"{trial.script_error.strip().splitlines()[-1]}{''.join(where[-1:])}"
             raise Unjudged(f"the trial {name} broke: {words}")
         return trial
 
@@ -224,18 +194,13 @@ class Judge:
             habit = held[0]
             fault = Fault(habit.path, habit.line, "start", habit.text, say(HOLDS_ON[habit.rule]))
             because = replace(reason, place=reason.place or place(habit), fault=fault)
-            return NotReached(because, words=words + holding_on(held))
+            return NotReached(because, words=words + first_cause.holding_on(held))
         return NotReached(reason, words=words)
 
     @property
     def habits(self) -> list[Finding]:
         """Return the habits that the package's text shows, [] if it was not read: `for habit in judge.habits`."""
         return self.evidence.quality.habits if self.evidence.quality is not None else []
-
-    @property
-    def holding_on(self) -> str:
-        """Return the end of a sentence with lines that keep a callback from returning: `f"late{judge.holding_on}"`."""
-        return holding_on(self.habits)
 
     def cause(self, seen: str) -> Reason | None:
         """Return what comes before what a check has `seen` in its trials, None if nothing does: `judge.cause(seen)`.
@@ -253,15 +218,15 @@ class Judge:
     def _not_up(self, trial: Trial) -> NotReached:
         """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""
         reason = trial.ended or Reason(Kind.DEPENDS, said=say("the node did not come up"))
-        said = launch_errors(trial) if trial.launch else last_output(trial)
-        name = its_name(trial, self.course.nodes)
+        said = first_cause.launch_errors(trial) if trial.launch else last_output(trial)
+        name = first_cause.its_name(trial, self.course.nodes)
         words = f"{reason}{name}{said}" if trial.launch else f"{reason}{said}{name}"
         faults = self.faults("install", "start", *_ABOUT.get(trial.name.partition("_")[0], ()))
         lacked = [reason.name] if reason.kind in (Kind.NO_PROGRAM, Kind.NO_FILE) else []
         output = trial.process.output_tail if trial.process is not None else ""
-        cause = behind(faults, lacked) if lacked else shown_by(faults, output)
+        cause = behind(faults, lacked) if lacked else first_cause.shown_by(faults, output)
         if cause is not None:
-            return NotReached(replace(reason, fault=cause), words=f"{sentence(cause)} ({cause.cure}); {words}")
+            return NotReached(replace(reason, fault=cause), words=f"{with_cure(cause)}; {words}")
         if self.unwritten(lacked):
             return NotReached(replace(reason, kind=Kind.UNWRITTEN))
         place, (said, _) = "" if trial.launch else tracebacks.last_place(output), tracebacks.raised(output)
@@ -330,10 +295,8 @@ class Judge:
         if goal.problem:
             raise self._unanswered(goal.problem, trial, next(iter(self.course.nodes[trial.node].actions), ""))
         if not goal.accepted:
-            raise Failed(
-                say("the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", goal=goal),
-                say("accept goals with finite numbers"),
-            )
+            seen = say("the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", goal=goal)
+            raise Failed(seen, say("accept goals with finite numbers"))
         return goal
 
     @property
@@ -368,14 +331,6 @@ class Judge:
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
         return self.evidence.tests
-
-    @property
-    def each_node(self) -> str:
-        """Return in words what a node weighs where only some are there: `judge.weigh(0.5, judge.each_node)`."""
-        nodes = len(self.course.nodes)
-        counted = {2: say("each of the two nodes is half"), 3: say("each of the three nodes is a third")}
-        other = say("each of the {nodes} nodes counts the same", nodes=nodes)
-        return say("{counted} of these points", counted=counted.get(nodes, other))
 
     def expect(self, holds: bool, seen: str, try_: str, reason: Reason | None = None) -> None:
         """Fail the check unless `holds`; say what was seen, and what to try.

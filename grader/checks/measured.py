@@ -57,7 +57,8 @@ def measure(evidence: Evidence, course: Course) -> Measured:
     files = evidence.quality.files if evidence.quality is not None else []
     noted = _noted(evidence, course)
     handed_in = {node: found for node in course.nodes if (found := _file_of(node, files, course))}
-    home = _home_of_functions(files, course)
+    inside = course.functions.module.partition("/")[2] if course.functions else ""
+    home = frozenset([file.path for file in files if inside and file.path.endswith(f"/{inside}")][:1])
     if noted:
         ran = {node: frozenset(path for path, lines in notes.items() if lines) for node, notes in noted.items()}
         of_node = {node: _own(node, ran, home) for node in ran if ran[node]}
@@ -100,11 +101,6 @@ def _file_of(node: str, files: Sequence[SourceFile], course: Course) -> SourceFi
         return not _has(file), file.path != course.nodes[node].module, not is_module, file.path
 
     return min(named, key=rank, default=None)
-
-
-def _home_of_functions(files: Sequence[SourceFile], course: Course) -> frozenset[str]:
-    inside = course.functions.module.partition("/")[2] if course.functions else ""
-    return frozenset([file.path for file in files if inside and file.path.endswith(f"/{inside}")][:1])
 
 
 def _has(file: SourceFile) -> bool:

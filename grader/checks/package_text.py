@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from pathlib import PurePosixPath
 from typing import TypeVar
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Definition, Finding, Kind, Quality, Reason, SourceFile, reading_limits
-from grader.words import MOST_SHOWN, say, say_count, some
+from grader.words import MOST_SHOWN, mark, say, some
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
 _LINES_PER_FINDING = 10
@@ -33,11 +32,10 @@ def readable(judge: Judge) -> Quality:
     """Return the facts about a package with some Python in it that can be read."""
     files = judge.quality().files
     if not reading_limits.beyond(files) and not any(file.lines for file in files if not file.problem):
-        problems = [f"{file.path} {file.problem}" for file in files if file.problem]
+        problems = some([f"{file.path} {file.problem}" for file in files if file.problem])
         see = say("see {requirement}", requirement=judge.course.requirement_of("check_build") or say("the contract"))
-        raise Failed(
-            say("no Python to read: {problems}", problems=some(problems)) if problems else say("no Python in it"), see
-        )
+        seen = say("no Python to read: {problems}", problems=problems) if problems else say("no Python in it")
+        raise Failed(seen, see)
     return within_bounds(judge)
 
 
@@ -59,19 +57,12 @@ def weigh(judge: Judge) -> None:
     """
     nodes, there = judge.course.nodes, _require_modules(judge)
     missing = [node for node in nodes if node not in there]
-    if missing and len(missing) < len(nodes):
-        absent = say_count(
-            "{names} is not there", "{names} are not there", len(missing), names=say(" and ").join(missing)
-        )
-        judge.weigh(1 - len(missing) / len(nodes), say("{absent}, and {judge.each_node}", absent=absent, judge=judge))
+    if missing and there:
+        words = mark("{names}: not there, and each of the {n} nodes counts the same of these points")
+        judge.weigh(len(there) / len(nodes), say(words, names=", ".join(missing), n=len(nodes)))
     elif missing:
-        none = {1: say("the node is not there"), 2: say("neither node is there")}.get(
-            len(nodes), say("none of the nodes is there")
-        )
-        functions = judge.course.functions
-        alone = PurePosixPath(functions.module).stem if functions else "functions"
         judge.weigh(
-            _FUNCTIONS_ALONE, say("{none}; the {alone} alone are a fifth of these points", none=none, alone=alone)
+            _FUNCTIONS_ALONE, say("none of the nodes is there; the functions alone are a fifth of these points")
         )
 
 
@@ -112,10 +103,8 @@ def unread_files(judge: Judge) -> list[SourceFile]:
 
 def unread_lines(unread: list[SourceFile]) -> list[str]:
     """Return a line of feedback for each of the first unread files."""
-    return [
-        say("{file.path} {file.problem}; a file that cannot be read counts against the package", file=file)
-        for file in unread[:MOST_SHOWN]
-    ]
+    words = mark("{file.path} {file.problem}; a file that cannot be read counts against the package")
+    return [say(words, file=file) for file in unread[:MOST_SHOWN]]
 
 
 def readable_first(unread: list[SourceFile], try_: str) -> str:

@@ -105,11 +105,8 @@ def concluded(judge: Judge, result: CheckResult, error: Failed | NotReached | No
     result = replace(result, seen=say(seen), try_=say(try_), figures=judge.figures)
     if error is None and judge.fraction >= 1:
         return replace(result, outcome=Outcome.PASSED, fraction=judge.fraction)
-    own = error.reason if error is not None else None
-    told = str(error or seen)
-    known = own is not None and (
-        own.kind in (Kind.UNHEARD, Kind.SPINS) or (own.fault is not None and own.kind not in SILENT)
-    )
+    own, told = error.reason if error is not None else None, str(error or seen)
+    known = own and (own.kind in (Kind.UNHEARD, Kind.SPINS) or (own.fault is not None and own.kind not in SILENT))
     cause = None if known else judge.cause(told)
     reason = cause or own
     if isinstance(error, NotReached):

@@ -22,12 +22,10 @@ WHY = {
     "E711": mark("`is None` asks for None itself; `==` may be answered by any class"),
     "E722": mark("a bare `except` also catches Ctrl-C and your own typing errors"),
     "E731": mark("a `def` has a name in a traceback, a lambda has none"),
-    "E741": mark("l, O and I look like 1 and 0"),
     "E9": mark("Python cannot read this file"),
     "W1": mark("a mix of tabs and spaces looks right in one editor and wrong in another"),
     "W2": mark("spaces at the end of a line are invisible and show up in every diff"),
     "W3": mark("a file that ends without a line break, or with several, shows up in diffs"),
-    "W6": mark("Python is about to give this another meaning"),
     "F40": mark("an unused import makes readers look for its use"),
     "F50": mark("the format string and its values do not match"),
     "F52": mark("the format string and its values do not match"),
@@ -39,13 +37,9 @@ WHY = {
     "D3": mark("every tool looks for three double quotes"),
     "D4": mark("the first line of a docstring is a sentence that can be read alone, as in an index"),
     "D401": mark("start with an imperative: Return, Publish, Stop"),
-    "bare-except": mark(
-        "a bare `except` also catches Ctrl-C and your own typing errors; name the exception you expect"
-    ),
+    "bare-except": mark("a bare `except` also catches Ctrl-C and your own typing errors"),
     "print": mark("the node's logger adds the node, the time and the severity, and reaches /rosout"),
-    "mutable-default": mark(
-        "a default is made once and shared by all calls, so a change in one call shows in the next"
-    ),
+    "mutable-default": mark("a default is made once, so what one call changes in it the next call finds"),
     "sleep-in-callback": mark("while a callback sleeps, its thread receives no scan: the robot drives on blindly"),
 }
 _CRASHES = ("E9", "F821", "F822", "F823", "F70", "F72", "F50")
@@ -66,13 +60,11 @@ def listing(findings: Sequence[Finding]) -> str:
     lines: list[str] = []
     shown = 0
     for rule, count in sorted(counts.items(), key=lambda item: (not item[0].startswith(_CRASHES), -item[1], item[0])):
-        if shown >= MOST_SHOWN:
-            break
         some = [finding for finding in findings if finding.rule == rule][: min(_PLACES, MOST_SHOWN - shown)]
         shown += len(some)
+        times = f" ({count} times)" if count > 1 else ""
         reason = f": {why(rule)}" if why(rule) else ""
-        lines.append(f"{rule}{f' ({count} times)' if count > 1 else ''}{reason}")
-        lines += [f"  {place(finding)} {finding.text}" for finding in some]
+        lines += [f"{rule}{times}{reason}"] * bool(some) + [f"  {place(each)} {each.text}" for each in some]
     if len(findings) > shown:
         lines.append(say("and {n} more", n=len(findings) - shown))
     return "\n".join(lines)

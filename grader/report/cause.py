@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from grader.checks.first_cause import OF_TRIALS, sentence, what_it_said
+from grader.checks.first_cause import OF_TRIALS, what_it_said, with_cure
 from grader.evidence import Kind, Reason, Trial
 from grader.sanitize import prose
 from grader.scoring.grading import Grading, Loss, foremost, points
@@ -91,7 +91,7 @@ def _why(loss: Loss, grading: Grading) -> str | Reason | None:
 def _why_not_started(trial: Trial, reason: Reason | None) -> str | Reason | None:
     """Return what the package's text shows, else the exception and its place, else how the trial ended."""
     if reason is not None and reason.fault is not None:
-        return f"{sentence(reason.fault)} ({reason.fault.cure})"
+        return with_cure(reason.fault)
     return what_it_said(trial) or (trial.ended and _common(trial.ended))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.checks.build_log import find_error, first_error
+from grader.checks.build_log import find_error
 
 LOGS = Path(__file__).parent / "build_logs"
 
@@ -26,7 +26,7 @@ LOGS = Path(__file__).parent / "build_logs"
     ],
 )  # fmt: skip
 def test_the_first_error_has_its_explanation_and_no_path_of_ours(log: str, error: str):
-    assert first_error(log) == error
+    assert find_error(log).said == error
 
 
 @pytest.mark.parametrize(

@@ -54,11 +54,3 @@ def test_executables_in_another_folder_cost_their_part_and_the_folder_is_named(f
     said = ask(EXECUTABLES, evidence_with(build=replace(BUILT, executables=found, misplaced=folders)))
     assert said.share == share
     assert f"{folders['sensor_processor']}/sensor_processor: `ros2 run` looks in lib/ros2_robot_controller" in said.seen
-
-
-def test_the_cure_is_that_of_the_build_tool():
-    found = evidence_with(build=replace(BUILT, misplaced=BOTH))
-    assert "setup.cfg" in ask(EXECUTABLES, found).try_
-    assert "install_scripts=$base/lib/ros2_robot_controller" in ask(EXECUTABLES, found).try_
-    by_cmake = replace(found, intake=replace(found.intake, files=["CMakeLists.txt"]))
-    assert "DESTINATION lib/${PROJECT_NAME}" in ask(EXECUTABLES, by_cmake).try_

@@ -25,7 +25,7 @@ def unanswered() -> list[FunctionAnswer]:
 def test_a_module_that_is_not_there_is_named_once(unanswered: list[FunctionAnswer]):
     said = ask(check, evidence_with(functions=unanswered))
     assert said.share == 0
-    assert said.seen == f"utils/conversions.py cannot be imported: {MISSING}"
+    assert said.seen == f"ros2_robot_controller/utils/conversions.py cannot be imported: {MISSING}"
     assert "CMakeLists.txt" in said.try_
 
 

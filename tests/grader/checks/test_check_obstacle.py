@@ -59,6 +59,6 @@ def test_a_robot_that_never_turned_is_judged_by_how_it_drives():
         assert (said.share, said.seen) == (1.0, "it turned towards no goal, so only driving was looked at")
     drove_on = [replace(c, v=0.06) if c.t > 1.0 else c for c in driven.commands]
     said = judged(check, replace(driven, commands=drove_on))
-    assert (said.share, said.seen.partition("; ")[2]) == (0.0, "something was beside the robot")
+    assert (said.share, said.seen.partition(", ")[2]) == (0.0, "with something beside the robot")
     stood = [replace(c, v=0.0) for c in driven.commands]
     assert not judged(check, replace(driven, commands=stood)).reached, "it never moved"

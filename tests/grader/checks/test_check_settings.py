@@ -1,4 +1,4 @@
-"""Q4: a number in the code shows in a trial with other settings; a robot that does neither is not charged here."""
+"""I6 and Q4: a number in the code shows in a trial with other settings; what does neither is judged elsewhere."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from grader.courses.robot_controller.checks.check_habits import without_effect
 from grader.courses.robot_controller.trials.parameters import OTHER_SETTINGS
 from grader.evidence import Command, Message, Trial
 
+OVERRIDES = find("check_parameters::test_overrides_change_the_behaviour")
 REFUSED = find("check_parameters::test_invalid_values_are_refused_at_run_time")
 MARKS = {"idle": 0.5, "start": 1.5, "ahead": 3.0, "slowed": 3.4, "beside": 4.0, "gone": 4.7, "goal": 5.0, "end": 7.0}
 
@@ -91,6 +92,16 @@ def test_a_rate_that_stays_the_same_when_it_is_changed_is_remarked_and_costs_not
     every = [Message(0.1 + n * 0.05, "sensor_fusion_data", {}) for n in range(1, 41)]
     stays, follows = (ask(REFUSED, with_trials(evidence, replace(told, messages=m))) for m in (every, every[::2]))
     assert stays.share == follows.share == 1
-    assert "fusion_frequency := 10.0 was accepted at run time, and fused data still came at 20.0 Hz" in stays.seen
-    assert "costs no points" in stays.seen
+    assert stays.seen == "fusion_frequency := 10.0 changed nothing (this costs no points): data came at 20.0 Hz"
     assert follows.seen == ""
+
+
+@pytest.mark.parametrize(("v", "share"), [(0.25, 2 / 3), (0.03, 2 / 3), (0.0, 1)])
+def test_a_robot_that_only_slows_down_between_the_default_threshold_and_the_one_set_is_charged(v: float, share: float):
+    """It slowed down by the parameter and stopped by a number: a wall that it approached did not show that."""
+    evidence = recordings.load("reference")
+    trial = evidence.trials["far_sighted_robot"]
+    commands = [replace(c, v=v) if c.t > trial.marks["obstacle"] + 0.4 else c for c in trial.commands]
+    answer = ask(OVERRIDES, with_trials(evidence, replace(trial, commands=commands)))
+    assert answer.share == pytest.approx(share)
+    assert ("the robot drove on with an obstacle 0.8" in answer.seen) is (share < 1)

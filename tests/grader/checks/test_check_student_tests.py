@@ -94,10 +94,8 @@ def test_what_tests_show_and_what_is_said_of_it(check: Check, modules, share: fl
 
 def test_a_file_of_tests_with_mocks_only_is_not_asked_for_again():
     mocks = module("test/test_robot_controller.py", reached=[], tested=[])
-    assert judged(EXIST, mocks).try_ == (
-        "write test/test_sensor_processor.py; importing a node does not test it; test_robot_controller.py must run the "
-        "node's own code: make the node (after rclpy.init()) or call its functions. A mock in the node's place tests "
-        "the mock"
+    assert judged(EXIST, mocks).try_.startswith(
+        "test/test_robot_controller.py and test/test_sensor_processor.py must run the node's own code"
     )
 
 

@@ -7,13 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers import recordings
 from helpers.course import LAYOUT
-from helpers.judging import ask, evidence_with, trial, with_trials
+from helpers.judging import ask, evidence_with, trial
 
 from grader.checks import (
     check_build,
-    check_functions,
     check_interfaces,
     check_launch,
     check_package_xml,
@@ -21,7 +19,7 @@ from grader.checks import (
     check_structure,
 )
 from grader.checks.wording import listing
-from grader.courses.robot_controller.checks import check_obstacle, check_set_speed, check_status
+from grader.courses.robot_controller.checks import check_set_speed
 from grader.evidence import (
     Build,
     Call,
@@ -36,7 +34,6 @@ from grader.evidence import (
     Quality,
     Reason,
     SourceFile,
-    Trial,
 )
 from grader.notebook.prerequisites import advice
 
@@ -182,13 +179,6 @@ def test_what_is_not_installed_is_explained_by_what_builds_the_package(check, cm
     assert cmake or "install(" not in said.try_
 
 
-def test_conversions_that_are_missing_are_explained_by_what_builds_the_package():
-    answers = [replace(recordings.load("reference").functions[0], answer=[], problem="No module named 'utils'")]
-    said = ask(check_functions.test_functions_are_right_at_their_edges,
-               evidence_with(functions=answers, quality=text(cmake=False)))  # fmt: skip
-    assert "does setup.py install it" in said.try_
-
-
 def test_a_package_without_a_build_type_is_told_so():
     """It was once told that "<build_type> is none"."""
     said = ask(check_package_xml.test_build_type_matches_the_package, evidence_with(quality=text()))
@@ -272,42 +262,6 @@ def test_a_service_of_another_definition_is_why_nobody_can_call_it():
     build = replace(evidence.build, type_hashes={"srv/SetSpeed": "b"}, contract_hashes={"srv/SetSpeed": "a"})
     said = ask(SPEED, replace(evidence, build=build))
     assert said.seen == "no answer within 2 s: srv/SetSpeed differs from the contract, so nobody else can call it (I3)"
-
-
-def reversed_samples(recorded: Trial) -> Trial:
-    """Return a trial as of a robot that drives against the sign of its speed: its way is mirrored."""
-    first = recorded.samples[0]
-    samples = [
-        replace(s, odom_x=2 * first.odom_x - s.odom_x, odom_y=2 * first.odom_y - s.odom_y) for s in recorded.samples
-    ]
-    return replace(recorded, samples=samples)
-
-
-def test_a_robot_that_drives_backwards_is_not_told_to_look_at_its_sector():
-    """F5 and F7 blamed the sector of a robot whose speed had the wrong sign."""
-    reference = recordings.load("reference")
-    stuck = reversed_samples(reference.trials["obstacle_behind"])
-    half = [replace(s, odom_x=stuck.samples[0].odom_x + (s.odom_x - stuck.samples[0].odom_x) / 4,
-                    odom_y=stuck.samples[0].odom_y + (s.odom_y - stuck.samples[0].odom_y) / 4)
-            for s in stuck.samples]  # fmt: skip
-    check = check_obstacle.test_drives_forward_with_an_obstacle_behind
-    said = ask(check, with_trials(reference, replace(stuck, samples=half)))
-    assert said.share == 0
-    assert "what is behind it is in its way" in said.seen
-    assert "is the sign of cmd_vel's linear.x" in said.try_
-
-
-def test_the_status_of_a_robot_that_drives_backwards_is_explained_by_its_direction():
-    reference = recordings.load("reference")
-    status = reversed_samples(reference.trials["status"])
-    asked = [call for call in status.calls if call.service == "get_status"]
-    calls = [
-        replace(call, response={**(call.response or {}), "obstacle_detected": False}) if call is asked[2] else call
-        for call in status.calls
-    ]
-    said = ask(check_status.test_status_reports_an_obstacle, with_trials(reference, replace(status, calls=calls)))
-    assert "what is behind it is in its way" in said.seen
-    assert "is the sign of cmd_vel's linear.x" in said.try_
 
 
 def test_a_near_miss_is_no_file_that_has_its_own_place():

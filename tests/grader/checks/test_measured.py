@@ -97,7 +97,7 @@ def test_what_a_check_gives_counts_for_the_nodes_that_are_there():
     package_text.weigh(judge)
     assert (judge.fraction, judge.seen) == (
         0.5,
-        "robot_controller is not there, and each of the two nodes is half of these points",
+        "robot_controller: not there, and each of the 2 nodes counts the same of these points",
     )
     judge.share(0.6, "six of ten", "")
     assert judge.fraction == 0.3

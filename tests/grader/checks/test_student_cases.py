@@ -47,6 +47,7 @@ IN_GOAL = TEXTS["IN_GOAL"]
 NO_INFO = "AttributeError: 'function' object has no attribute 'info'"
 ASYNCIO = IN_GOAL.replace(NO_INFO, "RuntimeError: no running event loop")
 F8, F9 = find("check_navigation::test_reaches_a_target_ahead"), find("check_goals::test_feedback_comes_at_two_hertz")
+LAUNCH = "robot_controller_launch.py"
 YAML = "config/robot_params.yaml"
 TWIST = Endpoint("cmd_vel", "publisher", "robot_controller", "geometry_msgs/msg/Twist", "reliable")
 
@@ -202,11 +203,9 @@ def test_a_parameter_of_another_type_is_named_with_file_and_line(
     tmp_path: Path, file: str, old: str, new: str, name: str, line: int, first: str
 ):
     """I5 said "process has died, exit code 1", and not what the node had said."""
-    launch = "robot_controller_launch.py"
-    ended = Reason(Kind.NOT_UP, "robot_controller", launch=launch, nodes=("sensor_processor",))
-    down = trial(
-        "launch_robot_controller", TEXTS["LAUNCHED"].format(name=name), ready=False, ended=ended, launch=launch
-    )
+    ended = Reason(Kind.NOT_UP, "robot_controller", launch=LAUNCH, nodes=("sensor_processor",))
+    output = TEXTS["LAUNCHED"].format(name=name)
+    down = trial("launch_robot_controller", output, ready=False, ended=ended, launch=LAUNCH)
     text = package(tmp_path, (file, old, new))
     said = ask(find("check_launch::test_the_launch_files_start_the_nodes"), of(down, quality=text))
     assert said.seen.startswith(f"{file}:{line}: `{name}` is {first}")
@@ -217,12 +216,31 @@ def test_a_parameter_of_another_type_is_named_with_file_and_line(
 def test_the_last_exception_of_a_launched_node_leads_to_its_line():
     launched = "".join(f"[robot_controller-1] {line}\n" for line in IN_GOAL.splitlines())
     assert tracebacks.raised(launched) == tracebacks.raised(IN_GOAL)
-    ended = Reason(Kind.DIED_EARLY, launch="robot_controller_launch.py", exit_code=0)
+    ended = Reason(Kind.DIED_EARLY, launch=LAUNCH, exit_code=0)
     end = ProcessEnd("itself", 0, 1.0, launched)
     down = trial("launch_robot_controller", ready=False, ended=ended, launch=ended.launch, process=end)
     said = ask(find("check_launch::test_the_launch_files_start_the_nodes"), of(down))
     raised = "AttributeError: 'function' object has no attribute 'info' (ros2_robot_controller/navigator.py:75, in"
     assert f"`ros2 launch` said: [robot_controller-1] {raised} `_navigate`)" in said.seen
+
+
+@pytest.mark.parametrize(
+    ("ended", "output", "nodes", "by", "said"),
+    [
+        (Reason(Kind.NOT_UP, "robot_controller", launch=LAUNCH, nodes=("controller",)), "", ["controller"], "us",
+         "; is `controller` its name? name= in the launch file, the key in the YAML file and"),
+        (Reason(Kind.DIED_EARLY, launch=LAUNCH, exit_code=1),
+         "[ERROR] [launch]: Caught exception in launch: ModuleNotFoundError: No module named 'nav2'\n", [], "itself",
+         f"{LAUNCH} ended before a node came up, with exit status 1; `ros2 launch` said: [ERROR] [launch]: Caught "
+         "exception in launch: ModuleNotFoundError: No module named 'nav2'"),
+    ],
+    ids=["another name", "a file that raises"],
+)  # fmt: skip
+def test_a_launch_file_whose_nodes_do_not_come_up_is_explained(ended, output, nodes, by, said):
+    end = ProcessEnd(by, None if by == "us" else 1, 1.0, output)
+    facts = {"ended": ended, "graph": Graph(nodes=nodes), "launch": LAUNCH, "process": end}
+    down = trial("launch_robot_controller", ready=False, **facts)
+    assert said in ask(find("check_launch::test_the_launch_files_start_the_nodes"), of(down)).seen
 
 
 def test_files_that_are_not_installed_are_i1s_fault(tmp_path: Path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Sample, Trial
 
 TRIALS = ("first_round", "closed_corridor", "low_battery")
@@ -47,21 +47,32 @@ def drove(judge: Judge, name: str) -> Trial:
     return trial
 
 
-def test_visits_every_place(judge: Judge) -> None:
-    """The robot visits the places of the list in their order."""
-    trial = judge.trial("first_round", complete=False)
+def expect_a_round(judge: Judge, name: str) -> None:
+    """Give the share of the places that the robot has visited in a trial."""
+    trial = judge.trial(name, complete=False)
     places, made = len(trial.scene["goals"]), len(visits(trial))
     if made < places:
         judge.share(made / places, f"visited {made} of {places} places in {trial.samples[-1].t:.0f} s", "")
 
 
+def test_visits_every_place(judge: Judge) -> None:
+    """The robot visits the places of the list in their order."""
+    expect_a_round(judge, "first_round")
+
+
 def test_begins_the_next_round(judge: Judge) -> None:
     """After the last place the robot goes on with the first."""
+    trial, places, times = _round(judge)
+    judge.expect(len(times) > places, f"did not come to the first place again in {trial.samples[-1].t:.0f} s", "")
+
+
+def _round(judge: Judge) -> tuple[Trial, int, list[float]]:
+    """Return the trial of a round, the number of places and the times of the visits, of a robot that made the round."""
     trial = judge.trial("first_round", complete=False)
-    places, made = len(trial.scene["goals"]), len(visits(trial))
-    if made < places:
+    places, times = len(trial.scene["goals"]), visits(trial)
+    if len(times) < places:
         raise NotReached("the first round was not finished", "P1")
-    judge.expect(made > places, f"did not come to the first place again in {trial.samples[-1].t:.0f} s", "")
+    return trial, places, times
 
 
 def test_visits_the_places_behind_a_closed_corridor(judge: Judge) -> None:
@@ -85,7 +96,7 @@ def test_touches_nothing(judge: Judge) -> None:
     for trial in [drove(judge, name) for name in TRIALS]:
         if trial.touches:
             touch = trial.touches[0]
-            judge.expect(False, f"touched {touch.obstacle} at {touch.t:.1f} s, at {touch.speed:.2f} m/s", "")
+            raise Failed(f"touched {touch.obstacle} at {touch.t:.1f} s, at {touch.speed:.2f} m/s", "")
 
 
 def test_keeps_its_distance(judge: Judge) -> None:
@@ -98,10 +109,7 @@ def test_keeps_its_distance(judge: Judge) -> None:
 
 def test_is_quick(judge: Judge) -> None:
     """The first round takes 60 s at most."""
-    trial = judge.trial("first_round", complete=False)
-    places, times = len(trial.scene["goals"]), visits(trial)
-    if len(times) < places:
-        raise NotReached("the first round was not finished", "P1")
+    trial, places, times = _round(judge)
     end = times[places - 1]
     judge.figure("time", end)
     judge.figure("distance", driven(trial.samples, end))

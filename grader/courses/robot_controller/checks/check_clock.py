@@ -4,7 +4,7 @@ from grader.checks.check_clock import TRY, expect_standing
 from grader.checks.judge import Judge
 from grader.checks.wording import place
 from grader.evidence import Trial
-from grader.words import say
+from grader.words import mark, say
 
 from . import motion
 
@@ -19,13 +19,8 @@ def test_timers_and_stamps_follow_the_clock(judge: Judge) -> None:
     judge.expect(hertz > 2.0, say("cmd_vel at {hertz:.1f} Hz of simulated time", hertz=hertz), TRY)
     fusion = judge.trial("fusion", complete=False)
     for message in (m for m in fusion.messages if m.topic == "sensor_fusion_data"):
-        stamp = message.data["header"]["stamp"]
-        t = float(stamp["sec"]) - 100.0 + float(stamp["nanosec"]) * 1e-9
-        judge.expect(
-            abs(t - message.t) < 1.0,
-            say("a stamp of {t:.1f} s at {message.t:.1f} s of simulated time", t=t, message=message),
-            TRY,
-        )
+        seen = say("a stamp of {t:.2f} s at {m.t:.2f} s of simulated time", t=motion.stamp(message), m=message)
+        judge.expect(abs(motion.stamp(message) - message.t) < 1.0, seen, TRY)
 
 
 def _expect_one_pace(judge: Judge, trial: Trial) -> None:
@@ -35,14 +30,8 @@ def _expect_one_pace(judge: Judge, trial: Trial) -> None:
     # A node that does not take the zero in between has nothing to speed up from: that is F2's.
     if {"fast", "slow"} <= set(trial.marks) and all(_stands(trial, trial.marks[name]) for name in ("fast", "slow")):
         fast, slow = (_rise_s(trial, trial.marks[name]) for name in ("fast", "slow"))
-        seen = say(
-            "the same speed was reached in {fast:.1f} s of simulated time, and in {slow:.1f} s when the "
-            "simulator was slowed down{shown}",
-            fast=fast,
-            slow=slow,
-            shown=shown,
-        )
-        judge.expect(abs(fast - slow) <= _SAME_S, seen, TRY)
+        words = mark("reached the same speed in {fast:.1f} s, and in {slow:.1f} s with a slower simulator{shown}")
+        judge.expect(abs(fast - slow) <= _SAME_S, say(words, fast=fast, slow=slow, shown=shown), TRY)
     # A callback that sleeps takes the time that its wall clock shows, so the two paces look alike.
     waited = trial.measured.get("waited", 0.0)
     seen = say("the node goes by another clock, and sleeps until that has gone on{shown}", shown=shown)

@@ -5,7 +5,7 @@ import math
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Goal, Trial
-from grader.words import say
+from grader.words import mark, say
 
 from . import motion
 
@@ -23,9 +23,8 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
         # A timer need not fire at both ends, so 2 Hz may be one message fewer.
         hertz = (len(goal.feedback) + 1) / seconds if seconds > 0 else 0.0
         seen = say("{n} feedback messages in {seconds:.1f} s of simulated time", n=len(goal.feedback), seconds=seconds)
-        judge.expect(
-            bool(goal.feedback) and hertz >= 1.9, seen, say("publish_feedback from a timer on the node's clock")
-        )
+        try_ = say("publish_feedback from a timer on the node's clock")
+        judge.expect(bool(goal.feedback) and hertz >= 1.9, seen, try_)
         times = [goal.t, *(entry[0] for entry in goal.feedback), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
         seen = say("no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on", gap=gap, start=start)
@@ -44,18 +43,13 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
 def test_feedback_is_the_true_distance(judge: Judge) -> None:
     """`distance_remaining` is the true distance within 0.15 m."""
     for trial, goal in _accepted(judge):
-        judge.expect(
-            bool(goal.feedback), say("no feedback came"), say("call goal_handle.publish_feedback while driving")
-        )
+        try_ = say("call goal_handle.publish_feedback while driving")
+        judge.expect(bool(goal.feedback), say("no feedback came"), try_)
         # NaN compares False, so ask whether it is near, never whether it is far.
         wrong = [entry for entry in goal.feedback if not _is_near(trial, goal, *entry)]
         t, said, true = max(wrong or goal.feedback, key=lambda entry: abs(entry[1] - entry[2]))
-        seen = say(
-            "distance_remaining {said:.2f} m at {t:.1f} s, the true distance was {true:.2f} m",
-            said=said,
-            t=t,
-            true=true,
-        )
+        words = mark("distance_remaining {said:.2f} m at {t:.1f} s, the true distance was {true:.2f} m")
+        seen = say(words, said=said, t=t, true=true)
         judge.expect(not wrong, seen, say("math.hypot of the differences in x and y, from the latest odometry"))
 
 
@@ -73,17 +67,9 @@ def test_a_cancelled_goal_ends_as_canceled(judge: Judge) -> None:
     blocked = _blocked_and_cancelled(judge)
     free = judge.trial("cancel_blocked", complete=False).marks.get("free", math.inf)
     if blocked is not None and not (blocked.status == "canceled" and blocked.ended_t <= free):
-        after = (
-            say("{ended_t:.1f} s later", ended_t=blocked.ended_t - blocked.cancel_t)
-            if math.isfinite(blocked.ended_t)
-            else say("in the end")
-        )
-        seen = say(
-            "cancelled while its way was blocked, the goal was {blocked.status} {after}, not canceled within 1 s",
-            blocked=blocked,
-            after=after,
-        )
-        judge.share(0.5, seen, say("look at is_cancel_requested in every cycle, while the robot waits, too"))
+        words = mark("cancelled while its way was blocked, the goal was {status} in the end, not canceled within 1 s")
+        try_ = say("look at is_cancel_requested in every cycle, while the robot waits, too")
+        judge.share(0.5, say(words, status=blocked.status), try_)
 
 
 def test_stands_still_after_a_cancel(judge: Judge) -> None:
@@ -98,11 +84,8 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
             continue  # a robot that turns gently has hardly begun when the early cancel comes
         moved += 1
         last = trial.samples[-1]
-        seen = say(
-            "v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {t:.1f} s after the cancel",
-            last=last,
-            t=last.t - goal.cancel_t,
-        )
+        words = mark("v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {t:.1f} s after the cancel")
+        seen = say(words, last=last, t=last.t - goal.cancel_t)
         still = motion.stays_still(trial.samples, goal.cancel_t + 1.0)
         judge.expect(still, seen, say("publish zero as soon as the goal is no longer active"))
     if not moved:
@@ -111,9 +94,8 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
     if blocked is not None and blocked.cancel_accepted:
         trial = judge.trial("cancel_blocked")
         if not motion.stays_still(trial.samples, blocked.cancel_t + 1.0):
-            seen = say(
-                "v = {v:.2f} m/s 2 s after a goal was cancelled that came after a set_speed", v=trial.samples[-1].v
-            )
+            words = mark("v = {v:.2f} m/s 2 s after a goal was cancelled that came after a set_speed")
+            seen = say(words, v=trial.samples[-1].v)
             try_ = say("after a cancelled goal the robot stands still: forget the speed that was set before it")
             judge.share(0.5, seen, try_)
 
@@ -126,9 +108,7 @@ def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
         seen = say("touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s", touch=touch)
         raise Failed(seen, say("stop for obstacles during navigation, too"))
     if motion.has_succeeded(goal) and goal.ended_t < trial.marks["free"] and not _was_reached(trial, goal):
-        raise NotReached(
-            say("the goal was called reached before the robot was there, so its way was not blocked any more")
-        )
+        raise NotReached(say("the goal was called reached before the robot was there, so nothing blocked its way"))
 
 
 def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
@@ -136,14 +116,9 @@ def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
     trial, goal = _blocked(judge)
     seen = say("the goal ended as {goal.status} with success = {goal.success}", goal=goal)
     if math.isfinite(goal.ended_t):
-        seen += say(
-            " at {goal.ended_t:.1f} s; the way was blocked from {trial.marks[blocked]:.1f} s", goal=goal, trial=trial
-        )
-        seen += say(
-            ", {distance_at_end:.2f} m off (tolerance {goal.tolerance:g} m)",
-            distance_at_end=motion.distance_at_end(goal, trial.samples),
-            goal=goal,
-        )
+        words = mark(" at {goal.ended_t:.1f} s, {off:.2f} m off; the way was blocked from {since:.1f} s")
+        off = motion.distance_at_end(goal, trial.samples)
+        seen += say(words, goal=goal, off=off, since=trial.marks["blocked"])
     done = motion.has_succeeded(goal) and _was_reached(trial, goal)
     judge.expect(done, seen, say("wait before the obstacle and then go on; do not give up the goal"))
 

@@ -7,7 +7,7 @@ import itertools
 from grader.checks.check_habits import expect_parameters
 from grader.checks.judge import Judge
 from grader.evidence import Trial
-from grader.words import say
+from grader.words import mark, say
 
 from . import motion
 from .check_limits import LATE_S, steepest
@@ -39,11 +39,8 @@ def without_effect(trial: Trial) -> dict[str, str]:
         "emergency_stop_distance": _emergency(trial),
         "safety_margin": _margin(trial),
     }
-    return {
-        name: say("with {name} = {choices:g}, {words}", name=name, choices=trial.choices[name], words=words)
-        for name, words in seen.items()
-        if words
-    }
+    words = mark("with {name} = {value:g}, {seen}")
+    return {name: say(words, name=name, value=trial.choices[name], seen=shown) for name, shown in seen.items() if shown}
 
 
 def _rate(trial: Trial) -> str:
@@ -63,25 +60,21 @@ def _rise(trial: Trial, letter: str, name: str) -> str:
     jumps = any(b - a > usual * (1.1 * period + late) for a, b in steps)
     if jump is None or jumps or steepest(trial.commands, letter, lambda _a, _b: usual, late) is not None:
         return ""
-    return say(
-        "{letter} still rose as fast as with {usual:g}, at {jump[0].t:.2f} s", letter=letter, usual=usual, jump=jump
-    )
+    words = mark("{letter} still rose as fast as with {usual:g}, at {t:.2f} s")
+    return say(words, letter=letter, usual=usual, t=jump[0].t)
 
 
 def _turning(trial: Trial) -> str:
-    fastest = max((abs(command.omega) for command in trial.commands), default=0.0)
-    name = "max_angular_speed"
-    if not trial.choices[name] + 1e-3 < fastest <= _DEFAULTS[name] + 1e-3:
-        return ""
-    return say("the robot still turned at {fastest:.2f} rad/s", fastest=fastest)
+    fastest, name = max((abs(command.omega) for command in trial.commands), default=0.0), "max_angular_speed"
+    beyond = trial.choices[name] + 1e-3 < fastest <= _DEFAULTS[name] + 1e-3
+    return say("the robot still turned at {fastest:.2f} rad/s", fastest=fastest) if beyond else ""
 
 
 def _emergency(trial: Trial) -> str:
     if "gone" not in trial.marks or _speed_before(trial, "beside") < 0.1:
         return ""
-    stopped = any(
-        command.is_zero for command in motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])
-    )
+    commands = motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])
+    stopped = any(command.is_zero for command in commands)
     return "" if stopped else say("the robot drove on with an obstacle 0.3 m away, to one side")
 
 
@@ -90,11 +83,9 @@ def _margin(trial: Trial) -> str:
     if "slowed" not in trial.marks or before < 0.3:  # how much slower is left open; a slow robot may be slow enough
         return ""
     slowest = min((c.v for c in motion.between(trial.commands, trial.marks["ahead"], trial.marks["slowed"])), default=0)
-    return (
-        ""
-        if slowest < 0.98 * before
-        else say("the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead", slowest=slowest)
-    )
+    if slowest < 0.98 * before:
+        return ""
+    return say("the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead", slowest=slowest)
 
 
 def _speed_before(trial: Trial, mark: str) -> float:

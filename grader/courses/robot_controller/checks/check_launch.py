@@ -2,7 +2,7 @@
 
 from grader.checks.judge import Judge, NotReached
 from grader.checks.wording import NAMESPACE, absolute
-from grader.words import say
+from grader.words import mark, say
 
 NEEDS = ("idle",)
 
@@ -25,18 +25,11 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
             if old not in usual[without]:
                 continue
             tried += 1
-            still = (
-                say("still has {absolute}{old}", absolute="/" if absolute(graph, old) else "", old=old)
-                if old in topics
-                else say("has neither")
-            )
-            seen = say(
-                "in the namespace /{namespace}, with {old} remapped to {new}, the node {still}",
-                namespace=NAMESPACE,
-                old=old,
-                new=new,
-                still=still,
-            )
+            still = say("has neither")
+            if old in topics:
+                still = say("still has {name}", name=f"/{old}" if absolute(graph, old) else old)
+            words = mark("in the namespace /{ns}, with {old} remapped to {new}, the node {still}")
+            seen = say(words, ns=NAMESPACE, old=old, new=new, still=still)
             judge.expect(new in topics, seen, say("use relative names: 'scan', not '/scan'"))
     if not tried:
         raise NotReached(say("the nodes have none of the topics that would be remapped"), "I4")

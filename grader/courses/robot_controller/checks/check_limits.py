@@ -6,7 +6,7 @@ from functools import partial
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Command, Trial
-from grader.words import say
+from grader.words import mark, say
 
 from . import motion
 
@@ -33,19 +33,15 @@ def test_limits_hold_throughout(judge: Judge) -> None:
             raise Failed(*excess)
     changed = judge.trial("changed_limits", complete=False)
     if excess := beyond(changed):
-        seen, try_ = excess
-        judge.share(
-            0.5,
-            say("after a change of the parameters: {seen}", seen=seen),
-            say("{advice}; read the parameters in each cycle", advice=try_),
-        )
+        seen = say("after a change of the parameters: {seen}", seen=excess[0])
+        judge.share(0.5, seen, say("{advice}; read the parameters in each cycle", advice=excess[1]))
 
 
-def limit_at(trial: Trial, name: str, start: float, end: float) -> float:
-    """Return the highest value that a limit had in [start, end]: its default, or what the node accepted since."""
+def values_of(trial: Trial, name: str, start: float, end: float) -> list[float]:
+    """Return the values that a parameter had in [start, end]: its default, or what the node accepted since."""
     changes = [(p.t, float(p.wanted)) for p in trial.parameters if p.name == name and p.accepted is True]
-    before = [value for t, value in changes if t <= start]
-    return max([before[-1] if before else _LIMITS[name], *(value for t, value in changes if start < t <= end)])
+    before = [_LIMITS[name], *(value for t, value in changes if t <= start)]
+    return [before[-1], *(value for t, value in changes if start < t <= end)]
 
 
 def steepest(
@@ -73,32 +69,18 @@ def beyond(trial: Trial) -> tuple[str, str] | None:
     late = LATE_S[trial.pace] + _out_of_step(trial.commands)
     for command in trial.commands:
         # A command may still be that of the cycle before a change.
-        v, omega = (limit_at(trial, n, command.t - _CYCLES_S - late, command.t) for n in MAXIMA)
+        v, omega = (max(values_of(trial, n, command.t - _CYCLES_S - late, command.t)) for n in MAXIMA)
         if not (abs(command.v) <= v + 1e-3 and abs(command.omega) <= omega + 1e-3):
-            seen = say(
-                "v = {command.v:.3f} m/s, omega = {command.omega:.3f} rad/s at {command.t:.2f} s", command=command
-            )
-            limits = (
-                ""
-                if (v, omega) == tuple(_LIMITS[n] for n in MAXIMA)
-                else say("; the limits were {v:g} and {omega:g}", v=v, omega=omega)
-            )
-            return seen + limits, say("clamp both to max_linear_speed and max_angular_speed")
+            words = mark("v = {c.v:.3f} m/s, omega = {c.omega:.3f} rad/s at {c.t:.2f} s; the limits: {v:g}, {omega:g}")
+            try_ = say("clamp both to max_linear_speed and max_angular_speed")
+            return say(words, c=command, v=v, omega=omega), try_
     for letter, unit, name in ACCELERATIONS:
         jump = steepest(trial.commands, letter, partial(_limit_of_rise, trial, name), late)
         if jump is not None:
             a, b = jump
-            rise = abs(getattr(b, letter)) - _base(a, b, letter)
-            limit = _limit_of_rise(trial, name, a.t, b.t)
-            seen = say(
-                "{letter} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²",
-                letter=letter,
-                rise=rise,
-                unit=unit,
-                a=a,
-                b=b,
-                limit=limit,
-            )
+            rise, limit = abs(getattr(b, letter)) - _base(a, b, letter), _limit_of_rise(trial, name, a.t, b.t)
+            words = mark("{v} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²")
+            seen = say(words, v=letter, rise=rise, unit=unit, a=a, b=b, limit=limit)
             return seen, say("approach the wanted speed by at most acceleration * dt in each cycle")
     return None
 
@@ -113,7 +95,7 @@ def _out_of_step(commands: list[Command]) -> float:
 
 
 def _limit_of_rise(trial: Trial, name: str, start: float, end: float) -> float:
-    return limit_at(trial, name, start - _CYCLES_S, end)
+    return max(values_of(trial, name, start - _CYCLES_S, end))
 
 
 def _extremes(commands: list[Command], letter: str) -> list[Command]:

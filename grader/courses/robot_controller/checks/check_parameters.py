@@ -4,7 +4,7 @@ import math
 
 from grader.checks import check_parameters
 from grader.checks.judge import Judge, NotReached
-from grader.words import say
+from grader.words import mark, say
 
 from . import motion
 
@@ -37,28 +37,17 @@ def _remark_on_a_change_without_effect(judge: Judge) -> None:
     start = trial.marks.get("changed", math.inf) + 0.5  # a timer that is made anew takes a moment
     hertz = sum(m.t > start for m in trial.messages) / (trial.samples[-1].t - start) if math.isfinite(start) else 0.0
     if abs(hertz - 20.0) <= 2.0:
-        seen = say(
-            "fusion_frequency := 10.0 was accepted at run time, and fused data still came at {hertz:.1f} Hz",
-            hertz=hertz,
-        )
-        judge.remark(
-            say("{seen} (this costs no points)", seen=seen),
-            say("make the timer anew when its rate changes, or refuse the change"),
-        )
+        words = mark("fusion_frequency := 10.0 changed nothing (this costs no points): data came at {hertz:.1f} Hz")
+        judge.remark(say(words, hertz=hertz), say("make the timer anew when its rate changes, or refuse the change"))
 
 
 def _slow_robot(judge: Judge) -> list[str]:
     trial = judge.trial("slow_robot")
-    refused = judge.call(trial, "set_speed", 0).response or {}
-    accepted = judge.call(trial, "set_speed", 1).response or {}
-    if refused["success"] is not False or accepted["success"] is not True:
-        answers = say(
-            "0.375 answered {refused[success]} and 0.1875 answered {accepted[success]}",
-            refused=refused,
-            accepted=accepted,
-        )
-        return [say("with max_linear_speed 0.25, set_speed {answers}", answers=answers)]
-    return []
+    refused, accepted = (motion.answer(judge.call(trial, "set_speed", index)) for index in (0, 1))
+    if refused["success"] is False and accepted["success"] is True:
+        return []
+    words = mark("with max_linear_speed 0.25, set_speed 0.375 answered {a[success]} and 0.1875 answered {b[success]}")
+    return [say(words, a=refused, b=accepted)]
 
 
 def _far_sighted_robot(judge: Judge) -> list[str]:
@@ -69,10 +58,8 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
     if before < 0.05:
         raise NotReached(say("the robot drove at {before:.2f} m/s before the obstacle came", before=before), "F2")
     last = motion.between(trial.commands, end - 0.3, end)  # F4 judges how soon it stops
-    if any(not command.is_zero for command in last):
-        seen = say("the robot drove on with an obstacle {trial.choices[distance]:g} m ahead", trial=trial)
-        return [say("with obstacle_detection_threshold 1.0 {seen}", seen=seen)]
-    return []
+    words = mark("with obstacle_detection_threshold 1.0 the robot drove on with an obstacle {distance:g} m ahead")
+    return [say(words, distance=trial.choices["distance"])] if any(not command.is_zero for command in last) else []
 
 
 def _slow_fusion(judge: Judge) -> list[str]:
@@ -85,12 +72,5 @@ def _slow_fusion(judge: Judge) -> list[str]:
     after = sum(start < m.t <= 2.5 for m in trial.messages) / max(2.5 - start, 0.1)
     if not before:
         raise NotReached(say("no fused data came with the default fusion_frequency"), "F13")
-    if 0.4 * before <= after <= 0.6 * before:
-        return []
-    return [
-        say(
-            "fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz",
-            before=before,
-            after=after,
-        )
-    ]
+    words = mark("fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz")
+    return [] if 0.4 * before <= after <= 0.6 * before else [say(words, before=before, after=after)]

@@ -6,21 +6,23 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from grader.checks.judge import Judge
 from grader.course import load
-from grader.evidence import Call, Command, Goal, Sample, Trial
-from grader.words import mark, say
+from grader.evidence import Call, Command, Goal, Message, Sample, Trial
+from grader.words import mark
 
 ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 """The trials that drive to a target in the open."""
 
 _LATE_S = 0.3
+TRY_LIMITS = mark("range_min <= reading <= range_max: the limits themselves are valid")
+TRY_MIN = mark("min() of nothing raises: min(readings, default=math.inf)")
 TRY_SECTOR = mark(
     "use only the beams within 60 degrees of the direction of travel: ahead for a positive speed, behind for a "
     "negative one; is that direction used at all?"
 )
-TRY_DIRECTION = mark("a positive set_speed drives forwards (F2): is the sign of cmd_vel's linear.x that of the speed?")
 TRY_TYPES = mark(
     "give each field a value of its own type, as `0.0` for a float64: ROS ends a node that sends an int there"
 )
@@ -33,6 +35,12 @@ THRESHOLD_M = DEFAULTS["obstacle_detection_threshold"]
 def between(commands: Sequence[Command], start: float, end: float) -> list[Command]:
     """Return the commands with start < t <= end."""
     return [command for command in commands if start + 1e-9 < command.t <= end + 1e-9]
+
+
+def stamp(message: Message) -> float:
+    """Return a header's stamp in seconds since the trial began (ROS time 100 s)."""
+    stamp = message.data["header"]["stamp"]
+    return float(stamp["sec"]) - 100.0 + float(stamp["nanosec"]) * 1e-9
 
 
 def rate(commands: Sequence[Command], start: float, end: float) -> float:
@@ -61,36 +69,22 @@ def odometry_speed(samples: Sequence[Sample], start: float, end: float) -> float
     return (dx * math.cos(a.odom_yaw) + dy * math.sin(a.odom_yaw)) / (b.t - a.t)
 
 
-def goes_the_wrong_way(trial: Trial, start: float, end: float) -> str:
-    """Return words about a robot that drove against the sign of the trial's set speed, "" if it did not.
-
-    For such a robot an obstacle ahead is behind, and the other way round: its sector may be right.
-    """
-    wanted = next((call.request.get("speed", 0.0) for call in trial.calls if call.service == "set_speed"), 0.0)
-    speed = odometry_speed(trial.samples, start, end) if trial.samples else 0.0
-    if speed * float(wanted) >= 0.0 or abs(speed) < 0.02:
-        return ""
-    return say(
-        "; after set_speed {wanted:g} the robot drove at {speed:.2f} m/s: what is behind it is in its way",
-        wanted=wanted,
-        speed=speed,
-    )
-
-
-def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.03, turn_rad: float = 0.05) -> bool:
+def stays_still(samples: Sequence[Sample], start: float) -> bool:
     """Return whether the robot stays where it is from `start` on, by ground truth.
 
     Judged by the distance it moves, not by its speed: at an obstacle the lidar's noise may let it twitch for a tick.
     """
     later = [sample for sample in samples if sample.t >= start - 1e-9]
-    if not later:
-        return False
-    first = later[0]
-    return all(
-        math.hypot(s.x - first.x, s.y - first.y) <= distance_m
-        and abs(math.remainder(s.yaw - first.yaw, math.tau)) <= turn_rad
+    return bool(later) and all(
+        math.hypot(s.x - later[0].x, s.y - later[0].y) <= 0.03
+        and abs(math.remainder(s.yaw - later[0].yaw, math.tau)) <= 0.05
         for s in later
     )
+
+
+def answer(call: Call) -> dict[str, Any]:
+    """Return what a call was answered, {} if it was not."""
+    return call.response or {}
 
 
 def on_the_way(trial: Trial, service: str) -> Call | None:
@@ -135,9 +129,9 @@ def in_the_way(trial: Trial) -> list[tuple[float, float]]:
     return [(scan.t, scan.behind if backwards else scan.ahead) for scan in trial.scans]
 
 
-def first_near(trial: Trial, threshold: float = THRESHOLD_M) -> float:
-    """Return the time of the first scan with a valid reading in the way below `threshold`, inf if there is none."""
-    return next((t for t, distance in in_the_way(trial) if distance < threshold), math.inf)
+def first_near(trial: Trial) -> float:
+    """Return the time of the first scan with a valid reading in the way below the threshold, inf if there is none."""
+    return next((t for t, distance in in_the_way(trial) if distance < THRESHOLD_M), math.inf)
 
 
 def closest_ahead(trial: Trial) -> float:

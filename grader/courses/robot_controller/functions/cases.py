@@ -57,7 +57,9 @@ def is_right(answer: FunctionAnswer) -> bool:
         return _close(answer.answer, wanted)
     if answer.function == "quaternion_from_yaw":
         return _close(answer.answer, wanted) or _close([-value for value in answer.answer], wanted)
-    return _is_angle(answer.answer, wanted[0])
+    # At half a turn rounding decides the sign; -pi itself is outside, and what is not exactly half a turn may be near.
+    angle = answer.answer[0] if len(answer.answer) == 1 else math.inf
+    return -math.pi < angle <= math.pi + _NEAR and abs(math.remainder(angle - wanted[0], math.tau)) <= _NEAR
 
 
 def right(answer: FunctionAnswer) -> list[float]:
@@ -68,22 +70,12 @@ def right(answer: FunctionAnswer) -> list[float]:
     if answer.function == "quaternion_from_yaw":
         yaw = answer.arguments[0]
         return [0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]
-    angle = answer.arguments[0] if answer.function == "normalize_angle" else _yaw(answer.arguments[0])
+    angle = answer.arguments[0]
+    if answer.function == "yaw_from_quaternion":
+        x, y, z, w = angle
+        angle = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     wrapped = math.remainder(angle, math.tau)
     return [math.pi if wrapped <= -math.pi + _NEAR else wrapped]
-
-
-def _is_angle(found: list[float], wanted: float) -> bool:
-    """Return whether `found` is the angle `wanted`, in (-pi, pi]. At half a turn rounding decides the sign."""
-    if len(found) != 1 or not -math.pi < found[0] <= math.pi + _NEAR:
-        # -pi itself is outside; a value that is not exactly half a turn may come near it from above.
-        return False
-    return abs(math.remainder(found[0] - wanted, math.tau)) <= _NEAR
-
-
-def _yaw(quaternion: list[float]) -> float:
-    x, y, z, w = quaternion
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def _close(found: list[float], wanted: list[float]) -> bool:

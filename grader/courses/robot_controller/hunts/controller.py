@@ -48,9 +48,7 @@ def stands_in_an_emergency(run: Run) -> Broken | None:
     for t, command in _in_force_at(run):
         least = _value(run, "emergency_stop_distance", t)
         if not command.is_zero and (near := _all_below(run, t, "anywhere", least - _NOISE / 2)):
-            words = mark(
-                "still {c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan read {near:.2f} m"
-            )
+            words = mark("{c.v:.2f} m/s, {c.omega:.2f} rad/s at {t:.2f} s, {late:.2f} s after a scan of {near:.2f} m")
             return broken(t, words, c=command, late=t - near[0], near=near[1])
     return None
 
@@ -100,20 +98,14 @@ def refuses_what_is_too_fast(run: Run) -> Broken | None:
     """`set_speed` takes what is finite and within the limit, and refuses the rest with a message that states it."""
     for call in _calls(run, "set_speed"):
         speed, limit = float(call.request["speed"]), _value(run, "max_linear_speed", call.t)
-        taken, message = (call.response or {})["success"], str((call.response or {})["message"])
+        taken, message = motion.answer(call)["success"], str(motion.answer(call)["message"])
         right = math.isfinite(speed) and abs(speed) <= limit
         if taken is not right:
-            return broken(
-                call.t,
-                mark("speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}"),
-                speed=speed,
-                taken=taken,
-                limit=limit,
-            )
+            words = mark("speed {speed:g} was answered success = {taken} at {t:.2f} s; the limit is {limit:g}")
+            return broken(call.t, words, speed=speed, taken=taken, limit=limit)
         if not right and not check_set_speed.states(message, limit):
-            return broken(
-                call.t, mark("speed {speed:g} was refused at {t:.2f} s with {message!r}"), speed=speed, message=message
-            )
+            words = mark("speed {speed:g} was refused at {t:.2f} s with {message!r}")
+            return broken(call.t, words, speed=speed, message=message)
     return None
 
 
@@ -121,7 +113,7 @@ def refuses_what_is_too_fast(run: Run) -> Broken | None:
 def status_is_true(run: Run) -> Broken | None:
     """The status has the speed in force, what is in the way, and the pose from `odom`."""
     for call in _calls(run, "get_status"):
-        said = call.response or {}
+        said = motion.answer(call)
         place, sample = said["pose"]["position"], run.sample(call.t)
         off = math.hypot(float(place["x"]) - sample.odom_x, float(place["y"]) - sample.odom_y)
         turned = abs(math.remainder(check_status.yaw(said["pose"]["orientation"]) - sample.odom_yaw, math.tau))
@@ -130,19 +122,13 @@ def status_is_true(run: Run) -> Broken | None:
             return broken(call.t, words, off=off, turned=turned)
         set_ = _in_force(run, call.t)
         if set_ is not None and not abs(float(said["speed"]) - set_[1]) <= 0.01:
-            return broken(
-                call.t,
-                mark("speed {said:g} at {t:.2f} s, after set_speed {wanted:g}"),
-                said=float(said["speed"]),
-                wanted=set_[1],
-            )
+            words = mark("speed {said:g} at {t:.2f} s, after set_speed {wanted:g}")
+            return broken(call.t, words, said=float(said["speed"]), wanted=set_[1])
         blocked = _blocked(run, call.t)
         flag, status = said["obstacle_detected"], said["status"]
         if blocked is not None and (flag is not blocked or status != ("OBSTACLE_DETECTED" if blocked else "ACTIVE")):
-            words = mark("obstacle_detected = {flag}, {status} at {t:.2f} s, with nothing in the way")
-            if blocked:
-                words = mark("obstacle_detected = {flag}, {status} at {t:.2f} s, with something in the way")
-            return broken(call.t, words, flag=flag, status=status)
+            words = mark("obstacle_detected = {flag}, {status} at {t:.2f} s; something is in the way: {blocked}")
+            return broken(call.t, words, flag=flag, status=status, blocked=blocked)
     return None
 
 
@@ -165,12 +151,8 @@ def arrives_where_it_says(run: Run) -> Broken | None:
         sample = run.sample(t)
         off = math.hypot(goal.x - sample.x, goal.y - sample.y)
         if not off <= goal.tolerance + _DRIFT_M:
-            return broken(
-                t,
-                mark("the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m"),
-                off=off,
-                goal=goal,
-            )
+            words = mark("the goal succeeded at {t:.2f} s, {off:.2f} m off; the tolerance is {goal.tolerance:g} m")
+            return broken(t, words, off=off, goal=goal)
         off = math.hypot(goal.final_x - sample.odom_x, goal.final_y - sample.odom_y)
         if not off <= _DRIFT_M:
             return broken(t, mark("final_pose is {off:.2f} m from odom at {t:.2f} s"), off=off)
@@ -210,11 +192,7 @@ def feedback_is_true(run: Run) -> Broken | None:
         wrong = next((entry for entry in goal.feedback if not abs(entry[1] - entry[2]) <= 0.15 + _DRIFT_M), None)
         if wrong and wrong[0] < until:
             return broken(wrong[0], mark("distance_remaining {w[1]:.2f} m at {t:.2f} s; it was {w[2]:.2f} m"), w=wrong)
-        end = min(
-            goal.ended_t if math.isfinite(goal.ended_t) else run.end,
-            goal.cancel_t if math.isfinite(goal.cancel_t) else math.inf,
-            until,
-        )
+        end = min([t for t in (goal.ended_t, goal.cancel_t) if math.isfinite(t)] + [run.end, until])
         times = [goal.t, *(entry[0] for entry in goal.feedback if entry[0] <= end), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
         if gap > 0.85:  # half a second, and a tick or two at either end
@@ -232,15 +210,11 @@ def cancels(run: Run) -> Broken | None:
         if goal.status == "succeeded" and goal.ended_t <= goal.cancel_t + 0.15:
             continue
         if goal.status != "canceled" or goal.success is not False:
-            return broken(
-                goal.cancel_t,
-                mark("cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}"),
-                goal=goal,
-            )
+            words = mark("cancelled at {t:.2f} s, the goal is {goal.status} with success = {goal.success}")
+            return broken(goal.cancel_t, words, goal=goal)
         if moving := _moves_after(run, goal, goal.cancel_t + 1.0):
-            return broken(
-                moving.t, mark("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s"), c=goal.cancel_t
-            )
+            words = mark("moves at {t:.2f} s, after the goal was cancelled at {c:.2f} s")
+            return broken(moving.t, words, c=goal.cancel_t)
     return None
 
 
@@ -300,9 +274,7 @@ def _in_force_at(run: Run) -> Iterator[tuple[float, Command]]:
 
 def _value(run: Run, name: str, t: float, within: float = 0.0) -> float:
     """Return the lowest value that a parameter had in the `within` seconds before t."""
-    changes = [(p.t, float(p.wanted)) for p in run.trial.parameters if p.name == name and p.accepted is True]
-    before = [value for at, value in changes if at <= t - within]
-    return min([before[-1] if before else _DEFAULTS[name], *(value for at, value in changes if t - within < at <= t)])
+    return min(check_limits.values_of(run.trial, name, t - within, t))
 
 
 def _all_below(run: Run, t: float, where: str, limit: float) -> tuple[float, float] | None:
@@ -335,7 +307,7 @@ def _in_force(run: Run, t: float) -> tuple[float, float] | None:
         return None
     set_ = [(0.0, 0.0)] + [
         (call.t, float(call.request["speed"])) for call in _calls(run, "set_speed")
-        if call.t <= t and (call.response or {})["success"] is True
+        if call.t <= t and motion.answer(call)["success"] is True
     ]  # fmt: skip
     return set_[-1] if abs(set_[-1][1]) <= _value(run, "max_linear_speed", t, t) else None
 
@@ -375,26 +347,17 @@ def _off_speed(run: Run) -> Iterator[tuple[Broken, str]]:
         if any(getattr(scan, way) < limit or scan.anywhere < emergency for scan in recent):
             continue
         if abs(command.v - set_[1]) > 0.05 * abs(set_[1]) + 1e-3 or abs(command.omega) > 0.1:
-            words = mark(
-                "commands {v:.3f} m/s at {t:.2f} s, with nothing in the way; set_speed {wanted:g} was at {since:.2f} s"
-            )
+            words = mark("commands {v:.3f} m/s at {t:.2f} s, with nothing in the way; set_speed was {wanted:g}")
             spoilt = any(at <= command.t and to["kind"] != "true" for at, to in run.times("readings"))
             met = any(at <= command.t for at, _ in run.times("obstacle"))
-            yield (
-                broken(command.t, words, v=command.v, wanted=set_[1], since=set_[0]),
-                "F6" if spoilt else "F5" if met else "F2",
-            )
+            why = "F6" if spoilt else "F5" if met else "F2"
+            yield broken(command.t, words, v=command.v, wanted=set_[1]), why
 
 
 def _moves_after(run: Run, goal: Goal, t: float) -> Command | None:
     """Return the first command that moves the robot after `t`, before the next request."""
-    new = [
-        at
-        for name in ("call", "goal")
-        for at, to in run.times(name)
-        if at > goal.t and to.get("service") != "get_status"
-    ]
-    asked = [at for at in new if at > min(goal.ended_t, t)]
+    new = [at for name in ("call", "goal") for at, to in run.times(name) if to.get("service") != "get_status"]
+    asked = [at for at in new if at > goal.t and at > min(goal.ended_t, t)]
     if any(at < t for at in asked):
         return None
     return next((c for c in run.commands(t, min([*asked, run.end])) if not c.is_zero), None)

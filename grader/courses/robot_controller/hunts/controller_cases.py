@@ -26,6 +26,10 @@ def _set_speed(speed: SearchStrategy[float]) -> SearchStrategy[Step]:
     return speed.map(lambda value: Step("call", {"service": "set_speed", "speed": value}))
 
 
+def _goal(bearing: int, distance: float, tolerance: float = 0.1) -> Step:
+    return Step("goal", {"bearing": bearing, "distance": distance, "tolerance": tolerance})
+
+
 _ASK = Step("call", {"service": "get_status"})
 _refused = _set_speed(st.sampled_from([0.75, -0.75, 0.5625, math.nan, math.inf, -math.inf, 100.0]))
 
@@ -61,7 +65,7 @@ _limits = st.sampled_from(
 ).map(lambda to: Step("set", dict(to)))  # fmt: skip
 
 
-def _named(steps: list[Step]) -> tuple[Step, ...]:
+def named(steps: list[Step]) -> tuple[Step, ...]:
     """Return the steps, each obstacle with a name of its own, of which `remove` means the last, and waits joined."""
     numbers, found, last = itertools.count(1), list[Step](), ""
     for step in steps:
@@ -87,7 +91,7 @@ def _case(draw: Any, first: Steps, later: Steps, last: Steps | None = None, *, l
         steps += more
     steps += draw(last) if last is not None else [Step("wait", 1.0)]
     heading, seed = draw(st.sampled_from([0, 90, 180, -90, 45])), draw(st.integers(0, 3))
-    return Case(NODE, _named(steps), heading=heading, seed=seed)
+    return Case(NODE, named(steps), heading=heading, seed=seed)
 
 
 _SPEED, _REMOVE = _then_wait(_set_speed(_speed)), _then_wait(st.just(Step("remove", "")))
@@ -124,16 +128,14 @@ def _drives_past() -> SearchStrategy[Case]:
 @makes("F3")
 def _asked_on_the_way() -> SearchStrategy[Case]:
     """Speeds that are set, or refused, while the robot goes to a place."""
-    goal = Step("goal", {"bearing": 0, "distance": 3.0, "tolerance": 0.1})
+    goal = _goal(0, 3.0)
     return _case(st.just([goal, Step("wait", 0.5)]), st.one_of(_then_wait(_refused), _SPEED), least=1, most=2)
 
 
 @makes("F3", "F11")
 def _limited_meanwhile() -> SearchStrategy[Case]:
     """Limits that are changed while the robot drives, at a set speed or to a place."""
-    goal = st.sampled_from([0, 90, 150]).map(
-        lambda bearing: [Step("goal", {"bearing": bearing, "distance": 3.0, "tolerance": 0.1}), Step("wait", 0.8)]
-    )
+    goal = st.sampled_from([0, 90, 150]).map(lambda bearing: [_goal(bearing, 3.0), Step("wait", 0.8)])
     changed = st.sampled_from(
         [{"max_linear_speed": 0.25}, {"max_angular_speed": 0.5}, {"linear_acceleration": 0.25}]
     ).map(lambda to: [Step("set", dict(to)), Step("wait", 2.0)])  # fmt: skip
@@ -151,12 +153,7 @@ def _watches() -> SearchStrategy[Case]:
     driving = st.tuples(_AFTER_SPEED, st.booleans()).map(lambda each: [*each[0], *([_wall] if each[1] else [])])
     bearing = st.sampled_from([140, -140, 100, -100])
     turning = st.tuples(bearing, _beside).map(
-        lambda each: [
-            Step("goal", {"bearing": each[0], "distance": 1.5, "tolerance": 0.1}),
-            Step("wait", 0.5),
-            each[1],
-            Step("wait", 0.6),
-        ]
+        lambda each: [_goal(each[0], 1.5), Step("wait", 0.5), each[1], Step("wait", 0.6)]
     )
     return _case(st.one_of(driving, driving, driving, turning), later, least=1)
 
@@ -166,7 +163,7 @@ def _asks() -> SearchStrategy[Case]:
     """The status, asked for at any time: standing, driving either way, beside things, on the way to a goal."""
     aside = _obstacle(st.one_of(st.integers(64, 88), st.integers(-88, -64)), st.integers(14, 22), moves=False)
     come = st.one_of(_in_the_way, aside, _anywhere).map(lambda step: [step, Step("wait", 0.6), _ASK, Step("wait", 0.3)])
-    goal = st.just([Step("goal", {"bearing": 0, "distance": 1.5, "tolerance": 0.1}), Step("wait", 0.8), _ASK])
+    goal = st.just([_goal(0, 1.5), Step("wait", 0.8), _ASK])
     return _case(
         st.one_of(_AFTER_SPEED, _AFTER_SPEED, _then_wait(st.just(_ASK)), goal),
         st.one_of(come, come, _REMOVE, _AFTER_SPEED, _then_wait(st.just(_ASK))),
@@ -186,12 +183,8 @@ def _spoilt() -> SearchStrategy[Case]:
 @makes("F8", "F9", "F10", "F11")
 def _goes() -> SearchStrategy[Case]:
     """Goals, one after another: reached, cancelled, or with something in the way."""
-    goal = st.builds(
-        lambda bearing, distance, tolerance: Step(
-            "goal", {"bearing": bearing, "distance": distance, "tolerance": tolerance}
-        ),
-        st.integers(-180, 180), st.integers(1, 30).map(lambda n: n / 20), st.sampled_from([0.1, 0.25, 0.15]),
-    )  # fmt: skip
+    distance, tolerance = st.integers(1, 30).map(lambda n: n / 20), st.sampled_from([0.1, 0.25, 0.15])
+    goal = st.builds(_goal, st.integers(-180, 180), distance, tolerance)
     block = _in_the_way.map(lambda step: [step, Step("wait", 1.5)])
     between = st.lists(st.one_of(block, _REMOVE, _then_wait(_refused)), max_size=2)
     arrive, cancel = Step("arrive", 12.0), Step("cancel", None)
@@ -199,10 +192,9 @@ def _goes() -> SearchStrategy[Case]:
     whole = st.tuples(goal, _wait, between, ends).map(
         lambda each: [each[0], each[1], *itertools.chain(*each[2]), *each[3], Step("wait", 1.4)]
     )
-    far = {"distance": 1.5, "tolerance": 0.1}
     held_up = st.tuples(st.sampled_from([0, 90, -40, 180]), st.sampled_from([0.5, 2.0]), ends).map(
         lambda each: [
-            Step("goal", {"bearing": each[0], **far}), Step("wait", each[1]),
+            _goal(each[0], 1.5), Step("wait", each[1]),
             Step("obstacle", {"name": "pole", "bearing": 0, "distance": 0.4, "radius": 0.15}), Step("wait", 1.5),
             *each[2], Step("wait", 1.4),
         ]
@@ -213,5 +205,5 @@ def _goes() -> SearchStrategy[Case]:
 @makes("I8")
 def _stops() -> SearchStrategy[Case]:
     """Ctrl-C at any time."""
-    goal = st.just([Step("goal", {"bearing": 90, "distance": 1.0, "tolerance": 0.1}), Step("wait", 0.5)])
+    goal = st.just([_goal(90, 1.0), Step("wait", 0.5)])
     return _case(st.one_of(_SPEED, goal), st.one_of(_SPEED, _OBSTACLE), st.just([Step("interrupt", 5.0)]), most=2)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from functools import partial
-from operator import itemgetter
-from typing import Any
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from grader.checks.judge import Failed
 from grader.courses.robot_controller.checks import check_fusion, motion
+from grader.courses.robot_controller.hunts.controller_cases import named
 from grader.evidence import Message
 from grader.trials.case import Case, Step
 from grader.trials.promises import Broken, Run, broken, makes, promise
@@ -46,7 +43,7 @@ def _fuses() -> SearchStrategy[Case]:
     first = [Step("listen", _FUSED), Step("listen", _DISTANCE), *(Step("silence", each) for each in _SENSORS)]
     first += [Step("wait", 0.4), Step("hear", "scan"), Step("wait", 0.6)]
     pairs = st.lists(st.tuples(step, _wait), min_size=2, max_size=7)
-    return pairs.map(lambda found: Case(NODE, _named([*first, *itertools.chain(*found)])))
+    return pairs.map(lambda found: Case(NODE, named([*first, *itertools.chain(*found)])))
 
 
 @makes("F12")
@@ -62,21 +59,13 @@ def _draining(parameters: dict[str, float], levels: list[int]) -> Case:
     return Case(NODE, (Step("listen", "rosout"), *steps), parameters=parameters)
 
 
-def _named(steps: list[Step]) -> tuple[Step, ...]:
-    numbers = itertools.count(1)
-    return tuple(
-        Step("obstacle", {**step.to, "name": f"pole {next(numbers)}"}) if step.do == "obstacle" else step
-        for step in steps
-    )
-
-
 def _messages(run: Run, topic: str) -> list[Message]:
     return [message for message in run.trial.messages if message.topic == topic]
 
 
-def _failed(run: Run, expect: Callable[[], object]) -> Broken | None:
+def _followed(run: Run, field: str) -> Broken | None:
     try:
-        expect()
+        check_fusion.expect_followed(run.trial, _messages(run, _FUSED), field, "")
     except Failed as failed:
         return Broken(min(motion.time_in(failed.seen), run.end), failed.seen)
     return None
@@ -85,7 +74,7 @@ def _failed(run: Run, expect: Callable[[], object]) -> Broken | None:
 @promise("F12")
 def fuses_the_closest_valid_reading(run: Run) -> Broken | None:
     """`closest_obstacle_distance` is the closest valid reading of the latest scan, inf where there is none."""
-    return _failed(run, lambda: check_fusion.expect_distances(run.trial, _messages(run, _FUSED), ""))
+    return _followed(run, "closest_obstacle_distance")
 
 
 @promise("F12")
@@ -103,25 +92,13 @@ def fuses_whatever_is_read(run: Run) -> Broken | None:
 @promise("F12")
 def fuses_the_latest_imu(run: Run) -> Broken | None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
-    for field in ("linear_acceleration", "angular_velocity"):
-        if broken := _followed(run, field, "imu/data", [0.0, 0.0, 0.0], itemgetter(field), check_fusion.same_vector):
-            return broken
-    return None
+    return _followed(run, "linear_acceleration") or _followed(run, "angular_velocity")
 
 
 @promise("F12")
 def fuses_the_battery_in_percent(run: Run) -> Broken | None:
     """`battery_level` is in percent, 100 before the first battery message."""
-    same = partial(check_fusion.same, tolerance=0.1)
-    return _followed(run, "battery_level", "battery/state", 100.0, lambda data: 100.0 * data["percentage"], same)
-
-
-def _followed(
-    run: Run, field: str, topic: str, before: Any, read: Callable[[Any], Any], same: Callable[[Any, Any], bool]
-) -> Broken | None:
-    measured = [(-1e9, before)] + [(m.t, read(m.data)) for m in run.trial.published if m.topic == topic]
-    fused = _messages(run, _FUSED)
-    return _failed(run, lambda: check_fusion.expect_followed(run.trial, fused, field, topic, measured, same, ""))
+    return _followed(run, "battery_level")
 
 
 @promise("F12")
@@ -131,27 +108,18 @@ def says_once_that_the_battery_is_low(run: Run) -> Broken | None:
         return None
     levels = [(m.t, 100.0 * m.data["percentage"]) for m in run.trial.published if m.topic == "battery/state"]
     low, critical = (float({**_DEFAULTS, **run.case.parameters}[name]) for name in (_LOW, _CRITICAL))
-    ours = [m for m in _messages(run, "rosout") if NODE in m.data.get("name", "").split(".")]
     for level, word, below, needed in (
         (_WARN, "warning", low, any(critical <= percent < low for _, percent in levels)),
         (_ERROR, "error", critical, any(percent < critical for _, percent in levels)),
     ):
-        found = [m for m in ours if m.data["level"] == level]
-        found = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
+        found = check_fusion.battery_logs(run.trial.messages, level)
         crossed = next((t for t, percent in levels if percent < below), run.end)
         if len(found) > 1 or any(m.t < crossed - 1e-9 for m in found):
-            return broken(
-                found[-1].t,
-                mark("{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s"),
-                n=len(found),
-                word=word,
-                below=below,
-                crossed=crossed,
-            )
+            words = mark("{n} times a battery {word} by {t:.2f} s; below {below:g} % it was at {crossed:.2f} s")
+            return broken(found[-1].t, words, n=len(found), word=word, below=below, crossed=crossed)
         if needed and not found and run.end > crossed + 1.0:
-            return broken(
-                crossed, mark("no battery {word}, though it was below {below:g} % at {t:.2f} s"), word=word, below=below
-            )
+            words = mark("no battery {word}, though it was below {below:g} % at {t:.2f} s")
+            return broken(crossed, words, word=word, below=below)
     return None
 
 
@@ -170,9 +138,8 @@ def publishes_in_time(run: Run) -> Broken | None:
         if not 0.8 * _RATE - 1.0 <= hertz <= 1.2 * _RATE + 1.0:
             return broken(run.end, mark("{topic} at {hertz:.1f} Hz until {t:.2f} s"), topic=topic, hertz=hertz)
     for message in _messages(run, _FUSED):
-        stamp, frame = check_fusion.stamp(message), message.data["header"]["frame_id"]
+        stamp, frame = motion.stamp(message), message.data["header"]["frame_id"]
         if not abs(stamp - message.t) <= _LATE_S + 1e-6 or frame != "base_link":
-            return broken(
-                message.t, mark("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s"), stamp=stamp, frame=frame
-            )
+            words = mark("a stamp of {stamp:.2f} s in {frame!r} at {t:.2f} s")
+            return broken(message.t, words, stamp=stamp, frame=frame)
     return None

@@ -68,62 +68,47 @@ def admit(case: str, *, fresh: bool = False) -> None:
     FileBackups(opened).note_laid_out(dict.fromkeys(ill["files"], ""))
     cell_hooks.install(opened)
     where = f"ws/{FOLDER}/{table.relative_to(root)}"
-    print(
-        say(
-            "{case} is {kept} in {where}. Cells now work in that folder.",
-            case=case,
-            kept=say("back as you left it") if kept else say("laid out"),
-            where=where,
-        )
-    )
+    how = say("back as you left it") if kept else say("laid out")
+    print(say("{case} is {kept} in {where}. Cells now work in that folder.", case=case, kept=how, where=where))
 
 
 def check(case: str, diagnosis: str = "") -> Checked:
     """Judge the diagnosis ("FILE:LINE") of the patient on the table, and run it to see whether it is cured."""
     opened = workspace.find()
     if not (opened.root / _NOTE).is_file() or (opened.root / _NOTE).read_text() != case:
-        rows = (
-            (say("seen"), say("{case} is not on the table", case=case)),
-            (say("try"), say('run the cell with admit("{case}")', case=case)),
-        )
-        return Checked((Answer(case, "", "0", "", False, notes=(Note("", rows),)),))
+        seen = say("{case} is not on the table", case=case)
+        note = _note("", seen, try_=say('run the cell with admit("{case}")', case=case))
+        return Checked((Answer(case, "", "0", "", False, notes=(note,)),))
     ill = checkpoints.patient(case)
-    told = _judge(diagnosis.strip(), ill["where"])
-    notes = [Note(say("diagnosis"), told)] if told else []
+    notes = _judge(diagnosis.strip(), ill["where"])
     if not diagnosis and not _changed(opened, ill):
-        notes.append(Note(say("cure"), ((say("seen"), say("the package is as it came in")),)))
+        notes.append(_note(say("cure"), say("the package is as it came in")))
     else:
-        patient = SimpleNamespace(
-            name=course().package, bench=_bench, launched=launched,
-            run=partial(_run, opened),
-        )  # fmt: skip
-        for well, seen, expected, look in SIGNS[case](patient):
-            if not well:
-                notes.append(Note(say("cure"), ((say("seen"), seen), (say("expected"), expected), (say("try"), look))))
+        patient = SimpleNamespace(name=course().package, bench=_bench, launched=launched, run=partial(_run, opened))
+        signs = [sign for sign in SIGNS[case](patient) if not sign[0]]
+        notes += [_note(say("cure"), seen, expected, look) for _, seen, expected, look in signs]
     return Checked((Answer(case, say("diagnosis and cure"), "0", "", not notes, notes=tuple(notes)),))
 
 
-def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> tuple[tuple[str, str], ...]:
-    """Return what is wrong with a diagnosis in rows, nothing if it names a line of the fault."""
+def _note(head: str, seen: str, expected: str = "", try_: str = "") -> Note:
+    rows = ((say("seen"), seen), (say("expected"), expected), (say("try"), try_))
+    return Note(head, tuple(row for row in rows if row[1]))
+
+
+def _judge(diagnosis: str, where: list[tuple[str, int, int]]) -> list[Note]:
+    """Return what is wrong with a diagnosis, [] if it names a line of the fault."""
     path, _, line = diagnosis.rpartition(":")
     path = path.removeprefix(f"{Path.cwd()}/").removeprefix("./")
     if not path or not line.isdecimal():
-        return (say("seen"), diagnosis or say("no diagnosis")), (
-            say("expected"),
-            say("FILE:LINE, such as driver.py:12"),
-        )
+        seen = diagnosis or say("no diagnosis")
+        return [_note(say("diagnosis"), seen, expected=say("FILE:LINE, such as driver.py:12"))]
     places = [place for place in where if _same_file(path, place[0])]
     if any(first <= int(line) <= last for _, first, last in places):
-        return ()
-    seen = (
-        say("the right file, and a line that does what it should")
-        if places
-        else say("nothing there explains the complaint")
-    )
-    return (say("seen"), seen), (
-        say("try"),
-        say("read what the tools say once more: which value, name or time is wrong first?"),
-    )
+        return []
+    seen = say("nothing there explains the complaint")
+    seen = say("the right file, and a line that does what it should") if places else seen
+    try_ = say("read what the tools say once more: which value, name or time is wrong first?")
+    return [_note(say("diagnosis"), seen, try_=try_)]
 
 
 def _same_file(said: str, path: str) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -98,26 +99,16 @@ def _at(at: Callable[..., Any]) -> Findings:
         wanted = (*(b + share * (a - b) for a, b in zip(after[:2], before[:2], strict=True)), before[2] + share * turn)
         got = at(messages, times[1] + share * 0.05)
         if not _same(got, wanted, within=1e-4):  # a stamp of some thousand seconds, as a float
-            said = say(
-                "{share:.0%} of the way from {before} to {after} you answer {got}",
-                share=share,
-                before=shown(before),
-                after=shown(after),
-                got=shown(got),
-            )
+            words = mark("{share:.0%} of the way from {before} to {after} you answer {got}")
+            said = say(words, share=share, before=shown(before), after=shown(after), got=shown(got))
             yield said, shown(wanted), say("which two messages are around the time? And the yaw takes the short way")
         early = mark("0.01 s before the first message you answer {got}")
         late = mark("0.01 s after the last message you answer {got}")
         for time, seen in ((start - 0.01, early), (start + 0.11, late)):
-            try:
+            with suppress(ExtrapolationException):
                 got = at(messages, time)
-            except ExtrapolationException:
-                continue
-            yield (
-                say(seen, got=shown(got)),
-                say("an ExtrapolationException"),
-                say("compare the time with the first and the last stamp before all else"),
-            )
+                look = say("compare the time with the first and the last stamp before all else")
+                yield say(seen, got=shown(got)), say("an ExtrapolationException"), look
 
 
 class _Tree:
@@ -154,21 +145,16 @@ def _lookup(lookup: Callable[..., Any]) -> Findings:
     try:
         lookup(still, "laser", "camera", 99.0)
     except ExtrapolationException as error:
-        yield (
-            say("the camera, seen from the laser: {error}", error=error),
-            say("an answer: both are bolted to base_link"),
-            say("climb no higher than the first frame that both have above"),
-        )
+        seen = say("the camera, seen from the laser: {error}", error=error)
+        look = say("climb no higher than the first frame that both have above")
+        yield seen, say("an answer: both are bolted to base_link"), look
     apart = _Tree({"laser": "base_link", "tool": "arm"}, _places(2, seed=7))
     try:
         got = lookup(apart, "laser", "tool", 1.0)
     except Exception:  # tf2 has a name for it, and any will do here
         return
-    yield (
-        say("for two frames of different trees you answer {got}", got=shown(got)),
-        say("an exception"),
-        say("what if none is above both?"),
-    )
+    seen = say("for two frames of different trees you answer {got}", got=shown(got))
+    yield seen, say("an exception"), say("what if none is above both?")
 
 
 def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Callable[..., Any]) -> Findings:
@@ -178,9 +164,8 @@ def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Calla
     if not isinstance(got, TwistStamped) or got.twist != command:
         look = say("a TwistStamped whose twist is v = 0.17, omega = -0.4")
         yield _gave("stamped(...)", got), look, say("give the twist to TwistStamped when you make it")
-    elif (got.header.stamp, got.header.frame_id) != (now, _BASE):
-        said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
-        yield said, f"12 s, {_BASE}", say("the header has two fields that you set")
+    else:
+        yield from _header(got, now, say("the header has two fields that you set"))
     scan: Any = to_message(Simulator(load_world("office"), TB4, seed=8).scan())
     before = deepcopy(scan)
     for yaw in (math.pi / 2, 0.7):
@@ -192,14 +177,10 @@ def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Calla
             yield _gave("turned(...)", got), look, say("return the copy")
             return
         if not np.allclose(_points(got, 0.0), _points(scan, yaw), atol=1e-3):
-            yield (
-                say("for a lidar turned by {yaw:.2f} rad, the readings lie elsewhere around the robot", yaw=yaw),
-                say("each reading where it was measured"),
-                say("is yaw added or subtracted? At both ends of the angles?"),
-            )
-        if (got.header.stamp, got.header.frame_id) != (scan.header.stamp, _BASE):
-            said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
-            yield said, f"{scan.header.stamp.sec} s, {_BASE}", say("the stamp stays, the frame does not")
+            seen = say("for a lidar turned by {yaw:.2f} rad, the readings lie elsewhere around the robot", yaw=yaw)
+            look = say("is yaw added or subtracted? At both ends of the angles?")
+            yield seen, say("each reading where it was measured"), look
+        yield from _header(got, scan.header.stamp, say("the stamp stays, the frame does not"))
     commands = [node.command for node in course().nodes.values() if node.command]
     for namespace in ("", "/robot1"):
         robots = {"imu/data": "imu", "battery/state": "battery_state"}
@@ -207,6 +188,12 @@ def _adapt(stamped: Callable[..., Any], turned: Callable[..., Any], names: Calla
         if (given := names(namespace)) != wanted:
             look = say("a full name is the namespace, a slash and the name")
             yield _gave(f"names({namespace!r})", given), shown(wanted), look
+
+
+def _header(got: Any, stamp: Time, look: str) -> Findings:
+    if (got.header.stamp, got.header.frame_id) != (stamp, _BASE):
+        said = say("the stamp is {time} s, the frame {frame}", time=got.header.stamp.sec, frame=got.header.frame_id)
+        yield said, f"{stamp.sec} s, {_BASE}", look
 
 
 def _points(scan: LaserScan, yaw: float) -> NDArray[np.float64]:

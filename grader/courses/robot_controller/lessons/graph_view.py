@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
-from grader.words import say
+from grader.words import mark, say
 from sim.views import png
 
 _OF_EVERY_NODE = {"/parameter_events", "/rosout"}
@@ -124,12 +124,9 @@ def _trouble(publisher: Any, subscription: Any) -> str:
     if qos_check_compatible(offered, asked)[0] != QoSCompatibility.ERROR:
         return ""
     pairs = [(getattr(offered, name), getattr(asked, name)) for name in ("reliability", "durability")]
-    words = [
-        say("{sent} offered, {asked} asked", sent=sent.name.lower(), asked=wanted.name.lower())
-        for sent, wanted in pairs
-        if sent != wanted
-    ]
-    return f"QoS: {', '.join(words)}"
+    names = [(sent.name.lower(), wanted.name.lower()) for sent, wanted in pairs if sent != wanted]
+    words = mark("{sent} offered, {asked} asked")
+    return f"QoS: {', '.join(say(words, sent=sent, asked=wanted) for sent, wanted in names)}"
 
 
 def _draw(view: GraphView) -> Any:

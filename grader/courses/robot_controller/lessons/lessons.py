@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from grader.host import dds_sockets
-from grader.words import say
+from grader.words import mark, say
 
 _PATIENCE_S = 10.0
 
@@ -134,18 +134,9 @@ class Handle:
         self.is_cancel_requested = False
         self.said: list[str] = []
         self.told: list[float] = []
-
-    def succeed(self) -> None:
-        """Note it."""
-        self.said.append("succeed")
-
-    def canceled(self) -> None:
-        """Note it."""
-        self.said.append("canceled")
-
-    def abort(self) -> None:
-        """Note it."""
-        self.said.append("abort")
+        self.succeed, self.canceled, self.abort = (
+            partial(self.said.append, word) for word in ("succeed", "canceled", "abort")
+        )
 
     def publish_feedback(self, feedback: Any) -> None:
         """Note the distance."""
@@ -211,12 +202,9 @@ def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
         server.action.destroy()
         me.destroy_node()
         server.destroy_node()
-    return say(
-        "{heard} of 20 odometry messages, cancel {taken}, the goal {status}",
-        heard=heard,
-        taken=say("taken") if taken else say("refused"),
-        status=status,
-    )
+    answer = say("taken") if taken else say("refused")
+    words = mark("{heard} of 20 odometry messages, cancel {answer}, the goal {status}")
+    return say(words, heard=heard, answer=answer, status=status)
 
 
 def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:

@@ -17,12 +17,8 @@ def c1(patient: Any) -> Signs:
     with patient.run() as run:
         answer, v = run.set_speed(0.4), run.drive(2.0).v[-1]
     seen = say("asked for 0.4 m/s: {answer.message}; driven {v:.1f} m/s", answer=answer, v=v)
-    yield (
-        bool(answer.success) and v > 0.39,
-        seen,
-        say("0.4 m/s accepted and driven"),
-        say("which file does the node import?"),
-    )
+    look = say("which file does the node import?")
+    yield bool(answer.success) and v > 0.39, seen, say("0.4 m/s accepted and driven"), look
 
 
 def c2(patient: Any) -> Signs:
@@ -32,19 +28,11 @@ def c2(patient: Any) -> Signs:
         recording = run.drive(8.0)
     fastest, gap = max(recording.v), 2.0 - recording.x[-1]
     look = say("compare both ends of `scan` in `ros2 topic info -v`")
-    yield (
-        fastest > 0.39,
-        say("asked for 0.4 m/s, driven at most {fastest:.1f} m/s", fastest=fastest),
-        say("0.4 m/s on a free way"),
-        look,
-    )
+    seen = say("asked for 0.4 m/s, driven at most {fastest:.1f} m/s", fastest=fastest)
+    yield fastest > 0.39, seen, say("0.4 m/s on a free way"), look
     look = say("what the node knows of a wall comes from `scan` alone")
-    yield (
-        gap > 0.3,
-        say("the robot's centre {gap:.2f} m before the wall", gap=gap),
-        say("a stop 0.5 m before the wall"),
-        look,
-    )
+    seen = say("the robot's centre {gap:.2f} m before the wall", gap=gap)
+    yield gap > 0.3, seen, say("a stop 0.5 m before the wall"), look
 
 
 def c3(patient: Any) -> Signs:
@@ -52,12 +40,8 @@ def c3(patient: Any) -> Signs:
     with patient.launched("launch", patient.name, "robot_controller_launch.py", nodes=2) as graph:
         value = graph.parameter("/robot_controller", "max_linear_speed")
     look = say("does the key of the file match the node's full name? And where does the node read the file?")
-    yield (
-        value == "0.2",
-        say("max_linear_speed is {value} after the launch", value=value or say("unknown")),
-        say("0.2, as in the file"),
-        look,
-    )
+    seen = say("max_linear_speed is {value} after the launch", value=value or say("unknown"))
+    yield value == "0.2", seen, say("0.2, as in the file"), look
 
 
 def c4(patient: Any) -> Signs:
@@ -65,12 +49,8 @@ def c4(patient: Any) -> Signs:
     with patient.launched("launch", patient.name, "robot_controller_launch.py", nodes=2) as graph:
         names = sorted(graph.nodes())
     wanted = ["/robot_controller", "/sensor_processor"]
-    yield (
-        names == wanted,
-        say("nodes: {names}", names=", ".join(names) or say("none")),
-        ", ".join(wanted),
-        say("who gives a node its name?"),
-    )
+    seen = say("nodes: {names}", names=", ".join(names) or say("none"))
+    yield names == wanted, seen, ", ".join(wanted), say("who gives a node its name?")
 
 
 def c5(patient: Any) -> Signs:
@@ -79,12 +59,8 @@ def c5(patient: Any) -> Signs:
         topics = graph.published("sensor_processor", "/left", count=2)
     wanted = ["/left/obstacle_distance", "/left/sensor_fusion_data"]
     look = say("which of the node's names did the namespace not move?")
-    yield (
-        topics == wanted,
-        say("in /left it publishes {topics}", topics=", ".join(topics) or say("nothing")),
-        ", ".join(wanted),
-        look,
-    )
+    seen = say("in /left it publishes {topics}", topics=", ".join(topics) or say("nothing"))
+    yield topics == wanted, seen, ", ".join(wanted), look
 
 
 def c6(patient: Any) -> Signs:
@@ -96,22 +72,14 @@ def c6(patient: Any) -> Signs:
         recording = run.drive(5.0)
     slowest = min(v for t, v in zip(recording.t, recording.v, strict=True) if t > 1.5)
     look = say("which time does the node take for that of a scan? Print it beside the scan's stamp")
-    yield (
-        slowest > 0.29,
-        say("at 0.3 m/s it slows down to {slowest:.1f} m/s", slowest=slowest),
-        say("0.3 m/s all the time"),
-        look,
-    )
+    seen = say("at 0.3 m/s it slows down to {slowest:.1f} m/s", slowest=slowest)
+    yield slowest > 0.29, seen, say("0.3 m/s all the time"), look
     node = patient.bench("robot_controller.RobotController")
     node.ask("set_speed", speed=0.3)
     node.set_clock(10.9)
     old = [v for v, _ in [*node.hear("scan", LaserScan(), age=0.8), *node.advance(0.2)]]
-    yield (
-        not any(old),
-        say("after a scan of 0.8 s ago: {old:.1f} m/s", old=max(old)),
-        say("a stop: such a scan is too old"),
-        look,
-    )
+    seen = say("after a scan of 0.8 s ago: {old:.1f} m/s", old=max(old))
+    yield not any(old), seen, say("a stop: such a scan is too old"), look
 
 
 def c7(patient: Any) -> Signs:
@@ -133,22 +101,14 @@ def c8(patient: Any) -> Signs:
         node.ask("get_status")
         times.append(time.monotonic() - start)
     look = say("who could bring a newer pose while a callback waits for it?")
-    yield (
-        min(times) < 0.2,
-        say("`get_status` takes {times} s", times=round(min(times), 1)),
-        say("an answer at once"),
-        look,
-    )
+    seen = say("`get_status` takes {times} s", times=round(min(times), 1))
+    yield min(times) < 0.2, seen, say("an answer at once"), look
     with patient.run() as run:
         run.set_speed(0.3)
         x = run.drive(3.0).x[-1]
         gap = abs(run.status().pose.position.x - x)
-    yield (
-        gap < 0.1,
-        say("the pose of the status is {gap:.1f} m from the robot", gap=gap),
-        say("the last pose of `odom`"),
-        look,
-    )
+    seen = say("the pose of the status is {gap:.1f} m from the robot", gap=gap)
+    yield gap < 0.1, seen, say("the last pose of `odom`"), look
 
 
 def c9(patient: Any) -> Signs:
@@ -159,12 +119,8 @@ def c9(patient: Any) -> Signs:
         v = abs(run.drive(1.0).v[-1])
     look = say("write down, line by line, what `self._goal` is when the second goal comes in, and who writes it last")
     yield end.status == "succeeded", say("a goal that replaces another one: {end.status}", end=end), "succeeded", look
-    yield (
-        v < 0.01,
-        say("afterwards it drives at {v:.1f} m/s", v=v),
-        say("a standstill: however a goal ends, the speed is 0"),
-        look,
-    )
+    seen = say("afterwards it drives at {v:.1f} m/s", v=v)
+    yield v < 0.01, seen, say("a standstill: however a goal ends, the speed is 0"), look
 
 
 def c10(patient: Any) -> Signs:
@@ -177,12 +133,8 @@ def c10(patient: Any) -> Signs:
         run.drive(2.0)
         count = len(run.messages("cmd_vel")) - before
     look = say("count the node's timers after each change: `len(list(node.timers))` on a bench")
-    yield (
-        abs(count - 10) <= 1,
-        say("{count} commands in 2 s at 5 Hz", count=count),
-        say("10, or one more or less"),
-        look,
-    )
+    seen = say("{count} commands in 2 s at 5 Hz", count=count)
+    yield abs(count - 10) <= 1, seen, say("10, or one more or less"), look
 
 
 SIGNS: dict[str, Callable[[Any], Signs]] = {

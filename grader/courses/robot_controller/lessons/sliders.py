@@ -53,10 +53,9 @@ def step(low: float, high: float, first: float) -> float:
     Beside its steps a slider would show another value than the one that is drawn.
     """
     about = (high - low) / 50
-    for power in (0, -1, -2):
-        unit = 10.0 ** (math.floor(math.log10(about)) + power)
-        for size in (5 * unit, 2 * unit, unit):
-            ways = ((first - low) / size, (high - low) / size)
-            if size <= about * (1 + 1e-9) and all(math.isclose(way, round(way), abs_tol=1e-6) for way in ways):
-                return size
+    decade = math.floor(math.log10(about))
+    for size in (digit * 10.0**power for power in (decade, decade - 1, decade - 2) for digit in (5, 2, 1)):
+        ways = ((first - low) / size, (high - low) / size)
+        if size <= about * (1 + 1e-9) and all(math.isclose(way, round(way), abs_tol=1e-6) for way in ways):
+            return size
     return about
