@@ -42,17 +42,18 @@ from grader.report.data import DATA
 class DoubtKind(Enum):
     """What is doubtful."""
 
-    LAYOUT = "the layout of the export"
     MOST_UNMATCHED = "most submissions match nobody"
     UNMATCHED = "matches nobody of the roster"
     AMBIGUOUS = "could be of several people"
     SEVERAL = "several hand-ins of the same people"
     NO_TIME = "no time of submission"
-    UNLINKED = "no account on the platform"
     GROUPS = "named after groups"
     LEFT_OUT = "cannot be graded"
     LOST = "handed in, and not among the submissions"
     UNREADABLE = "cannot be read"
+    # Of classes that an earlier kit has made.
+    LAYOUT = "the layout of the export"
+    UNLINKED = "no account on the platform"
 
 
 @dataclass(frozen=True)

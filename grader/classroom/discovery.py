@@ -92,7 +92,7 @@ def find(
         *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""), missing)),
         *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
         *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
-        *matching.class_doubts(exports, named, roster, missing),
+        *matching.class_doubts(exports, named, roster),
         *ledger.lost(exports, roster, missing),
         *(
             Doubt(DoubtKind.UNREADABLE, e.label, f"{e.label} cannot be read: {why}.", _MAKE_READABLE, e.id)

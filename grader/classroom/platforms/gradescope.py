@@ -33,7 +33,7 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
     tests: list[dict[str, object]] = []
     for each, title, lost in platform.judged(row, rubric, report):
         test: dict[str, object] = {"name": title, "number": numbers[each.id]}
-        said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
+        said = f"{each.override.points:g} points by {each.override.by}: {each.override.why}" if each.override else ""
         if each.withheld:
             tests.append(test | {"output": State.WITHHELD.value, "visibility": "visible"})
         elif each.points is not None:

@@ -324,17 +324,6 @@ def test_unlinked_people_of_a_github_roster_keep_their_identifiers(tmp_path):
     assert len({person.key for person in people}) == 4
 
 
-def test_who_has_no_github_account_in_the_roster_is_listed(tmp_path):
-    for login in ("anna", "b0b"):
-        (tmp_path / f"robots-{login}" / ".git").mkdir(parents=True)
-        (tmp_path / f"robots-{login}" / "package.xml").write_text(login)
-    bob = Person("s2", "Bob")
-    result = discovery.find(tmp_path, [Person("s1", "Anna", login="anna"), bob])
-    doubts = {doubt.kind: doubt for doubt in result.doubts}
-    assert set(doubts) == {DoubtKind.UNMATCHED, DoubtKind.UNLINKED}
-    assert doubts[DoubtKind.UNLINKED].people == (bob,), "b0b may be his"
-
-
 def test_logins_that_all_begin_alike_are_found_whole(tmp_path):
     """What all names share was taken for the assignment's: `uni-anna` was looked for as `anna`."""
     people = [Person("s1", "Anna", login="uni-anna"), Person("s2", "Bob", login="uni-bob")]

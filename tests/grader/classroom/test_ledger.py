@@ -22,7 +22,7 @@ from grader import cli
 from grader.classroom import cells, discovery, gradebook, overrides, roster, times
 from grader.classroom.class_folder import ClassFolder, Doubt, DoubtKind
 from grader.classroom.discovery import Found
-from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision
+from grader.classroom.overrides import Adjustment, Decisions, PersonDecision
 from grader.classroom.roster import Person
 from grader.intake import containers
 
@@ -157,7 +157,7 @@ def test_an_unmatched_hand_in_may_be_the_listed_ones(tmp_path):
 
 
 def test_a_decision_ends_the_doubt_about_a_lost_hand_in():
-    decided = PersonDecision(adjustments=(Adjustment(Change.TOTAL, Decimal(0), "never came", "Ada"),))
+    decided = PersonDecision(adjustments=(Adjustment("total", Decimal(0), "never came", "Ada"),))
     doubt = Doubt(DoubtKind.LOST, "Bo Ek", "", "", people=(BO,), stops=True)
     assert overrides._undecided(doubt, Decisions(people={BO.key: decided})) is None
     assert overrides._undecided(doubt, Decisions()) == doubt
