@@ -249,7 +249,7 @@ def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
 @contextmanager
 def local(jobs: int) -> Iterator[Workforce]:
     """Yield what grades up to `jobs` submissions at a time on this machine."""
-    runner = Runner(lambda name, what: workforce.heard(name, what))
+    runner = Runner(lambda name, what: workforce.doing.update({name: what}))
     workforce = Workforce(jobs, runner.grade, runner.stop)
     try:
         yield workforce
@@ -286,7 +286,7 @@ def _grade(
                 if ended and time.monotonic() > written + _PAGE_S:
                     overview.attempt(folder)
                     written = time.monotonic()
-                console.going_on(done, total, workforce.doing())
+                console.going_on(done, total, dict(workforce.doing))
             jobs = again
     except KeyboardInterrupt:
         workforce.stop()

@@ -344,12 +344,8 @@ class ClassFolder:
         place = self.submission(record.id)
         place.parent.mkdir(exist_ok=True)
         if place.exists():
-            old = self.working(f"{record.id}-old")
-            place.rename(old / place.name)
-            made.rename(place)
-            tempdir.remove(old)
-        else:
-            made.rename(place)
+            place.rename(self.working(f"{record.id}-old") / place.name)
+        made.rename(place)
 
 
 def _converter() -> cattrs.Converter:

@@ -303,22 +303,21 @@ def archive(folder: ClassFolder, given: Mapping[str, str], path: Path, progress:
     with ExitStack() as stack:
         sources = {entry.source or facts.source for entry in present}
         roots = {source: stack.enter_context(discovery.opened(folder.located(source))).folder for source in sources}
-        scratch = stack.enter_context(tempdir.folder("similar"))
         for entry in present:
             progress(f"reading {entry.id}")
             source = roots[entry.source or facts.source] / entry.path
-            try:
-                package = open_submission(source, scratch / entry.id, course).package
-            except SubmissionError as error:
-                notes.append(f"{entry.id} is left out: {one_line(error.what)}")
-                continue
-            found = source_files.find(package, course)
-            read = {f.path: None if f.problem else untrusted.read_python(package / f.path) for f in found}
+            with tempdir.folder("similar") as scratch:
+                try:
+                    package = open_submission(source, scratch / "submission", course).package
+                except SubmissionError as error:
+                    notes.append(f"{entry.id} is left out: {one_line(error.what)}")
+                    continue
+                found = source_files.find(package, course)
+                read = {f.path: None if f.problem else untrusted.read_python(package / f.path) for f in found}
             texts[entry.id] = {name: text for name, text in read.items() if text is not None and python_ast.parse(text)}
             notes += [f"{entry.id} is without {one_line(name)}." for name in read if name not in texts[entry.id]]
             if discovery.content_hash(source) != entry.content:
                 notes.append(f"{entry.id} is as it is now; it is not what was graded.")
-            tempdir.remove(scratch / entry.id)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
         for name, files in texts.items():
             parts = (f"# {one_line(file)}\n{text}" for file, text in sorted(files.items()))

@@ -53,8 +53,8 @@ def opened(source: Path) -> Iterator[Source]:
         yield Source(source)
     elif source.is_file():
         with tempdir.folder("class") as folder:
-            unpacked = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
-            yield Source(folder / "export", tuple(unpacked.plan.left_out), tuple(unpacked.plan.shortened))
+            plan = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
+            yield Source(folder / "export", tuple(plan.left_out), tuple(plan.shortened))
     else:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 

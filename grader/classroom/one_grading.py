@@ -146,26 +146,22 @@ class Runner:
 
 
 class Workforce:
-    """Grades up to `slots` submissions at a time: on this machine, or on a cluster."""
+    """Grades up to `slots` submissions at a time: on this machine, or on a cluster.
+
+    Attributes:
+        doing: what is going on, by the ids of the submissions that are being graded.
+    """
 
     def __init__(self, slots: int, grade: Callable[[Order], Ending], end: Callable[[], None], words: str = "") -> None:
-        """`end` ends all that `grade` is doing; `words` say what is going on until `heard` says more."""
+        """`end` ends all that `grade` is doing; `words` say at first what is going on."""
         self.slots = slots
         self._grade, self._end, self._words = grade, end, words
-        self._doing: dict[str, str] = {}
+        self.doing: dict[str, str] = {}
         self._threads = ThreadPoolExecutor(slots)
 
     def submit(self, order: Order) -> Future[Ending]:
         """Begin a grading into the folder `order.out`; the future never raises for the submission's sake."""
         return self._threads.submit(self._noted, order)
-
-    def doing(self) -> dict[str, str]:
-        """Return what is going on, by the ids of the submissions that are being graded."""
-        return dict(self._doing)
-
-    def heard(self, name: str, what: str) -> None:
-        """Note what is going on for a submission."""
-        self._doing[name] = what
 
     def stop(self) -> None:
         """End everything at once."""
@@ -174,11 +170,11 @@ class Workforce:
         self._threads.shutdown(wait=True)
 
     def _noted(self, order: Order) -> Ending:
-        self._doing[order.id] = self._words
+        self.doing[order.id] = self._words
         try:
             return self._grade(order)
         finally:
-            del self._doing[order.id]
+            del self.doing[order.id]
 
 
 def _grade(order: Order) -> None:

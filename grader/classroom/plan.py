@@ -33,6 +33,7 @@ _HEADER = ("id", "label", "people", "matched by", "hand-in", "submitted", "late"
 _WIDTHS = (20, 24, 28, 26, 22, 34, 17, 50)
 
 
+_OTHER_KIT = "by another kit"
 _VOID = ("seed", "rubric")
 """The settings of which another value makes all grades void; any other only says whose a grade is, or how late."""
 
@@ -139,11 +140,10 @@ class Action(Enum):
 
 @dataclass(frozen=True)
 class Decision:
-    """What is done with a submission, and why. `other_kit` says that the grade which is kept is another kit's."""
+    """What is done with a submission, and why."""
 
     action: Action
     why: str
-    other_kit: bool = False
 
 
 @dataclass(frozen=True)
@@ -202,8 +202,8 @@ def decide(entry: Entry, record: Record | None, job: Record, options: Options) -
     if record.status is Status.REFUSED:
         kept = f"cannot be graded: {record.why}"
     where = "; in an earlier source only" if entry.absent else ""
-    by = "" if record.kit == job.kit else f"; by another kit ({record.kits})"
-    return Decision(Action.KEEP, f"{kept}{by}{where}", other_kit=bool(by))
+    by = "" if record.kit == job.kit else f"; {_OTHER_KIT} ({record.kits})"
+    return Decision(Action.KEEP, f"{kept}{by}{where}")
 
 
 def _cause(record: Record | None, job: Record) -> str:
@@ -316,7 +316,7 @@ def summary(plan: Plan) -> Iterator[str]:
     if waiting:
         people = counted(len(waiting), "person", "people")
         yield f"  not graded yet, because of a doubt: {people} without a submission"
-    if other_kit := [row.entry.id for row in kept if row.entry and row.decision.other_kit]:
+    if other_kit := [row.entry.id for row in kept if row.entry and _OTHER_KIT in row.decision.why]:
         yield f"  {len(other_kit)} kept from another kit: {some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
         yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {some(absent)}"

@@ -57,6 +57,11 @@ class CopyPlan:
     left_out: list[LeftOut] = field(default_factory=list)
     shortened: list[str] = field(default_factory=list)
 
+    def left_of(self, limits: SizeLimits) -> SizeLimits:
+        """Return what is left of the limits for archives inside."""
+        used = sum(entry.size for entry in self.files.values())
+        return replace(limits, total_bytes=limits.total_bytes - used, files=limits.files - len(self.files))
+
     @contextmanager
     def remarking(self, entry: Entry) -> Iterator[None]:
         """Leave the entry out, with a flag or a note, if it is refused in the block."""
