@@ -110,16 +110,19 @@ def plan_copy(container: Container, limits: SizeLimits, *, export: bool = False)
     # By name; hard links after the files that they become copies of.
     for entry in sorted(kept, key=lambda e: (e.kind is Kind.HARD_LINK, paths[e.index])):
         path = paths[entry.index]
+        if entry.kind is Kind.FOLDER:
+            plan.folders += [path] * (export and bool(path))
+            continue
         with plan.remarking(entry):
-            if entry.kind is not Kind.FOLDER:
-                plan.files[path] = _copied(
-                    entry, path, plan.files, limits, export, last=last[path], is_folder=path in above
-                )
-                if entry.kind is Kind.FILE and entry.mode & (stat.S_ISUID | stat.S_ISGID):
-                    words = say("the set-user-id bit was removed")
-                    plan.flags.append(Flag("setuid", words, printable(entry.name)))
-            elif path and export:
-                plan.folders.append(path)
+            copied_entry = _copied(entry, path, plan.files, limits, export)
+            if path in above:
+                raise _Refused("collision", say("there is a folder of the same name; it was left out"))
+            if entry is not last[path]:
+                raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
+            plan.files[path] = copied_entry
+            if entry.kind is Kind.FILE and entry.mode & (stat.S_ISUID | stat.S_ISGID):
+                words = say("the set-user-id bit was removed")
+                plan.flags.append(Flag("setuid", words, printable(entry.name)))
     plan.folders = [path for path in plan.folders if not plan.files.keys() & {path, *_folders(path)}]
     plan.flags = [*plan.flags, *_look_alikes(plan.files)][:MAX_REMARKS]
     if made:
@@ -153,34 +156,18 @@ def _safe(name: str) -> str:
     return "/".join(safe_name(part) for part in name.replace("\\", "/").split("/") if part not in ("", "."))
 
 
-def _copied(
-    entry: Entry,
-    path: str,
-    files: Mapping[str, Entry],
-    limits: SizeLimits,
-    export: bool,
-    *,
-    last: Entry,
-    is_folder: bool,
-) -> Entry:
+def _copied(entry: Entry, path: str, files: Mapping[str, Entry], limits: SizeLimits, export: bool) -> Entry:
     """Return what to copy of an entry that is not a folder; of a hard link, a copy of one of the `files`.
-
-    `last` is the last entry of its name; `is_folder` is whether others need a folder of that name.
 
     Raises:
         _Refused: it is not copied.
     """
     target, shown = entry.target.replace("\\", "/"), printable(entry.target)
-    copy = entry
     if entry.kind is Kind.HARD_LINK:
         original = _path(entry.target, export)
         if original not in files:
             raise _Refused("link", say("hard link to {target}, which is not in the submission", target=shown))
-        copy = replace(entry, target=original, size=files[original].size)
-    if is_folder and entry.kind in (Kind.FILE, Kind.HARD_LINK):
-        raise _Refused("collision", say("there is a folder of the same name; it was left out"))
-    if entry is not last:
-        raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
+        return replace(entry, target=original, size=files[original].size)
     if entry.kind is Kind.LINK:
         reached = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
         if target.startswith("/") or reached == ".." or reached.startswith("../"):
@@ -189,13 +176,13 @@ def _copied(
     if entry.kind is Kind.SPECIAL:
         words = mark("it is not a regular file (but a device, pipe or sparse file); it was left out")
         raise _Refused("special file", say(words))
-    if entry.kind is Kind.FILE and entry.size > limits.file_bytes:
+    if entry.size > limits.file_bytes:
         if entry.packed is not None and entry.size > limits.ratio * max(entry.packed, 1):
             words = mark("{size} bytes packed into {packed}; it was left out")
             raise _Refused("bomb", say(words, size=entry.size, packed=entry.packed))
         words = mark("it has {size} MB, more than {most} MB, and was left out")
         raise _Refused("", say(words, size=entry.size // MB, most=limits.file_bytes // MB))
-    return copy
+    return entry
 
 
 def _made_by_tools(paths: Collection[str]) -> set[str]:
