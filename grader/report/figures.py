@@ -66,9 +66,7 @@ class Album:
             if drawable and pictured < self.most:
                 source = pictures.data_uri(trial, at)
         with contextlib.suppress(Exception):
-            from grader.report.recording import replay
-
-            played = replay(trial, seen) if words else ""
+            played = _pictures().replay(trial, seen) if words else ""
         made = Figure(one_line(trial.name), source, words, played, f"trial-{len(self.made)}")
         self.made[trial.name] = made if source or played else None
         return self.made[trial.name]

@@ -17,7 +17,7 @@ from helpers.report_examples import BUILD, INTAKE, TOUCHED, drive_at_a_wall, gra
 from grader import evidence, report
 from grader.evidence import Command, Evidence
 from grader.report import html
-from grader.report.recording import moment, recording, replay
+from grader.report.pictures import moment, recording, replay
 from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
 
