@@ -113,12 +113,7 @@ def kept_apart() -> float:
 
 
 def look(source: Path | None, out: Path, people: Sequence[Person] | None, options: Options) -> Plan:
-    """Return what `run` would do. Nothing is graded and nothing is written.
-
-    Raises:
-        GraderError: as `run`.
-        SubmissionError: an archive of the class cannot be opened.
-    """
+    """Return what `run` would do, or raise as it does. Nothing is graded and nothing is written."""
     with _prepared(source, ClassFolder(out), people, options) as (planned, *_):
         return planned
 

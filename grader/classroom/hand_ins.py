@@ -182,11 +182,7 @@ def _judge(order: tuple[Path, Path, Rubric, int, HandIn, str]) -> dict[str, str]
 
 
 def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: Settings) -> None:
-    """Check that all evidence which the wanted requirements need was collected.
-
-    Raises:
-        GraderError: it was not; the message says for what, and which command collects it.
-    """
+    """Check that all evidence which the wanted requirements need was collected, or say which command collects it."""
     trials = trial_runs.wanted(settings)
     for record in graded:
         found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)

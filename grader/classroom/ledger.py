@@ -46,14 +46,12 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     entries = {entry.name for entry in entries_of(root)} - set(platform.own)
     used = {hand_in.path.relative_to(root).parts[0] for hand_in in export.hand_ins}
     # A remark names an entry, and not a longer name with that at its end.
-    signs = (" is ", ",", ".")
-    why = {n: note for n in entries - used for note in export.notes if any(f" {n}{s}" in f" {note}" for s in signs)}
-    beside = {name for name, note in why.items() if "is graded" in note}
-    beside |= {name for name in entries - used - set(why) if _is_beside(export, platform, root, root / name)}
+    chosen = [f" {note}" for note in export.notes if "is graded" in note]
+    beside = {n for n in entries - used for note in chosen if any(f" {n}{sign}" in note for sign in (",", "."))}
     odd = sorted(entries - used - beside)
     hidden = sorted(each.name for each in root.iterdir() if each.name.startswith(".") and not _SYSTEM.match(each.name))
     loose = [
-        Lost(name, f"{printable(name)} is neither an archive nor a folder.", named(Path(name).stem), name not in why)
+        Lost(name, f"{printable(name)} is neither an archive nor a folder.", named(Path(name).stem), sure=False)
         for name in odd
     ]
     loose += [
@@ -70,12 +68,6 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     notes = [f"{printable(name, 100)}: its name is too long, and was shortened." for name in source.shortened]
     lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
     return replace(export, ledger=ledger, lost=lost, notes=(*export.notes, *notes))
-
-
-def _is_beside(export: Export, platform: Platform, root: Path, entry: Path) -> bool:
-    """Return whether an entry is of those of a hand-in, such as a text that was typed beside a file."""
-    found = platform.read(root, [entry]).hand_ins if platform.recognises(root, [entry]) else ()
-    return any(_same(each, found[0]) for each in export.hand_ins) if found else False
 
 
 def _groups(source: Source, inside: Sequence[str]) -> _Gone:

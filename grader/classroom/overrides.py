@@ -113,11 +113,7 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
-    """Return what the class's overrides.yaml says.
-
-    Raises:
-        GraderError: as `load`.
-    """
+    """Return what the class's overrides.yaml says; as `load`."""
     everyone = [*dict.fromkeys(person for entry in facts.entries for person in entry.people), *facts.missing]
     return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 

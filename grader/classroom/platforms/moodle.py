@@ -92,9 +92,9 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     for entry, found in read.items():
         people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
     for ((name, number), *more), parts in people.items():
-        files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
+        parts.sort(key=lambda part: part[0] == "file")  # a text that was typed beside files counts less
         label = f"{name} {number}" if _is_hidden(name) else name
-        path, remarks = platform.one_of(label, files)
+        path, remarks = platform.one_of(label, [entry for _, entry in parts])
         notes += remarks
         hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
     return Export("moodle", tuple(hand_ins), tuple(notes))
