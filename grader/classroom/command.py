@@ -127,9 +127,8 @@ def _verb(
     **more: Any,
 ) -> Callable[..., object]:  # fmt: skip
     """Add a verb, and return what adds its options."""
-    parser = verbs.add_parser(
-        name, help=words, description=description, epilog=f"Example:  grader {name} {example}"
-    )  # fmt: skip
+    epilog = f"Example:  grader {name} {example}"
+    parser = verbs.add_parser(name, help=words, description=description, epilog=epilog)
     parser.set_defaults(run=run, **more)
     added: Callable[..., object] = parser.add_argument
     return added

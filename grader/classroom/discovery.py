@@ -113,22 +113,20 @@ def find(
 
 def content_hash(path: Path) -> str:
     """Return the SHA-256 of an archive's bytes, or of a folder's paths, bytes and `chmod +x`, without git history."""
-    digest = hashlib.sha256()
-    if path.is_dir():
-        for folder, folders, names in os.walk(path):
-            folders[:] = sorted(name for name in folders if name != ".git")
-            for name in sorted(names):
-                file = Path(folder) / name
-                digest.update(f"\0{file.relative_to(path)}\0".encode(errors="surrogateescape"))
-                if file.is_symlink():
-                    digest.update(os.fsencode(file.readlink()))
-                elif file.is_file():
-                    digest.update(b"x" if file.stat().st_mode & 0o100 else b"-")
-                    digest.update(hashlib.sha256(file.read_bytes()).digest())
-    else:
+    if not path.is_dir():
         with path.open("rb") as stream:
-            while block := stream.read(MB):
-                digest.update(block)
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = hashlib.sha256()
+    for folder, folders, names in os.walk(path):
+        folders[:] = sorted(name for name in folders if name != ".git")
+        for name in sorted(names):
+            file = Path(folder) / name
+            digest.update(f"\0{file.relative_to(path)}\0".encode(errors="surrogateescape"))
+            if file.is_symlink():
+                digest.update(os.fsencode(file.readlink()))
+            elif file.is_file():
+                digest.update(b"x" if file.stat().st_mode & 0o100 else b"-")
+                digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()
 
 
@@ -167,9 +165,8 @@ def _draft(found: Match) -> Entry:
 
 def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
     """Return the entry with the time of an earlier run, if nothing says when the same content was handed in now."""
-    same = (old for old in earlier if old.id == entry.id and old.content == entry.content)
-    before = next(same, None)
-    return replace(entry, submitted=before.submitted) if before and entry.submitted is None else entry
+    before = {(old.id, old.content): old.submitted for old in earlier}
+    return replace(entry, submitted=entry.submitted or before.get((entry.id, entry.content)))
 
 
 def _retained(earlier: Sequence[Entry], present: Sequence[Entry], roster: Sequence[Person]) -> tuple[Entry, ...]:

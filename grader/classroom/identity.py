@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -74,8 +75,8 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
     sure = _sure(claims, people)
     called = {person: claim for person in people for claim in claims if _is_called(person, claim)}
     if len(called) > 1:  # Weiss and Weiß: no platform changes other letters than capitals
-        exactly = {person: claim for person, claim in called.items() if _is_called(person, claim, exactly=True)}
-        called = exactly or called
+        exactly = [who for who, c in called.items() if not Counter(_letters(who.name)) - Counter(_letters(c.value))]
+        called = {who: called[who] for who in exactly} or called
     teams, team = _team(claims, people)
     if len(sure) > 1:
         return _refused(sure, " and ".join(sorted(f"{claim.text} is {who.label}'s" for who, claim in sure.items())))
@@ -117,12 +118,9 @@ def is_no_team(name: str) -> bool:
 
 
 @cache  # a class compares each claim with everyone
-def key(text: str, *, fold: bool = True) -> str:
+def key(text: str) -> str:
     """Return a name in the form in which names are compared: all letters of every script, without apostrophes."""
-    folded = unicodedata.normalize("NFC", first_name_first(text).replace(",", " "))
-    if fold:
-        folded = _plain(folded)
-    return _SPACE.sub(" ", folded.translate(_DROPPED)).strip()
+    return _SPACE.sub(" ", _plain(first_name_first(text).replace(",", " ")).translate(_DROPPED)).strip()
 
 
 def _sure(claims: Sequence[Claim], people: Sequence[Person]) -> dict[Person, Claim]:
@@ -184,20 +182,14 @@ def _logins(claims: Iterable[Claim], people: Iterable[Person]) -> dict[str, Pers
     return found if len(found) == 1 else {}
 
 
-def _is_called(person: Person, claim: Claim, *, exactly: bool = False) -> bool:
-    """Return whether the claim is the person's whole name; Moodle writes that of their group before it.
-
-    `exactly` means that letters which are equal when folded are the person's own, too.
-    """
+def _is_called(person: Person, claim: Claim) -> bool:
+    """Return whether the claim is the person's whole name; Moodle writes that of their group before it."""
     if not person.name or claim.kind not in ("name", ANY, SHORT):
         return False
     if claim.kind == SHORT:
         first, _, last = person.name.strip().rpartition(" ")
-        own, said = (_letters(text) for text in (person.sortable or last + first, claim.value))
-        return own.lower() == said.lower() if exactly else _squeezed(own) == _squeezed(said)
+        return _squeezed(person.sortable or last + first) == _squeezed(claim.value)
     names = (person.name, *(f"{group}-{person.name}" for group in ((person.team,) if person.team else _NO_TEAM)))
-    if exactly:
-        return key(claim.value, fold=False).lower() in [key(name, fold=False).lower() for name in names]
     return key(claim.value) in map(key, names)
 
 
@@ -236,15 +228,16 @@ def _words(text: str) -> list[str]:
 
 
 def _squeezed(text: str) -> str:
-    return unicodedata.normalize("NFC", _letters(text).casefold())
+    return _plain(_letters(text))
 
 
 def _letters(text: str) -> str:
-    return "".join(char for char in unicodedata.normalize("NFC", text) if unicodedata.category(char).startswith(_WORD))
+    """Return the letters of a name, as Canvas keeps them."""
+    return "".join(c for c in unicodedata.normalize("NFC", text.lower()) if unicodedata.category(c).startswith(_WORD))
 
 
 def _plain(text: str) -> str:
-    return unicodedata.normalize("NFC", text.strip().casefold())
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", text).strip().casefold())
 
 
 def _refused(rivals: Iterable[Person], why: str = "") -> Identified:
