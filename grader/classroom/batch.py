@@ -34,7 +34,6 @@ from grader.scoring import rubric
 # estimate with room to spare, not a measurement.
 CORES_EACH = 2
 MEMORY_EACH = 2 * 1024**3
-_ATTEMPTS = 2
 _PAGE_S = 30.0  # between two writings of the class page, which takes a second for a class of 300
 _TICK_S = 1.0  # between two looks at what is running, for the progress line
 
@@ -202,7 +201,6 @@ def _prepared(
             kit=provenance.kit_hash(course.folder),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
-            made=dt.datetime.now().astimezone(),
             course=name_of(course),
             zero_missing=found.zero_missing if options.zero_missing is None else options.zero_missing,
         )
@@ -259,7 +257,7 @@ def _grade(
     done, written = total - len(jobs), time.monotonic()
     overview.attempt(folder)
     try:
-        for attempt, slots in enumerate((workforce.slots, *[1] * (_ATTEMPTS - 1)), 1):
+        for last, slots in ((False, workforce.slots), (True, 1)):
             waiting, again, running = jobs[::-1], jobs[:0], dict[Future[Ending], tuple[Order, Record]]()
             while waiting or running:
                 while waiting and len(running) < slots:
@@ -270,7 +268,7 @@ def _grade(
                 ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
                 for future in [each for each in running if each in ended]:  # in the order in which they began
                     (order, record), ending = running.pop(future), future.result()
-                    if ending.status is Status.ERROR and attempt < _ATTEMPTS:
+                    if ending.status is Status.ERROR and not last:
                         again.append((order, record))
                         continue
                     seconds = round(ending.seconds, 1)

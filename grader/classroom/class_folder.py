@@ -197,7 +197,6 @@ class ClassFacts:
     notes: tuple[str, ...] = ()
     deadline: dt.datetime | None = None
     late_rule: str = ""
-    made: dt.datetime | None = None
     doubts: tuple[Doubt, ...] = ()
     roster: tuple[Person, ...] = ()
     added: tuple[str, ...] = ()

@@ -54,7 +54,7 @@ def opened(source: Path) -> Iterator[Source]:
     elif source.is_file():
         with tempdir.folder("class") as folder:
             plan = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
-            yield Source(folder / "export", tuple(plan.left_out), tuple(plan.shortened))
+            yield Source(folder / "export", tuple(plan.left_out))
     else:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 

@@ -33,12 +33,11 @@ _Gone = dict[str, list[tuple[LeftOut, tuple[str, ...]]]]
 class Source:
     """A folder with a class's submissions: one that was given, or what an archive unpacked to.
 
-    `left_out` are the entries of the archive that are not in the folder, `shortened` are the names that were too long.
+    `left_out` are the entries of the archive that are not in the folder.
     """
 
     folder: Path
     left_out: tuple[LeftOut, ...] = ()
-    shortened: tuple[str, ...] = ()
 
 
 def account(export: Export, platform: Platform, root: Path, source: Source) -> Export:
@@ -65,9 +64,8 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     ledger += f" + {len(beside)} beside one of the same people" if beside else ""
     ledger += f" + {len(left)} left out: {some([printable(name, 80) for name in left], _SHOWN)}" if left else ""
     ledger += f"; inside them {within} left out" if within else ""
-    notes = [f"{printable(name, 100)}: its name is too long, and was shortened." for name in source.shortened]
     lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
-    return replace(export, ledger=ledger, lost=lost, notes=(*export.notes, *notes))
+    return replace(export, ledger=ledger, lost=lost)
 
 
 def _groups(source: Source, inside: Sequence[str]) -> _Gone:

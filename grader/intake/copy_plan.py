@@ -47,7 +47,6 @@ class CopyPlan:
         folders: folders of an export to be made even if nothing is in them.
         flags, notes: remarks for the instructor and for everyone, in limited number: an archive must not fill a report.
         left_out: all entries that tools have not made and that are not copied.
-        shortened: the names that were too long.
     """
 
     files: dict[str, Entry] = field(default_factory=dict)
@@ -55,7 +54,6 @@ class CopyPlan:
     flags: list[Flag] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
-    shortened: list[str] = field(default_factory=list)
 
     def left_of(self, limits: SizeLimits) -> SizeLimits:
         """Return what is left of the limits for archives inside."""
@@ -100,8 +98,6 @@ def plan_copy(container: Container, limits: SizeLimits, *, export: bool = False)
             if not path and entry.kind is not Kind.FOLDER:
                 raise _Refused("name", say("it has no name; it was left out"))
             paths[entry.index] = path
-            if export and path != _safe(entry.name):
-                plan.shortened.append(entry.name)
     made = set() if export else _made_by_tools(list(paths.values()))
     kept = [e for e in container.entries if e.index in paths and (export or not _is_made(paths[e.index], made))]
     last = {paths[entry.index]: entry for entry in kept if entry.kind is not Kind.FOLDER}
@@ -139,7 +135,7 @@ def _path(name: str, export: bool) -> str:
     raw = name.replace("\\", "/")
     if raw.startswith("/") or (len(raw) > 1 and raw[1] == ":" and raw[0].isalpha()):
         raise _Refused("absolute path", say("its path is absolute; it was left out"))
-    parts = [part for part in _safe(raw).split("/") if part]
+    parts = [safe_name(part) for part in raw.split("/") if part not in ("", ".")]
     if ".." in parts:
         raise _Refused("traversal", say("its path leads out of the submission with '..'; it was left out"))
     parts = [shortened(part) for part in parts] if export else parts
@@ -149,11 +145,6 @@ def _path(name: str, export: bool) -> str:
     if len(parts) > times * MAX_DEPTH or len(path.encode()) > times * MAX_PATH_BYTES or longest > MAX_NAME_BYTES:
         raise _Refused("", say("its name is too long or too deep; it was left out"))
     return path
-
-
-def _safe(name: str) -> str:
-    """Return an entry's name as a path of printable names."""
-    return "/".join(safe_name(part) for part in name.replace("\\", "/").split("/") if part not in ("", "."))
 
 
 def _copied(entry: Entry, path: str, files: Mapping[str, Entry], limits: SizeLimits, export: bool) -> Entry:
