@@ -14,7 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
-from helpers.archives import member, without_flag
+from helpers.archives import member
 from helpers.class_reports import graded
 from submissions import hostile_class as hostile
 
@@ -210,18 +210,6 @@ def test_the_limits_of_a_submission_are_not_those_of_a_class(tmp_path, monkeypat
                 info.size = 9_000
                 archive.addfile(info, io.BytesIO(bytes(9_000)))
     assert len(found(tmp_path / f"e.{form}", ()).entries) == 8
-
-
-def test_names_in_a_zip_of_macos_are_read_as_what_they_are(tmp_path):
-    """Three of four matched nobody: the flag that says that names are UTF-8 is not set."""
-    names = ("Ju\u0308rgen Mu\u0308\u00dfig", "Zoe\u0308 A\u030angstro\u0308m", "\u0141ukasz Z\u0307ak")
-    entries = [f"sheet1/{name}_4100{n}_assignsubmission_file_/lab.zip" for n, name in enumerate(names)]
-    (tmp_path / "mac.zip").write_bytes(without_flag(zipped(tmp_path / "x.zip", *entries).read_bytes()))
-    people = tuple(
-        Person(name=name)
-        for name in ("J\u00fcrgen M\u00fc\u00dfig", "Zo\u00eb \u00c5ngstr\u00f6m", "\u0141ukasz \u017bak")
-    )
-    assert found(tmp_path / "mac.zip", people).missing == ()
 
 
 def test_ids_that_differ_by_zeros_at_the_beginning_are_named(tmp_path):
