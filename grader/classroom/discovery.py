@@ -233,20 +233,16 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Ent
     Where several would have one id, each of them has its mark appended: no order decides who is who.
     """
     kept = {(entry.label, _mark(entry)): entry.id for entry in earlier}
-    ids: list[str] = []
+    own = [kept.pop((draft.label, _mark(draft)), "") for draft in drafts]
+    taken = {*filter(None, own), *(entry.id for entry in stay)}
     wanted = [_wanted(draft) for draft in drafts]
-    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))} | {each.id for each in stay}
-    for draft, name in zip(drafts, wanted, strict=True):
+    for draft, name, before in zip(drafts, wanted, own, strict=True):
         marked = f"{name}-{_mark(draft)}"
-        choices = (
-            choice
-            for choice in itertools.chain([name], [marked], (f"{marked}-{number}" for number in itertools.count(2)))
-            if choice not in taken and wanted.count(choice) <= (choice == name)
-        )
-        before = kept.pop((draft.label, _mark(draft)), "")
-        ids.append(before or next(choices))
-        taken.add(ids[-1])
-    return (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
+        choices = itertools.chain([name, marked], (f"{marked}-{number}" for number in itertools.count(2)))
+        free = (choice for choice in choices if choice not in taken and wanted.count(choice) <= (choice == name))
+        found = before or next(free)
+        taken.add(found)
+        yield replace(draft, id=found)
 
 
 def _wanted(draft: Entry) -> str:

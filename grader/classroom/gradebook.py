@@ -207,16 +207,15 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     name = str(report.get("submission", "submission"))
     # It may have been graded by another rubric than the course's.
     whole = replace(whole, withholds=report.get("flags", FLAGS[whole.withholds]) == FLAGS[True])
-    if "requirements" not in report:
-        refusal = report.get("refused", {"because": "it could not be graded"})
-        why = " ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name))
-        row = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
-    else:
+    row = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING)
+    if "requirements" in report:
         found = _requirements(whole, report, {}, None)
-        most = sum((each.max for each in found), NOTHING)
-        state = _state(Record(name, Status.GRADED), True, found)
-        row = Row(Person(name=name), state, name, found, most, why=_withheld(found))
-        row = _with_total(replace(row, flags=len(report.get("integrity", ()))), state, row.reached, whole)
+        state, flags = _state(Record(name, Status.GRADED), True, found), len(report.get("integrity", ()))
+        row = replace(row, requirements=found, why=_withheld(found), flags=flags)
+        row = _with_total(row, state, row.reached, whole)
+    else:
+        refusal = report.get("refused", {"because": "it could not be graded"})
+        row = replace(row, why=" ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name)))
     return Gradebook(whole, (row,), (row,), {name: row})
 
 

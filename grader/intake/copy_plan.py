@@ -148,11 +148,7 @@ def _path(name: str, export: bool) -> str:
 
 
 def _copied(entry: Entry, path: str, files: Mapping[str, Entry], limits: SizeLimits, export: bool) -> Entry:
-    """Return what to copy of an entry that is not a folder; of a hard link, a copy of one of the `files`.
-
-    Raises:
-        _Refused: it is not copied.
-    """
+    """Return what to copy of an entry that is not a folder; of a hard link, a copy of one of the `files`."""
     target, shown = entry.target.replace("\\", "/"), printable(entry.target)
     if entry.kind is Kind.HARD_LINK:
         original = _path(entry.target, export)

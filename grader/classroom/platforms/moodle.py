@@ -27,9 +27,6 @@ def _write(delivery: Delivery) -> list[str]:
     """Fill in the grades and comments of an offline grading worksheet; all else stays, byte for byte.
 
     A comment that a person wrote is kept, and ours follows it in brackets, or replaces the one that is there.
-
-    Raises:
-        GraderError: it is not such a file, or its maximum is not the rubric's.
     """
     book, sheet = delivery.book, cells.Sheet(delivery.sheet)
     columns = roster.worksheet_columns(sheet.header)
