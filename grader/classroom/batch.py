@@ -11,7 +11,6 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TextIO
 
 from grader import sandbox
 from grader.checks import checks_run
@@ -59,12 +58,11 @@ class Console:
 
     def __init__(self, log: Path) -> None:
         self._progress = Progress()
-        self._path = log
-        self._log: TextIO | None = None
+        self._path, self._logs = log, False
 
     def planned(self, planned: Plan) -> None:
         """Say what will be done."""
-        self._log = self._path.open("a", encoding="utf-8", buffering=1)  # not before: the class is locked by now
+        self._logs = True  # not before: the class is locked by now
         for line in plan.summary(planned):
             self.say(printable(line, 1000))
 
@@ -86,17 +84,13 @@ class Console:
 
     def log(self, text: str) -> None:
         """Write a line into the class's log only."""
-        if self._log:
-            self._log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
+        if self._logs:
+            with self._path.open("a", encoding="utf-8") as log:
+                log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
 
     def clear(self) -> None:
         """Remove the line that changes."""
         self._progress.done()
-
-    def close(self) -> None:
-        """Close the log."""
-        if self._log:
-            self._log.close()
 
 
 def jobs_here() -> int:

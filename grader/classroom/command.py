@@ -169,8 +169,6 @@ def _batch(options: argparse.Namespace) -> int:
         console.clear()
         console.log(str(error))
         raise
-    finally:
-        console.close()
 
 
 def _run_batch(
