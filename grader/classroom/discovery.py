@@ -37,8 +37,6 @@ _SHORT = 60  # bytes of an id
 _LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
 _NEW = ClassFacts()
-Found = ClassFacts
-"""A class as far as its sources, roster and lists tell."""
 
 
 @contextmanager
@@ -65,8 +63,10 @@ def find(
     before: ClassFacts = _NEW,
     added: Sequence[Source] = (),
     known_times: Sequence[HandInTime] = (),
-) -> Found:
-    """Return the class with the submissions in the folder `root` and in those `added` to it, each with its people.
+) -> ClassFacts:
+    """Return the class as far as its sources, roster and lists tell: each submission with its people.
+
+    The submissions are those in the folder `root` and in those `added` to it.
 
     Those that the class has had `before` keep their ids, and stay if they are in none of the folders any more. Of
     several submissions of one team the latest counts, if their times are known; otherwise all of them are entries.

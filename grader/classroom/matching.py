@@ -139,16 +139,16 @@ def _match(hand_in: HandIn, roster: Sequence[Person]) -> Match:
 
 def _without_namesakes(found: list[Match]) -> list[Match]:
     """Take a person from all submissions that have only the name in common with them, if several accounts have it."""
-    numbers: dict[Person, set[str]] = {}
+    accounts: dict[Person, set[str]] = {}
     for each in found:
         for person, by in each.people.items():
             if by.kind in _BY_NAME and each.account.value:
-                numbers.setdefault(person, set()).add(each.account.value)
-    several = {person: sorted(of) for person, of in numbers.items() if len(of) > 1}
+                accounts.setdefault(person, set()).add(each.account.value)
+    several = {person: " and ".join(sorted(of)) for person, of in accounts.items() if len(of) > 1}
     matches = []
     for each in found:
         refused = [who for who, by in each.people.items() if who in several and by.kind in _BY_NAME]
-        why = [f"accounts {' and '.join(several[who])} have the name of {who.label}" for who in refused]
+        why = (f"accounts {several[who]} have the name of {who.label}" for who in refused)
         unknown = (Identified(rivals=(who,), why=said) for who, said in zip(refused, why, strict=True))
         people = {who: by for who, by in each.people.items() if who not in refused}
         matches.append(replace(each, people=people, unknown=(*each.unknown, *unknown)))

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grader.classroom import discovery, matching, roster
-from grader.classroom.class_folder import DoubtKind
-from grader.classroom.discovery import Found
+from grader.classroom.class_folder import ClassFacts, DoubtKind
 from grader.classroom.identity import ANY, SHORT, Claim, identify
 from grader.classroom.platform import HandIn
 from grader.classroom.roster import Person
@@ -21,7 +20,7 @@ JANE = Person("s1", "Jane Doe", "jane@uni.edu", "jdoe", "", "101")
 EVE = Person("s7", "Eve Adams", "eve@uni.edu", "eve", "Team 7", "707")
 
 
-def found(root: Path, names: list[str], people: list[Person]) -> Found:
+def found(root: Path, names: list[str], people: list[Person]) -> ClassFacts:
     """Find submissions with these names. Each is a file of its own, a name that ends in "/" a folder."""
     for number, name in enumerate(names):
         path = root / name
@@ -32,7 +31,7 @@ def found(root: Path, names: list[str], people: list[Person]) -> Found:
     return discovery.find(root, people)
 
 
-def owners(result: Found) -> dict[str, list[str]]:
+def owners(result: ClassFacts) -> dict[str, list[str]]:
     """Return who has what, by what is handed in."""
     return {entry.path.read_text(): sorted(person.label for person in entry.people) for entry in result.entries}
 

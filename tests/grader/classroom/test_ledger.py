@@ -20,8 +20,7 @@ from submissions import hostile_class as hostile
 
 from grader import cli
 from grader.classroom import cells, discovery, gradebook, overrides, roster, times
-from grader.classroom.class_folder import ClassFolder, Doubt, DoubtKind
-from grader.classroom.discovery import Found
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Doubt, DoubtKind
 from grader.classroom.overrides import Adjustment, Decisions, PersonDecision
 from grader.classroom.roster import Person
 from grader.intake import containers
@@ -30,14 +29,14 @@ JANE = Person("s1", "Jane Doe", login="jdoe")
 BO = Person("s2", "Bo Ek", login="boek")
 
 
-def found(path: Path, people: tuple[Person, ...] = (JANE, BO), listed: str = "") -> Found:
+def found(path: Path, people: tuple[Person, ...] = (JANE, BO), listed: str = "") -> ClassFacts:
     """Return what is found in an export, with a CSV of times beside it."""
     (path.parent / "times.csv").write_text(listed or "id,submitted\n")
     with discovery.opened(path) as source:
         return discovery.find(source, people, known_times=times.load(path.parent / "times.csv"))
 
 
-def stops(what: Found) -> list[str]:
+def stops(what: ClassFacts) -> list[str]:
     return [doubt.what for doubt in what.doubts if doubt.stops]
 
 
