@@ -84,7 +84,11 @@ class Runner:
             ending = self._run(order, scratch)
         except OSError as error:
             ending = Ending(Status.ERROR, shortage.explain(error) or f"The grading cannot be started ({error}).")
-        return Ending(ending.status, ending.why, time.monotonic() - started)
+        seconds = time.monotonic() - started
+        if ending.status is Status.ERROR and seconds >= order.limit_s:
+            why = f"It was not done after {order.limit_s / 60:g} minutes (--minutes): look at it, or give it more."
+            return Ending(Status.ERROR, why, seconds)
+        return Ending(ending.status, ending.why, seconds)
 
     def _run(self, order: Order, scratch: Path | None) -> Ending:
         with self._lock:
@@ -96,26 +100,16 @@ class Runner:
                 start_new_session=True, cwd=KIT,
             )  # fmt: skip
             self._running.add(child)
-        out_of_time = threading.Event()
-
-        def stop() -> None:
-            out_of_time.set()
-            supervised.end(child)
-
-        limit = threading.Timer(order.limit_s, stop)
+        limit = threading.Timer(order.limit_s, supervised.end, [child])
         limit.daemon = True
         limit.start()
         try:
-            ending = self._follow(child, order)
+            return self._follow(child, order)
         finally:
             limit.cancel()
             supervised.end(child)
             with self._lock:
                 self._running.discard(child)
-        if out_of_time.is_set() and ending.status is Status.ERROR:
-            why = f"It was not done after {order.limit_s / 60:g} minutes (--minutes): look at it, or give it more."
-            return Ending(Status.ERROR, why)
-        return ending
 
     def stop(self) -> None:
         """End all gradings that are going on; no other will begin."""
