@@ -22,7 +22,7 @@ import os
 import shutil
 from collections.abc import Iterator, Sized
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -263,17 +263,6 @@ class ClassFolder:
         """Write class.yaml."""
         data = {"schema": _CLASS_SCHEMA} | _CONVERTER.unstructure(facts)
         write_atomically(self.path / CLASS, yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120))
-
-    def decide(self, *, zero_missing: bool) -> None:
-        """Write a person's decision about missing, empty and damaged hand-ins into class.yaml.
-
-        Raises:
-            GraderError: this is not a class folder, or another run writes to it.
-        """
-        facts = self.facts()
-        if facts.zero_missing != zero_missing:
-            with self.locked():
-                self.write_facts(replace(self.facts(), zero_missing=zero_missing))
 
     def record(self, name: str) -> Record | None:
         """Return how a submission was graded, None if it was not, or not to its end."""

@@ -11,6 +11,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -223,8 +224,9 @@ def _gradebook(options: argparse.Namespace) -> int:
         book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
         reports = {book.rows[0].submission: report}
     else:
-        if options.zero_missing is not None:
-            folder.decide(zero_missing=options.zero_missing)
+        if options.zero_missing not in (None, folder.facts().zero_missing):
+            with folder.locked():
+                folder.write_facts(replace(folder.facts(), zero_missing=options.zero_missing))
         book = gradebook.read(folder)
         _refresh(folder)
         if options.out is None:
