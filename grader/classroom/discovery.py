@@ -83,7 +83,10 @@ def find(
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = _retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
-    named = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
+    before_now = {(entry.id, entry.content): entry.submitted for entry in earlier}  # the time of the same content
+    named = [
+        replace(e, submitted=e.submitted or before_now.get((e.id, e.content))) for e in _named(drafts, earlier, stay)
+    ]
     entries = tuple(sorted((*named, *stay), key=lambda entry: entry.id))
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
@@ -161,12 +164,6 @@ def _draft(found: Match) -> Entry:
         "", hand_in.label, hand_in.path, content, people, hand_in.submitted, hand_in.late,
         number=found.account.value, matched=matched,
     )  # fmt: skip
-
-
-def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
-    """Return the entry with the time of an earlier run, if nothing says when the same content was handed in now."""
-    before = {(old.id, old.content): old.submitted for old in earlier}
-    return replace(entry, submitted=entry.submitted or before.get((entry.id, entry.content)))
 
 
 def _retained(earlier: Sequence[Entry], present: Sequence[Entry], roster: Sequence[Person]) -> tuple[Entry, ...]:

@@ -87,7 +87,8 @@ def _unpacked(export: Export, platform: Platform, root: Path, groups: _Gone) -> 
     shadows = _shadows(platform, groups)
     for top, several in groups.items():
         shadow = shadows.get(top)
-        known = [each for each in export.hand_ins if each.path.is_relative_to(root / top) or _same(each, shadow)]
+        same = shadow.claims if shadow else None
+        known = [each for each in export.hand_ins if each.path.is_relative_to(root / top) or each.claims == same]
         if known and all(gone.link and without_suffix(path[-1]) == path[-1] for gone, path in several):
             continue
         hand_in = known[0] if known else shadow
@@ -99,10 +100,6 @@ def _unpacked(export: Export, platform: Platform, root: Path, groups: _Gone) -> 
             f"{'A part of the hand-in' if known else 'The hand-in'} of {label} was left out: {what}{more}.",
             hand_in.claims if hand_in else named(without_suffix(top)),
         )
-
-
-def _same(hand_in: HandIn, shadow: HandIn | None) -> bool:
-    return shadow is not None and hand_in.claims == shadow.claims
 
 
 def _shadows(platform: Platform, groups: _Gone) -> dict[str, HandIn]:

@@ -66,20 +66,16 @@ class CopyPlan:
         try:
             yield
         except _Refused as refusal:
-            name, why = printable(entry.name), str(refusal)
-            if refusal.kind:
-                self.flags.append(Flag(refusal.kind, why, name))
+            name, (kind, why) = printable(entry.name), refusal.args
+            if kind:
+                self.flags.append(Flag(kind, why, name))
             else:
                 self.notes.append(f"{name}: {why}.")
             self.left_out.append(LeftOut(entry.name, why, entry.kind not in (Kind.FILE, Kind.FOLDER)))
 
 
 class _Refused(Exception):
-    """An entry is left out, with a flag of `kind`, or with a note if `kind` is "" (an innocent entry)."""
-
-    def __init__(self, kind: str, reason: str) -> None:
-        super().__init__(reason)
-        self.kind = kind
+    """An entry is left out; its arguments are the kind of a flag, "" for a note (an innocent entry), and the reason."""
 
 
 def plan_copy(container: Container, limits: SizeLimits, *, export: bool = False) -> CopyPlan:

@@ -130,8 +130,6 @@ def _time(value: object) -> dt.datetime | None:
     return None
 
 
-def _recognises(root: Path, _entries: Sequence[Path]) -> bool:
-    return (root / _METADATA).is_file()
-
-
-PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _write, (_METADATA,))
+PLATFORM = Platform(
+    "gradescope", "gradescope", "gradescope", lambda root, _: (root / _METADATA).is_file(), _read, _write, (_METADATA,)
+)

@@ -119,11 +119,7 @@ def _said(name: str, number: str) -> tuple[Claim, ...]:
     return (*claims, *([] if _is_hidden(name) else [Claim("name", name), Claim("team", name)]))
 
 
-def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
-    return any(_readings(entry) for entry in entries)
-
-
 PLATFORM = Platform(
-    "moodle", "moodle", "moodle.csv", _recognises, _read, _write,
+    "moodle", "moodle", "moodle.csv", lambda _root, entries: any(map(_readings, entries)), _read, _write,
     fills="the assignment's grading worksheet, by Download grading worksheet",
 )  # fmt: skip
