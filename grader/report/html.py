@@ -63,7 +63,12 @@ def _environment(language: str) -> Environment:
     environment.filters |= {"code": _code, "points": points, "place": place, "localized": words.localized}
     style = (HERE / "style.css").read_text(encoding="utf-8")
     script = (HERE / "replay.js").read_text(encoding="utf-8")
-    environment.globals |= {"style": style, "style_hash": _hash(style), "script": script, "script_hash": _hash(script)}
+    environment.globals |= {
+        "style": style,
+        "style_hash": digest(style),
+        "script": script,
+        "script_hash": digest(script),
+    }
     environment.globals["language"] = language
     return environment
 
@@ -109,7 +114,8 @@ def _first_steps(losses: Sequence[Loss]) -> list[Loss]:
     return list({loss.requirement.id: loss for loss in reversed(reached)}.values())[::-1][:FIRST_STEPS]
 
 
-def _hash(text: str) -> str:
+def digest(text: str) -> str:
+    """Return the SHA-256 of a style sheet or a script, as a page's policy names it."""
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
