@@ -11,7 +11,6 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TextIO
 
 from grader import sandbox
 from grader.checks import checks_run
@@ -34,7 +33,6 @@ from grader.scoring import rubric
 # estimate with room to spare, not a measurement.
 CORES_EACH = 2
 MEMORY_EACH = 2 * 1024**3
-_ATTEMPTS = 2
 _PAGE_S = 30.0  # between two writings of the class page, which takes a second for a class of 300
 _TICK_S = 1.0  # between two looks at what is running, for the progress line
 
@@ -60,12 +58,11 @@ class Console:
 
     def __init__(self, log: Path) -> None:
         self._progress = Progress()
-        self._path = log
-        self._log: TextIO | None = None
+        self._path, self._logs = log, False
 
     def planned(self, planned: Plan) -> None:
         """Say what will be done."""
-        self._log = self._path.open("a", encoding="utf-8", buffering=1)  # not before: the class is locked by now
+        self._logs = True  # not before: the class is locked by now
         for line in plan.summary(planned):
             self.say(printable(line, 1000))
 
@@ -87,17 +84,13 @@ class Console:
 
     def log(self, text: str) -> None:
         """Write a line into the class's log only."""
-        if self._log:
-            self._log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
+        if self._logs:
+            with self._path.open("a", encoding="utf-8") as log:
+                log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
 
     def clear(self) -> None:
         """Remove the line that changes."""
         self._progress.done()
-
-    def close(self) -> None:
-        """Close the log."""
-        if self._log:
-            self._log.close()
 
 
 def jobs_here() -> int:
@@ -113,12 +106,7 @@ def kept_apart() -> float:
 
 
 def look(source: Path | None, out: Path, people: Sequence[Person] | None, options: Options) -> Plan:
-    """Return what `run` would do. Nothing is graded and nothing is written.
-
-    Raises:
-        GraderError: as `run`.
-        SubmissionError: an archive of the class cannot be opened.
-    """
+    """Return what `run` would do, or raise as it does. Nothing is graded and nothing is written."""
     with _prepared(source, ClassFolder(out), people, options) as (planned, *_):
         return planned
 
@@ -207,7 +195,6 @@ def _prepared(
             kit=provenance.kit_hash(course.folder),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
-            made=dt.datetime.now().astimezone(),
             course=name_of(course),
             zero_missing=found.zero_missing if options.zero_missing is None else options.zero_missing,
         )
@@ -249,7 +236,7 @@ def _recorded(entry: Entry, roots: Mapping[str, Source]) -> Entry:
 @contextmanager
 def local(jobs: int) -> Iterator[Workforce]:
     """Yield what grades up to `jobs` submissions at a time on this machine."""
-    runner = Runner(lambda name, what: workforce.heard(name, what))
+    runner = Runner(lambda name, what: workforce.doing.update({name: what}))
     workforce = Workforce(jobs, runner.grade, runner.stop)
     try:
         yield workforce
@@ -264,7 +251,7 @@ def _grade(
     done, written = total - len(jobs), time.monotonic()
     overview.attempt(folder)
     try:
-        for attempt, slots in enumerate((workforce.slots, *[1] * (_ATTEMPTS - 1)), 1):
+        for last, slots in ((False, workforce.slots), (True, 1)):
             waiting, again, running = jobs[::-1], jobs[:0], dict[Future[Ending], tuple[Order, Record]]()
             while waiting or running:
                 while waiting and len(running) < slots:
@@ -275,7 +262,7 @@ def _grade(
                 ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
                 for future in [each for each in running if each in ended]:  # in the order in which they began
                     (order, record), ending = running.pop(future), future.result()
-                    if ending.status is Status.ERROR and attempt < _ATTEMPTS:
+                    if ending.status is Status.ERROR and not last:
                         again.append((order, record))
                         continue
                     seconds = round(ending.seconds, 1)
@@ -286,7 +273,7 @@ def _grade(
                 if ended and time.monotonic() > written + _PAGE_S:
                     overview.attempt(folder)
                     written = time.monotonic()
-                console.going_on(done, total, workforce.doing())
+                console.going_on(done, total, dict(workforce.doing))
             jobs = again
     except KeyboardInterrupt:
         workforce.stop()

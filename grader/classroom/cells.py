@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
 
-from grader.classroom.roster import Table
 from grader.errors import GraderError
 from grader.host.tempdir import write_atomically
 
 # What a spreadsheet takes for the beginning of a formula (OWASP, "CSV Injection").
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 
+# A byte order mark, and Excel's line that says what separates cells.
+_BEFORE = re.compile('\ufeff?(?:"?sep=(?P<separator>[^"\r\n])"?(?:\r\n|\r|\n))?', re.IGNORECASE)
+_MARKS = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
 _ENDS_A_CELL = re.compile('[",;\t\r\n]')
 
 Cell = str | int | Decimal | None
@@ -39,7 +42,7 @@ def _quoted(cell: str) -> str:
 
 
 class Sheet:
-    """A CSV file that a platform wrote. All but the cells that are set stays byte for byte: mark, quotes, line ends.
+    """A CSV file of a spreadsheet or a platform. All but the cells that are set stays byte for byte.
 
     Attributes:
         header: the cells of the first line.
@@ -47,16 +50,22 @@ class Sheet:
     """
 
     def __init__(self, path: Path) -> None:
-        """Read the file.
+        """Read a file in UTF-8, or in UTF-16 with its mark, as spreadsheets save "Unicode text".
 
         Raises:
             GraderError: it cannot be read or is empty.
         """
         try:
-            self._table = Table.read(path)
+            data = path.read_bytes()
+            self._encoding = next((name for mark, name in _MARKS.items() if data.startswith(mark)), "utf-8")
+            text = data.decode(self._encoding)
         except (OSError, UnicodeDecodeError) as error:
-            raise GraderError(f"{path} cannot be read ({error}). Export it once more, as CSV in UTF-8.") from error
-        self._lines = list(_lines(self._table.text, self._table.separator))
+            raise GraderError(f"{path} cannot be read ({error}). Save it as CSV in UTF-8.") from error
+        found = _BEFORE.match(text)
+        assert found is not None  # all of it may be missing
+        self._before, text = found[0], text[found.end() :]
+        self._separator = found["separator"] or max(",;\t", key=text.partition("\n")[0].count)
+        self._lines = list(_lines(text, self._separator))
         if not self._lines:
             raise GraderError(f"{path} is empty. Export it once more.")
         self.header, *self.rows = (
@@ -76,8 +85,8 @@ class Sheet:
 
     def write(self, path: Path) -> None:
         """Write the sheet."""
-        text = "".join(self._table.separator.join(line) + end for line, end in self._lines)
-        write_atomically(path, self._table.encoded(text))
+        text = "".join(self._separator.join(line) + end for line, end in self._lines)
+        write_atomically(path, (self._before + text).encode(self._encoding))
 
 
 def _lines(text: str, separator: str) -> Iterator[tuple[list[str], str]]:

@@ -22,7 +22,7 @@ import os
 import shutil
 from collections.abc import Iterator, Sized
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -42,17 +42,18 @@ from grader.report.data import DATA
 class DoubtKind(Enum):
     """What is doubtful."""
 
-    LAYOUT = "the layout of the export"
     MOST_UNMATCHED = "most submissions match nobody"
     UNMATCHED = "matches nobody of the roster"
     AMBIGUOUS = "could be of several people"
     SEVERAL = "several hand-ins of the same people"
     NO_TIME = "no time of submission"
-    UNLINKED = "no account on the platform"
     GROUPS = "named after groups"
     LEFT_OUT = "cannot be graded"
     LOST = "handed in, and not among the submissions"
     UNREADABLE = "cannot be read"
+    # Of classes that an earlier kit has made.
+    LAYOUT = "the layout of the export"
+    UNLINKED = "no account on the platform"
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,6 @@ class ClassFacts:
     notes: tuple[str, ...] = ()
     deadline: dt.datetime | None = None
     late_rule: str = ""
-    made: dt.datetime | None = None
     doubts: tuple[Doubt, ...] = ()
     roster: tuple[Person, ...] = ()
     added: tuple[str, ...] = ()
@@ -263,17 +263,6 @@ class ClassFolder:
         """Write class.yaml."""
         data = {"schema": _CLASS_SCHEMA} | _CONVERTER.unstructure(facts)
         write_atomically(self.path / CLASS, yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120))
-
-    def decide(self, *, zero_missing: bool) -> None:
-        """Write a person's decision about missing, empty and damaged hand-ins into class.yaml.
-
-        Raises:
-            GraderError: this is not a class folder, or another run writes to it.
-        """
-        facts = self.facts()
-        if facts.zero_missing != zero_missing:
-            with self.locked():
-                self.write_facts(replace(self.facts(), zero_missing=zero_missing))
 
     def record(self, name: str) -> Record | None:
         """Return how a submission was graded, None if it was not, or not to its end."""
@@ -343,12 +332,8 @@ class ClassFolder:
         place = self.submission(record.id)
         place.parent.mkdir(exist_ok=True)
         if place.exists():
-            old = self.working(f"{record.id}-old")
-            place.rename(old / place.name)
-            made.rename(place)
-            tempdir.remove(old)
-        else:
-            made.rename(place)
+            place.rename(self.working(f"{record.id}-old") / place.name)
+        made.rename(place)
 
 
 def _converter() -> cattrs.Converter:

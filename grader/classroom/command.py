@@ -11,6 +11,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -127,9 +128,8 @@ def _verb(
     **more: Any,
 ) -> Callable[..., object]:  # fmt: skip
     """Add a verb, and return what adds its options."""
-    parser = verbs.add_parser(
-        name, help=words, description=description, epilog=f"Example:  grader {name} {example}"
-    )  # fmt: skip
+    epilog = f"Example:  grader {name} {example}"
+    parser = verbs.add_parser(name, help=words, description=description, epilog=epilog)
     parser.set_defaults(run=run, **more)
     added: Callable[..., object] = parser.add_argument
     return added
@@ -170,8 +170,6 @@ def _batch(options: argparse.Namespace) -> int:
         console.clear()
         console.log(str(error))
         raise
-    finally:
-        console.close()
 
 
 def _run_batch(
@@ -226,8 +224,9 @@ def _gradebook(options: argparse.Namespace) -> int:
         book = gradebook.of_one(report, rubric.load(_course_of(options.folder).rubric))
         reports = {book.rows[0].submission: report}
     else:
-        if options.zero_missing is not None:
-            folder.decide(zero_missing=options.zero_missing)
+        if options.zero_missing not in (None, folder.facts().zero_missing):
+            with folder.locked():
+                folder.write_facts(replace(folder.facts(), zero_missing=options.zero_missing))
         book = gradebook.read(folder)
         _refresh(folder)
         if options.out is None:
@@ -303,22 +302,21 @@ def archive(folder: ClassFolder, given: Mapping[str, str], path: Path, progress:
     with ExitStack() as stack:
         sources = {entry.source or facts.source for entry in present}
         roots = {source: stack.enter_context(discovery.opened(folder.located(source))).folder for source in sources}
-        scratch = stack.enter_context(tempdir.folder("similar"))
         for entry in present:
             progress(f"reading {entry.id}")
             source = roots[entry.source or facts.source] / entry.path
-            try:
-                package = open_submission(source, scratch / entry.id, course).package
-            except SubmissionError as error:
-                notes.append(f"{entry.id} is left out: {one_line(error.what)}")
-                continue
-            found = source_files.find(package, course)
-            read = {f.path: None if f.problem else untrusted.read_python(package / f.path) for f in found}
+            with tempdir.folder("similar") as scratch:
+                try:
+                    package = open_submission(source, scratch / "submission", course).package
+                except SubmissionError as error:
+                    notes.append(f"{entry.id} is left out: {one_line(error.what)}")
+                    continue
+                found = source_files.find(package, course)
+                read = {f.path: None if f.problem else untrusted.read_python(package / f.path) for f in found}
             texts[entry.id] = {name: text for name, text in read.items() if text is not None and python_ast.parse(text)}
             notes += [f"{entry.id} is without {one_line(name)}." for name in read if name not in texts[entry.id]]
             if discovery.content_hash(source) != entry.content:
                 notes.append(f"{entry.id} is as it is now; it is not what was graded.")
-            tempdir.remove(scratch / entry.id)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
         for name, files in texts.items():
             parts = (f"# {one_line(file)}\n{text}" for file, text in sorted(files.items()))

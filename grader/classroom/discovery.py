@@ -37,8 +37,6 @@ _SHORT = 60  # bytes of an id
 _LATIN_MARK = re.compile("[\u0300-\u036f]")  # what is left of letters such as that of İpek in small letters
 
 _NEW = ClassFacts()
-Found = ClassFacts
-"""A class as far as its sources, roster and lists tell."""
 
 
 @contextmanager
@@ -53,8 +51,8 @@ def opened(source: Path) -> Iterator[Source]:
         yield Source(source)
     elif source.is_file():
         with tempdir.folder("class") as folder:
-            unpacked = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
-            yield Source(folder / "export", tuple(unpacked.plan.left_out), tuple(unpacked.plan.shortened))
+            plan = unpack(source, folder / "export", EXPORT_LIMITS, export=True)
+            yield Source(folder / "export", tuple(plan.left_out))
     else:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 
@@ -65,8 +63,10 @@ def find(
     before: ClassFacts = _NEW,
     added: Sequence[Source] = (),
     known_times: Sequence[HandInTime] = (),
-) -> Found:
-    """Return the class with the submissions in the folder `root` and in those `added` to it, each with its people.
+) -> ClassFacts:
+    """Return the class as far as its sources, roster and lists tell: each submission with its people.
+
+    The submissions are those in the folder `root` and in those `added` to it.
 
     Those that the class has had `before` keep their ids, and stay if they are in none of the folders any more. Of
     several submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
@@ -83,7 +83,10 @@ def find(
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = _retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
-    named = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
+    before_now = {(entry.id, entry.content): entry.submitted for entry in earlier}  # the time of the same content
+    named = [
+        replace(e, submitted=e.submitted or before_now.get((e.id, e.content))) for e in _named(drafts, earlier, stay)
+    ]
     entries = tuple(sorted((*named, *stay), key=lambda entry: entry.id))
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
@@ -92,7 +95,7 @@ def find(
         *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""), missing)),
         *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
         *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
-        *matching.class_doubts(exports, named, roster, missing),
+        *matching.class_doubts(exports, named, roster),
         *ledger.lost(exports, roster, missing),
         *(
             Doubt(DoubtKind.UNREADABLE, e.label, f"{e.label} cannot be read: {why}.", _MAKE_READABLE, e.id)
@@ -113,22 +116,20 @@ def find(
 
 def content_hash(path: Path) -> str:
     """Return the SHA-256 of an archive's bytes, or of a folder's paths, bytes and `chmod +x`, without git history."""
-    digest = hashlib.sha256()
-    if path.is_dir():
-        for folder, folders, names in os.walk(path):
-            folders[:] = sorted(name for name in folders if name != ".git")
-            for name in sorted(names):
-                file = Path(folder) / name
-                digest.update(f"\0{file.relative_to(path)}\0".encode(errors="surrogateescape"))
-                if file.is_symlink():
-                    digest.update(os.fsencode(file.readlink()))
-                elif file.is_file():
-                    digest.update(b"x" if file.stat().st_mode & 0o100 else b"-")
-                    digest.update(hashlib.sha256(file.read_bytes()).digest())
-    else:
+    if not path.is_dir():
         with path.open("rb") as stream:
-            while block := stream.read(MB):
-                digest.update(block)
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = hashlib.sha256()
+    for folder, folders, names in os.walk(path):
+        folders[:] = sorted(name for name in folders if name != ".git")
+        for name in sorted(names):
+            file = Path(folder) / name
+            digest.update(f"\0{file.relative_to(path)}\0".encode(errors="surrogateescape"))
+            if file.is_symlink():
+                digest.update(os.fsencode(file.readlink()))
+            elif file.is_file():
+                digest.update(b"x" if file.stat().st_mode & 0o100 else b"-")
+                digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()
 
 
@@ -163,13 +164,6 @@ def _draft(found: Match) -> Entry:
         "", hand_in.label, hand_in.path, content, people, hand_in.submitted, hand_in.late,
         number=found.account.value, matched=matched,
     )  # fmt: skip
-
-
-def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
-    """Return the entry with the time of an earlier run, if nothing says when the same content was handed in now."""
-    same = (old for old in earlier if old.id == entry.id and old.content == entry.content)
-    before = next(same, None)
-    return replace(entry, submitted=before.submitted) if before and entry.submitted is None else entry
 
 
 def _retained(earlier: Sequence[Entry], present: Sequence[Entry], roster: Sequence[Person]) -> tuple[Entry, ...]:
@@ -236,20 +230,16 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Ent
     Where several would have one id, each of them has its mark appended: no order decides who is who.
     """
     kept = {(entry.label, _mark(entry)): entry.id for entry in earlier}
-    ids: list[str] = []
+    own = [kept.pop((draft.label, _mark(draft)), "") for draft in drafts]
+    taken = {*filter(None, own), *(entry.id for entry in stay)}
     wanted = [_wanted(draft) for draft in drafts]
-    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))} | {each.id for each in stay}
-    for draft, name in zip(drafts, wanted, strict=True):
+    for draft, name, before in zip(drafts, wanted, own, strict=True):
         marked = f"{name}-{_mark(draft)}"
-        choices = (
-            choice
-            for choice in itertools.chain([name], [marked], (f"{marked}-{number}" for number in itertools.count(2)))
-            if choice not in taken and wanted.count(choice) <= (choice == name)
-        )
-        before = kept.pop((draft.label, _mark(draft)), "")
-        ids.append(before or next(choices))
-        taken.add(ids[-1])
-    return (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
+        choices = itertools.chain([name, marked], (f"{marked}-{number}" for number in itertools.count(2)))
+        free = (choice for choice in choices if choice not in taken and wanted.count(choice) <= (choice == name))
+        found = before or next(free)
+        taken.add(found)
+        yield replace(draft, id=found)
 
 
 def _wanted(draft: Entry) -> str:

@@ -11,11 +11,12 @@ from typing import Any
 
 from grader.classroom import overrides, times
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, DoubtKind, Entry, Record, Status
-from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride, Reason
+from grader.classroom.overrides import Adjustment, Decisions, PersonDecision, Reason
 from grader.classroom.roster import Person
 from grader.classroom.times import LateRule
 from grader.host.namespaces import Confinement
 from grader.scoring import rubric
+from grader.scoring.grading import Decision
 from grader.scoring.rubric import FLAGS, Rubric
 from grader.scoring.scorecard import hundredths
 from grader.words import counted
@@ -48,7 +49,7 @@ class RequirementPoints:
     points: Decimal | None
     max: Decimal
     outcome: str
-    override: PointsOverride | None = None
+    override: Decision | None = None
 
     @property
     def lost(self) -> Decimal:
@@ -206,16 +207,15 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     name = str(report.get("submission", "submission"))
     # It may have been graded by another rubric than the course's.
     whole = replace(whole, withholds=report.get("flags", FLAGS[whole.withholds]) == FLAGS[True])
-    if "requirements" not in report:
-        refusal = report.get("refused", {"because": "it could not be graded"})
-        why = " ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name))
-        row = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
-    else:
+    row = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING)
+    if "requirements" in report:
         found = _requirements(whole, report, {}, None)
-        most = sum((each.max for each in found), NOTHING)
-        state = _state(Record(name, Status.GRADED), True, found)
-        row = Row(Person(name=name), state, name, found, most, why=_withheld(found))
-        row = _with_total(replace(row, flags=len(report.get("integrity", ()))), state, row.reached, whole)
+        state, flags = _state(Record(name, Status.GRADED), True, found), len(report.get("integrity", ()))
+        row = replace(row, requirements=found, why=_withheld(found), flags=flags)
+        row = _with_total(row, state, row.reached, whole)
+    else:
+        refusal = report.get("refused", {"because": "it could not be graded"})
+        row = replace(row, why=" ".join(str(refusal[name]) for name in ("because", "try") if refusal.get(name)))
     return Gradebook(whole, (row,), (row,), {name: row})
 
 
@@ -244,7 +244,7 @@ def _line_of(
     submitted = entry.submitted
     marked = [times.MARKED] if entry.late and submitted is None else []
     accepted = [f"flags accepted by {a.by} ({a.why})"] if (a := on.flags_accepted) else []
-    points = [f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in on.points]
+    points = [f"{o.requirement}: {o.points:g} points by {o.by} ({o.why})" for o in on.points]
     shared = Row(
         person=Person(),
         state=state,
@@ -309,24 +309,23 @@ def _adjusted(
     could do; points and a bonus are not.
     """
     total = None if state in (State.ERROR, State.PENDING, State.WITHHELD) else left
-    for each in sorted(adjustments, key=lambda adjustment: adjustment.change is Change.BONUS):
-        if each.change is Change.TOTAL:
+    for each in sorted(adjustments, key=lambda adjustment: adjustment.change == "bonus"):
+        if each.change == "total":
             state, total = State.GRADED, each.points
         elif total is not None:
-            most = total + each.points if each.change is Change.BONUS else maximum
+            most = total + each.points if each.change == "bonus" else maximum
             total = min(most, max(NOTHING, total + each.points))
     return state, None if total is None else rounded(total)
 
 
 def _requirements(
-    whole: Rubric, report: dict[str, Any] | None, given: Mapping[str, PointsOverride], accepted: Reason | None
+    whole: Rubric, report: dict[str, Any] | None, given: Mapping[str, Decision], accepted: Reason | None
 ) -> tuple[RequirementPoints, ...]:
     measured = {each["id"]: each for each in report["requirements"]} if report else {}
     if accepted:
-        held = {name: each["withheld"] for name, each in measured.items() if each["outcome"] == "withheld"}
+        held = [each for each in measured.values() if each["outcome"] == "withheld"]
         why = f"flags accepted: {accepted.why}"
-        accepting = {name: PointsOverride(name, Decimal(str(held[name])), why, accepted.by) for name in held}
-        given = accepting | dict(given)
+        given = {each["id"]: Decision(each["id"], each["withheld"], why, accepted.by) for each in held} | dict(given)
     found = []
     for requirement in whole.requirements:
         own, override = measured.get(requirement.id), given.get(requirement.id)

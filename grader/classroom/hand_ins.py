@@ -28,7 +28,7 @@ from grader.host.tempdir import not_interrupted, write_atomically
 from grader.report import data
 from grader.report.data import DATA
 from grader.scoring import rubric
-from grader.scoring.grading import Decision, Final, Grading, HandIn, Refusal
+from grader.scoring.grading import Final, Grading, HandIn, Refusal
 from grader.scoring.rubric import Rubric
 from grader.settings import Settings
 from grader.trials import source as trial_runs
@@ -56,7 +56,7 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions, rows: Sequence[
         submitted=_time(entry.submitted),
         deadline=f"{_time(facts.deadline)}; extended to {_time(deadline)}" if about.extension else _time(deadline),
         late=_late(entry, deadline, facts.late_rule),
-        decisions=tuple(Decision(o.requirement, float(o.points), o.why, o.by) for o in given),
+        decisions=tuple(given),
         comments=(*on.comments, *about.comments),
         finals=tuple(_finals(rows)),
     )
@@ -182,11 +182,7 @@ def _judge(order: tuple[Path, Path, Rubric, int, HandIn, str]) -> dict[str, str]
 
 
 def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: Settings) -> None:
-    """Check that all evidence which the wanted requirements need was collected.
-
-    Raises:
-        GraderError: it was not; the message says for what, and which command collects it.
-    """
+    """Check that all evidence which the wanted requirements need was collected, or say which command collects it."""
     trials = trial_runs.wanted(settings)
     for record in graded:
         found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)

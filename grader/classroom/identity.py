@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -74,8 +75,8 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
     sure = _sure(claims, people)
     called = {person: claim for person in people for claim in claims if _is_called(person, claim)}
     if len(called) > 1:  # Weiss and Weiß: no platform changes other letters than capitals
-        exactly = {person: claim for person, claim in called.items() if _is_called(person, claim, exactly=True)}
-        called = exactly or called
+        exactly = [who for who, c in called.items() if not Counter(_letters(who.name)) - Counter(_letters(c.value))]
+        called = {who: called[who] for who in exactly} or called
     teams, team = _team(claims, people)
     if len(sure) > 1:
         return _refused(sure, " and ".join(sorted(f"{claim.text} is {who.label}'s" for who, claim in sure.items())))
@@ -108,7 +109,7 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
     if logins := _logins(claims, people):
         ((login, who),) = logins.items()
         return _refused([who], f"its name fits nobody of the roster, but has the login {login} of {who.label} in it")
-    return Identified(rivals=_sorted(who for who in people if any(_resembles(who, claim) for claim in claims)))
+    return _refused(who for who in people if any(_resembles(who, claim) for claim in claims))
 
 
 def is_no_team(name: str) -> bool:
@@ -117,24 +118,20 @@ def is_no_team(name: str) -> bool:
 
 
 @cache  # a class compares each claim with everyone
-def key(text: str, *, fold: bool = True) -> str:
+def key(text: str) -> str:
     """Return a name in the form in which names are compared: all letters of every script, without apostrophes."""
-    whole = first_name_first(text).replace(",", " ")
-    folded = unicodedata.normalize("NFC", whole)
-    if fold:
-        folded = unicodedata.normalize("NFC", folded.casefold())
-    return _SPACE.sub(" ", folded.translate(_DROPPED)).strip()
+    return _SPACE.sub(" ", _plain(first_name_first(text).replace(",", " ")).translate(_DROPPED)).strip()
 
 
 def _sure(claims: Sequence[Claim], people: Sequence[Person]) -> dict[Person, Claim]:
     """Return everyone whom a number, an id, an e-mail or a login means, each with the surest of them."""
-    found: dict[Person, Claim] = {}
-    for kind in _UNIQUE:
-        for claim in claims:
-            for person in people:
-                if claim.kind in (kind, ANY) and _has(person, kind, claim):
-                    found.setdefault(person, Claim(kind, claim.value, claim.lms))
-    return found
+    return {
+        person: Claim(kind, claim.value, claim.lms)
+        for kind in reversed(_UNIQUE)
+        for claim in reversed(claims)
+        for person in people
+        if claim.kind in (kind, ANY) and _has(person, kind, claim)
+    }
 
 
 def _has(person: Person, kind: str, claim: Claim) -> bool:
@@ -185,26 +182,21 @@ def _logins(claims: Iterable[Claim], people: Iterable[Person]) -> dict[str, Pers
     return found if len(found) == 1 else {}
 
 
-def _is_called(person: Person, claim: Claim, *, exactly: bool = False) -> bool:
-    """Return whether the claim is the person's whole name; Moodle writes that of their group before it.
-
-    `exactly` means that letters which are equal when folded are the person's own, too.
-    """
+def _is_called(person: Person, claim: Claim) -> bool:
+    """Return whether the claim is the person's whole name; Moodle writes that of their group before it."""
     if not person.name or claim.kind not in ("name", ANY, SHORT):
         return False
     if claim.kind == SHORT:
-        own, said = (_letters(text) for text in (person.sortable or _last_first(person.name), claim.value))
-        return own.lower() == said.lower() if exactly else _squeezed(own) == _squeezed(said)
+        first, _, last = person.name.strip().rpartition(" ")
+        return _squeezed(person.sortable or last + first) == _squeezed(claim.value)
     names = (person.name, *(f"{group}-{person.name}" for group in ((person.team,) if person.team else _NO_TEAM)))
-    if exactly:
-        return key(claim.value, fold=False).lower() in [key(name, fold=False).lower() for name in names]
     return key(claim.value) in map(key, names)
 
 
 def _agrees(person: Person, claim: Claim) -> bool:
     """Return whether a name may be that of a person whom a number means: a group may stand before it."""
     if claim.kind == SHORT:
-        return _squeezed(claim.value) in _rotations(person.name)
+        return _resembles(person, claim)
     if claim.kind != "name" or not person.name:
         return False
     said, own = key(claim.value), key(person.name)
@@ -213,12 +205,9 @@ def _agrees(person: Person, claim: Claim) -> bool:
 
 def _team(claims: Sequence[Claim], people: Sequence[Person]) -> tuple[list[str], tuple[Person, ...]]:
     """Return the teams that the claims name, and everyone in them."""
-    found = {}
-    for person in people:
-        for claim in claims:
-            if person.team and claim.kind == "team" and _team_key(person.team) == _team_key(claim.value):
-                found[person] = person.team
-    return sorted(set(found.values())), tuple(found)
+    said = {_team_key(claim.value) for claim in claims if claim.kind == "team"}
+    found = tuple(person for person in people if person.team and _team_key(person.team) in said)
+    return sorted({person.team for person in found}), found
 
 
 def _team_key(text: str) -> str:
@@ -227,43 +216,29 @@ def _team_key(text: str) -> str:
 
 def _resembles(person: Person, claim: Claim) -> bool:
     """Return whether a name is so like the person's that a human should look: its words in another order."""
+    own, said = _words(person.name), _words(claim.value)
     if claim.kind == SHORT:
-        return _squeezed(claim.value) in _rotations(person.name)
-    if claim.kind not in ("name", ANY) or not person.name:
-        return False
-    own = sorted(_words(person.name))
-    return own in (sorted(_words(claim.value)), sorted(_words(claim.value)[-len(own) :]))
+        return _squeezed(claim.value) in (_squeezed("".join(own[n:] + own[:n])) for n in range(len(own)))
+    named = claim.kind in ("name", ANY) and own
+    return bool(named) and sorted(own) in (sorted(said), sorted(said[-len(own) :]))
 
 
 def _words(text: str) -> list[str]:
     return [word for word in re.split(r"[\s,._-]+", key(text.replace(",", " "))) if word]
 
 
-def _rotations(name: str) -> set[str]:
-    words = _words(name)
-    return {_squeezed("".join(words[start:] + words[:start])) for start in range(len(words))}
-
-
-def _last_first(name: str) -> str:
-    first, _, last = name.strip().rpartition(" ")
-    return f"{last}{first}"
-
-
 def _squeezed(text: str) -> str:
-    return unicodedata.normalize("NFC", _letters(text).casefold())
+    return _plain(_letters(text))
 
 
 def _letters(text: str) -> str:
-    return "".join(char for char in unicodedata.normalize("NFC", text) if unicodedata.category(char).startswith(_WORD))
+    """Return the letters of a name, as Canvas keeps them."""
+    return "".join(c for c in unicodedata.normalize("NFC", text.lower()) if unicodedata.category(c).startswith(_WORD))
 
 
 def _plain(text: str) -> str:
-    return unicodedata.normalize("NFC", text.strip().casefold())
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", text).strip().casefold())
 
 
-def _refused(rivals: Iterable[Person], why: str) -> Identified:
-    return Identified(rivals=_sorted(rivals), why=why)
-
-
-def _sorted(people: Iterable[Person]) -> tuple[Person, ...]:
-    return tuple(sorted(dict.fromkeys(people), key=lambda person: person.key))
+def _refused(rivals: Iterable[Person], why: str = "") -> Identified:
+    return Identified(rivals=tuple(sorted(dict.fromkeys(rivals), key=lambda person: person.key)), why=why)

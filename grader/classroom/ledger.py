@@ -33,12 +33,11 @@ _Gone = dict[str, list[tuple[LeftOut, tuple[str, ...]]]]
 class Source:
     """A folder with a class's submissions: one that was given, or what an archive unpacked to.
 
-    `left_out` are the entries of the archive that are not in the folder, `shortened` are the names that were too long.
+    `left_out` are the entries of the archive that are not in the folder.
     """
 
     folder: Path
     left_out: tuple[LeftOut, ...] = ()
-    shortened: tuple[str, ...] = ()
 
 
 def account(export: Export, platform: Platform, root: Path, source: Source) -> Export:
@@ -46,14 +45,12 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     entries = {entry.name for entry in entries_of(root)} - set(platform.own)
     used = {hand_in.path.relative_to(root).parts[0] for hand_in in export.hand_ins}
     # A remark names an entry, and not a longer name with that at its end.
-    signs = (" is ", ",", ".")
-    why = {n: note for n in entries - used for note in export.notes if any(f" {n}{s}" in f" {note}" for s in signs)}
-    beside = {name for name, note in why.items() if "is graded" in note}
-    beside |= {name for name in entries - used - set(why) if _is_beside(export, platform, root, root / name)}
+    chosen = [f" {note}" for note in export.notes if "is graded" in note]
+    beside = {n for n in entries - used for note in chosen if any(f" {n}{sign}" in note for sign in (",", "."))}
     odd = sorted(entries - used - beside)
     hidden = sorted(each.name for each in root.iterdir() if each.name.startswith(".") and not _SYSTEM.match(each.name))
     loose = [
-        Lost(name, f"{printable(name)} is neither an archive nor a folder.", named(Path(name).stem), name not in why)
+        Lost(name, f"{printable(name)} is neither an archive nor a folder.", named(Path(name).stem), sure=False)
         for name in odd
     ]
     loose += [
@@ -67,15 +64,8 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     ledger += f" + {len(beside)} beside one of the same people" if beside else ""
     ledger += f" + {len(left)} left out: {some([printable(name, 80) for name in left], _SHOWN)}" if left else ""
     ledger += f"; inside them {within} left out" if within else ""
-    notes = [f"{printable(name, 100)}: its name is too long, and was shortened." for name in source.shortened]
     lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
-    return replace(export, ledger=ledger, lost=lost, notes=(*export.notes, *notes))
-
-
-def _is_beside(export: Export, platform: Platform, root: Path, entry: Path) -> bool:
-    """Return whether an entry is of those of a hand-in, such as a text that was typed beside a file."""
-    found = platform.read(root, [entry]).hand_ins if platform.recognises(root, [entry]) else ()
-    return any(_same(each, found[0]) for each in export.hand_ins) if found else False
+    return replace(export, ledger=ledger, lost=lost)
 
 
 def _groups(source: Source, inside: Sequence[str]) -> _Gone:
@@ -97,7 +87,8 @@ def _unpacked(export: Export, platform: Platform, root: Path, groups: _Gone) -> 
     shadows = _shadows(platform, groups)
     for top, several in groups.items():
         shadow = shadows.get(top)
-        known = [each for each in export.hand_ins if each.path.is_relative_to(root / top) or _same(each, shadow)]
+        same = shadow.claims if shadow else None
+        known = [each for each in export.hand_ins if each.path.is_relative_to(root / top) or each.claims == same]
         if known and all(gone.link and without_suffix(path[-1]) == path[-1] for gone, path in several):
             continue
         hand_in = known[0] if known else shadow
@@ -109,10 +100,6 @@ def _unpacked(export: Export, platform: Platform, root: Path, groups: _Gone) -> 
             f"{'A part of the hand-in' if known else 'The hand-in'} of {label} was left out: {what}{more}.",
             hand_in.claims if hand_in else named(without_suffix(top)),
         )
-
-
-def _same(hand_in: HandIn, shadow: HandIn | None) -> bool:
-    return shadow is not None and hand_in.claims == shadow.claims
 
 
 def _shadows(platform: Platform, groups: _Gone) -> dict[str, HandIn]:

@@ -83,22 +83,10 @@ def doubts(found: Match, entry: str, missing: Sequence[Person]) -> list[Doubt]:
     return [replace(doubt, anyone=anyone and not doubt.people, stops=stops) for doubt in whole]
 
 
-def class_doubts(
-    exports: Sequence[Export], entries: Sequence[Entry], roster: Sequence[Person], missing: Sequence[Person]
-) -> Iterator[Doubt]:
-    """Yield what is doubtful about the exports as a whole, about odd entries, and about people without a submission."""
+def class_doubts(exports: Sequence[Export], entries: Sequence[Entry], roster: Sequence[Person]) -> Iterator[Doubt]:
+    """Yield what is doubtful about the exports as a whole, and about entries that hold no package."""
     unmatched = [entry for entry in entries if not entry.people]
     layouts = ", ".join(dict.fromkeys(export.layout for export in exports))
-    foreign = {name for export in exports for name in export.foreign}
-    if strange := [entry.label for entry in unmatched if entry.path.name in foreign]:
-        yield Doubt(
-            DoubtKind.LAYOUT,
-            layouts,
-            f"Some entries are named as a learning platform names them, most are not: {some(strange, _SHOWN)}.",
-            "Name the folder or the archive as the platform exported it, without other files, or go on with "
-            f"{GO_ON} if these are only names.",
-            stops=True,
-        )
     if roster and too_many(unmatched, entries):
         yield Doubt(
             DoubtKind.MOST_UNMATCHED,
@@ -128,16 +116,6 @@ def class_doubts(
                 f"submissions: {{{entry.id}: {{adjust: {{total: 0, why: ..., by: ...}}}}}}.",
                 entry.id,
             )
-    if any(export.layout == "git" for export in exports):
-        for person in missing:
-            if not person.login:
-                yield Doubt(
-                    DoubtKind.UNLINKED,
-                    person.label,
-                    f"{person.label} has no GitHub account in the roster.",
-                    "Link it in GitHub Classroom and download the roster once more, or add the login to the roster.",
-                    people=(person,) if unmatched else (),
-                )
 
 
 def _group(hand_in: HandIn) -> str:
@@ -161,16 +139,16 @@ def _match(hand_in: HandIn, roster: Sequence[Person]) -> Match:
 
 def _without_namesakes(found: list[Match]) -> list[Match]:
     """Take a person from all submissions that have only the name in common with them, if several accounts have it."""
-    numbers: dict[Person, set[str]] = {}
+    accounts: dict[Person, set[str]] = {}
     for each in found:
         for person, by in each.people.items():
             if by.kind in _BY_NAME and each.account.value:
-                numbers.setdefault(person, set()).add(each.account.value)
-    several = {person: sorted(of) for person, of in numbers.items() if len(of) > 1}
+                accounts.setdefault(person, set()).add(each.account.value)
+    several = {person: " and ".join(sorted(of)) for person, of in accounts.items() if len(of) > 1}
     matches = []
     for each in found:
         refused = [who for who, by in each.people.items() if who in several and by.kind in _BY_NAME]
-        why = [f"accounts {' and '.join(several[who])} have the name of {who.label}" for who in refused]
+        why = (f"accounts {several[who]} have the name of {who.label}" for who in refused)
         unknown = (Identified(rivals=(who,), why=said) for who, said in zip(refused, why, strict=True))
         people = {who: by for who, by in each.people.items() if who not in refused}
         matches.append(replace(each, people=people, unknown=(*each.unknown, *unknown)))

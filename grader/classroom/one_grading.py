@@ -84,7 +84,11 @@ class Runner:
             ending = self._run(order, scratch)
         except OSError as error:
             ending = Ending(Status.ERROR, shortage.explain(error) or f"The grading cannot be started ({error}).")
-        return Ending(ending.status, ending.why, time.monotonic() - started)
+        seconds = time.monotonic() - started
+        if ending.status is Status.ERROR and seconds >= order.limit_s:
+            why = f"It was not done after {order.limit_s / 60:g} minutes (--minutes): look at it, or give it more."
+            return Ending(Status.ERROR, why, seconds)
+        return Ending(ending.status, ending.why, seconds)
 
     def _run(self, order: Order, scratch: Path | None) -> Ending:
         with self._lock:
@@ -96,26 +100,16 @@ class Runner:
                 start_new_session=True, cwd=KIT,
             )  # fmt: skip
             self._running.add(child)
-        out_of_time = threading.Event()
-
-        def stop() -> None:
-            out_of_time.set()
-            supervised.end(child)
-
-        limit = threading.Timer(order.limit_s, stop)
+        limit = threading.Timer(order.limit_s, supervised.end, [child])
         limit.daemon = True
         limit.start()
         try:
-            ending = self._follow(child, order)
+            return self._follow(child, order)
         finally:
             limit.cancel()
             supervised.end(child)
             with self._lock:
                 self._running.discard(child)
-        if out_of_time.is_set() and ending.status is Status.ERROR:
-            why = f"It was not done after {order.limit_s / 60:g} minutes (--minutes): look at it, or give it more."
-            return Ending(Status.ERROR, why)
-        return ending
 
     def stop(self) -> None:
         """End all gradings that are going on; no other will begin."""
@@ -146,26 +140,22 @@ class Runner:
 
 
 class Workforce:
-    """Grades up to `slots` submissions at a time: on this machine, or on a cluster."""
+    """Grades up to `slots` submissions at a time: on this machine, or on a cluster.
+
+    Attributes:
+        doing: what is going on, by the ids of the submissions that are being graded.
+    """
 
     def __init__(self, slots: int, grade: Callable[[Order], Ending], end: Callable[[], None], words: str = "") -> None:
-        """`end` ends all that `grade` is doing; `words` say what is going on until `heard` says more."""
+        """`end` ends all that `grade` is doing; `words` say at first what is going on."""
         self.slots = slots
         self._grade, self._end, self._words = grade, end, words
-        self._doing: dict[str, str] = {}
+        self.doing: dict[str, str] = {}
         self._threads = ThreadPoolExecutor(slots)
 
     def submit(self, order: Order) -> Future[Ending]:
         """Begin a grading into the folder `order.out`; the future never raises for the submission's sake."""
         return self._threads.submit(self._noted, order)
-
-    def doing(self) -> dict[str, str]:
-        """Return what is going on, by the ids of the submissions that are being graded."""
-        return dict(self._doing)
-
-    def heard(self, name: str, what: str) -> None:
-        """Note what is going on for a submission."""
-        self._doing[name] = what
 
     def stop(self) -> None:
         """End everything at once."""
@@ -174,11 +164,11 @@ class Workforce:
         self._threads.shutdown(wait=True)
 
     def _noted(self, order: Order) -> Ending:
-        self._doing[order.id] = self._words
+        self.doing[order.id] = self._words
         try:
             return self._grade(order)
         finally:
-            del self._doing[order.id]
+            del self.doing[order.id]
 
 
 def _grade(order: Order) -> None:

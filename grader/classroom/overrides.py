@@ -9,7 +9,6 @@ import datetime as dt
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +19,9 @@ from grader.classroom.class_folder import ClassFacts, ClassFolder, Doubt, DoubtK
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.classroom.times import local_time
+from grader.scoring.grading import Decision
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
-
-
-@dataclass(frozen=True)
-class PointsOverride:
-    """The points that a person gives for a requirement, instead of the grader's."""
-
-    requirement: str
-    points: Decimal
-    why: str
-    by: str
 
 
 @dataclass(frozen=True)
@@ -51,40 +41,31 @@ class Extension:
     by: str
 
 
-class Change(Enum):
-    """What an adjustment does to the points that are left after lateness."""
-
-    POINTS = "points"
-    """Adds points, or subtracts them; the total stays between 0 and the maximum."""
-    TOTAL = "total"
-    """Sets the total, whatever was graded."""
-    BONUS = "bonus"
-    """Adds points at last, also beyond the maximum."""
+_ADJUSTED = {"points": "{:+f} points", "total": "total of {:f} points", "bonus": "bonus of {:f} points"}
 
 
 @dataclass(frozen=True)
 class Adjustment:
-    """A change of the whole instead of one requirement."""
+    """A change of the whole instead of one requirement.
 
-    change: Change
+    `change` is "points" (added or subtracted after lateness; the total stays between 0 and the maximum), "total" (that
+    is it, whatever was graded) or "bonus" (added at last, also beyond the maximum).
+    """
+
+    change: str
     points: Decimal
     why: str
     by: str
 
     def __str__(self) -> str:
-        words = {
-            Change.POINTS: f"{self.points:+f} points",
-            Change.TOTAL: f"total of {self.points:f} points",
-            Change.BONUS: f"bonus of {self.points:f} points",
-        }
-        return f"{words[self.change]} by {self.by} ({self.why})"
+        return f"{_ADJUSTED[self.change].format(self.points)} by {self.by} ({self.why})"
 
 
 @dataclass(frozen=True)
 class SubmissionDecision:
     """What people have decided about one submission."""
 
-    points: tuple[PointsOverride, ...] = ()
+    points: tuple[Decision, ...] = ()
     adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
@@ -132,11 +113,7 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
-    """Return what the class's overrides.yaml says.
-
-    Raises:
-        GraderError: as `load`.
-    """
+    """Return what the class's overrides.yaml says; as `load`."""
     everyone = [*dict.fromkeys(person for entry in facts.entries for person in entry.people), *facts.missing]
     return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
@@ -171,9 +148,7 @@ def _undecided(doubt: Doubt, decisions: Decisions) -> Doubt | None:
         return doubt
     about = {who: decisions.about(who) for who in doubt.people}
     left = tuple(
-        who
-        for who, on in about.items()
-        if not on.excused and all(each.change is not Change.TOTAL for each in on.adjustments)
+        who for who, on in about.items() if not on.excused and all(each.change != "total" for each in on.adjustments)
     )
     return replace(doubt, people=left) if left else None
 
@@ -243,14 +218,15 @@ class _Reader(YamlReader):
         value = self.points(given[kinds[0]], most, "the rubric")
         if key == "bonus" and value < 0:
             self.fail(given["points"], f"a bonus of {value} points is none; `adjust` subtracts points")
-        change = Change.BONUS if key == "bonus" else Change(kinds[0])
-        return Adjustment(change, value, self.text(given["why"]), self.text(given["by"]))
+        return Adjustment(
+            "bonus" if key == "bonus" else kinds[0], value, self.text(given["why"]), self.text(given["by"])
+        )
 
-    def _points(self, name: str, where: yaml.Node, node: yaml.Node) -> PointsOverride:
+    def _points(self, name: str, where: yaml.Node, node: yaml.Node) -> Decision:
         self.require_known(name, where, self._worth, "a requirement of the rubric")
         given = self.fields(node, node, ("points", "why", "by"), "a decision")
         value = self.points(given["points"], self._worth[name], name)
-        return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
+        return Decision(name, float(value), self.text(given["why"]), self.text(given["by"]))
 
     def _time(self, node: yaml.Node) -> dt.datetime:
         if (time := local_time(self.text(node))) is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import math
 import re
 from collections import Counter
@@ -20,6 +18,7 @@ from grader.classroom import gradebook
 from grader.classroom.class_folder import OVERVIEW, ClassFolder, Record, Status
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
 from grader.host.tempdir import write_atomically
+from grader.report.html import digest
 from grader.sanitize import lines, one_line, prose
 from grader.scoring.rubric import Rubric
 from grader.words import counted
@@ -82,7 +81,7 @@ def write(folder: ClassFolder, book: Gradebook) -> Path:
     style, script = ((HERE / f"overview.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
     page = _template().render(
         book=book, facts=facts, lines=found, line=one_line, prose=prose, counted=counted,
-        style=style, style_hash=_hash(style), script=script, script_hash=_hash(script),
+        style=style, style_hash=digest(style), script=script, script_hash=digest(script),
         held=[each for each in found if any(r.withheld for r in each.row.requirements)],
         states=Counter(row.state.value for row in book.rows).most_common(),
         flags=list(_flags(reports)),
@@ -106,10 +105,6 @@ def _template() -> Any:
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     return environment.get_template("overview.html.j2")
-
-
-def _hash(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
 def _line(rows: Sequence[Row], book: Gradebook, record: Record | None, linked: bool) -> Line:

@@ -33,6 +33,7 @@ _HEADER = ("id", "label", "people", "matched by", "hand-in", "submitted", "late"
 _WIDTHS = (20, 24, 28, 26, 22, 34, 17, 50)
 
 
+_OTHER_KIT = "by another kit"
 _VOID = ("seed", "rubric")
 """The settings of which another value makes all grades void; any other only says whose a grade is, or how late."""
 
@@ -139,21 +140,36 @@ class Action(Enum):
 
 @dataclass(frozen=True)
 class Decision:
-    """What is done with a submission, and why. `other_kit` says that the grade which is kept is another kit's."""
+    """What is done with a submission, and why."""
 
     action: Action
     why: str
-    other_kit: bool = False
 
 
 @dataclass(frozen=True)
 class PlanRow:
-    """One submission, or one person without any (`entry` is None); `cells` are those of plan.csv."""
+    """One submission, or one person without any; `late` is by how much."""
 
     decision: Decision
-    entry: Entry | None
-    late: str
-    cells: tuple[str, ...]
+    people: tuple[Person, ...]
+    entry: Entry | None = None
+    late: str = ""
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Return the cells of plan.csv."""
+        entry = self.entry or Entry("", "", Path(), "")
+        return (
+            entry.id,
+            entry.label,
+            ", ".join(person.label for person in self.people),
+            ", ".join(dict.fromkeys(each.text for each in entry.matched)),
+            " ".join(entry.notes),
+            entry.submitted.isoformat(sep=" ", timespec="minutes") if entry.submitted else "",
+            self.late,
+            self.decision.action.value,
+            self.decision.why,
+        )
 
 
 @dataclass(frozen=True)
@@ -202,8 +218,8 @@ def decide(entry: Entry, record: Record | None, job: Record, options: Options) -
     if record.status is Status.REFUSED:
         kept = f"cannot be graded: {record.why}"
     where = "; in an earlier source only" if entry.absent else ""
-    by = "" if record.kit == job.kit else f"; by another kit ({record.kits})"
-    return Decision(Action.KEEP, f"{kept}{by}{where}", other_kit=bool(by))
+    by = "" if record.kit == job.kit else f"; {_OTHER_KIT} ({record.kits})"
+    return Decision(Action.KEEP, f"{kept}{by}{where}")
 
 
 def _cause(record: Record | None, job: Record) -> str:
@@ -225,7 +241,7 @@ def make(
     `decisions` are by the entries' ids, `records` all that the class has, and `new` the doubts that no run had before.
     """
     rule = times.late_rule(facts.late_rule) if facts.late_rule else None
-    rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
+    rows = [PlanRow(decisions[e.id], e.people, e, _late(e, facts, decided, rule)) for e in facts.entries]
     for person in facts.missing:
         doubt = facts.doubt_about(person)
         if doubt is None:
@@ -233,8 +249,7 @@ def make(
         else:
             theirs = doubt.kind is DoubtKind.LOST and not doubt.anyone
             decision = Decision(Action.WAIT, doubt.what if theirs else f"unless {doubt.label} is theirs")
-        cells = ("", "", person.label, "", "", "", "", decision.action.value, decision.why)
-        rows.append(PlanRow(decision, None, "", cells))
+        rows.append(PlanRow(decision, (person,)))
     seconds = [record.seconds for record in records if record.status is Status.GRADED and record.seconds]
     todo = sum(row.decision.action is Action.GRADE for row in rows)
     lost = (
@@ -244,22 +259,6 @@ def make(
     )
     wall = (mean(seconds) if seconds else SECONDS_EACH) * todo / min(at_a_time, max(todo, 1))
     return Plan(tuple(rows), facts, tuple(new), tuple(lost), wall, at_a_time, minutes)
-
-
-def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
-    late = _late(entry, facts, decided, rule)
-    cells = (
-        entry.id,
-        entry.label,
-        ", ".join(person.label for person in entry.people),
-        ", ".join(dict.fromkeys(each.text for each in entry.matched)),
-        " ".join(entry.notes),
-        entry.submitted.isoformat(sep=" ", timespec="minutes") if entry.submitted else "",
-        late,
-        decision.action.value,
-        decision.why,
-    )
-    return PlanRow(decision, entry, late, cells)
 
 
 def _late(entry: Entry, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> str:
@@ -299,11 +298,9 @@ def summary(plan: Plan) -> Iterator[str]:
     todo, kept, left, waiting, missing = map(
         plan.of, (Action.GRADE, Action.KEEP, Action.LEAVE, Action.WAIT, Action.NOTHING)
     )
-    how_long = f", about {clock(plan.seconds)} with {plan.at_a_time} at a time" if todo else ""
-    how_long += f", {plan.minutes} minutes for each at most" if todo else ""
-    others = f", {len(left)} left as they are" if left else ""
-    count = len(plan.facts.entries)
-    yield f"{counted(count, 'submission')}: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
+    how_long = f", about {clock(plan.seconds)} with {plan.at_a_time} at a time, {plan.minutes} minutes for each at most"
+    more = f", {len(left)} left as they are" * bool(left) + how_long * bool(todo)
+    yield f"{counted(len(plan.facts.entries), 'submission')}: {len(kept)} kept, {len(todo)} to be graded{more}"
     causes = Counter(row.decision.why for row in todo)
     yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
     matched = Counter(each.means for entry in plan.facts.entries for each in entry.matched)
@@ -316,7 +313,7 @@ def summary(plan: Plan) -> Iterator[str]:
     if waiting:
         people = counted(len(waiting), "person", "people")
         yield f"  not graded yet, because of a doubt: {people} without a submission"
-    if other_kit := [row.entry.id for row in kept if row.entry and row.decision.other_kit]:
+    if other_kit := [row.entry.id for row in kept if row.entry and _OTHER_KIT in row.decision.why]:
         yield f"  {len(other_kit)} kept from another kit: {some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
         yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {some(absent)}"

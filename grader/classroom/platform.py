@@ -75,7 +75,6 @@ class Export:
         hand_ins: the submissions.
         notes: a remark on each entry that is none.
         lost: what is no submission, or not a whole one, though it may be somebody's.
-        foreign: the names of entries that look as if another platform had written them.
         ledger: how the entries add up: submissions, files beside them, and what was left out.
     """
 
@@ -83,7 +82,6 @@ class Export:
     hand_ins: tuple[HandIn, ...]
     notes: tuple[str, ...] = ()
     lost: tuple[Lost, ...] = ()
-    foreign: tuple[str, ...] = ()
     ledger: str = ""
 
 

@@ -7,15 +7,13 @@ are those of the English and German language packs of Moodle 4.5.
 
 from __future__ import annotations
 
-import codecs
-import csv
 import datetime as dt
-import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader.classroom.cells import Sheet
 from grader.errors import GraderError
 
 # The strings recordid, lastmodifiedsubmission and lastmodifiedgrade of mod_assign; the others are of Moodle's core.
@@ -102,7 +100,6 @@ IDENTITY = ("id", "lms_id", "login", "email")
 """The fields of a person that no two people share, the surest first."""
 _CANVAS = {"id", "sis login id"}  # "SIS User ID" is there only if the teacher may see it
 _GITHUB = {"identifier", "github_username"}
-_BEFORE = re.compile('\ufeff?(?:"?sep=(?P<separator>[^"\r\n])"?(?:\r\n|\r|\n))?', re.IGNORECASE)
 _TEST_STUDENT = "Student, Test"  # of Canvas, for teachers who look at their course as a student
 _SUFFIX = re.compile(r"(sn?r|jn?r|senior|junior|ii|iii|iv|v|vi|esq|esquire)\.?", re.IGNORECASE)  # as Canvas has them
 _FIRST_NAMES, _LAST_NAMES = ("first name", "firstname", "given name"), ("last name", "surname", "lastname")
@@ -162,54 +159,18 @@ def rows(path: Path) -> Iterator[tuple[int, Person, str, str]]:
     Raises:
         GraderError: it cannot be read, or has no usable column.
     """
-    try:
-        table = Table.read(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"The roster {path} cannot be read ({error}). Save it as CSV in UTF-8.") from error
-    lines = csv.reader(io.StringIO(table.text, newline=""), delimiter=table.separator)
-    columns, lms = _columns([cell.strip() for cell in next(lines, [])])
+    sheet = Sheet(path)
+    columns, lms = _columns([cell.strip() for cell in sheet.header])
     if not set(columns) & {"id", "name", "email", "login", "lms_id", "identifier"}:
         raise GraderError(
-            f"The roster {path} has no column that names a person. Its first line needs some of: {', '.join(_ALIASES)}."
+            f"{path} has no column that names a person. Its first line needs some of: {', '.join(_ALIASES)}."
         )
-    for row in lines:
-        said = {field: [row[at].strip() for at in places if at < len(row)] for field, places in columns.items()}
+    for line, row in enumerate(sheet.rows, 2):
+        said = {field: [row[at].strip() for at in places] for field, places in columns.items()}
         person = _person({field: list(filter(None, cells)) for field, cells in said.items()}, lms)
         if person is not None:
             submitted, status = ("".join(said.get(field, ())) for field in ("submitted", "status"))
-            yield lines.line_num, person, submitted, status
-
-
-@dataclass(frozen=True)
-class Table:
-    """The text of a CSV file. `before` it are a byte order mark, and Excel's line that says what separates cells."""
-
-    text: str
-    separator: str
-    before: str = ""
-    encoding: str = "utf-8"
-
-    @classmethod
-    def read(cls, path: Path) -> Table:
-        """Read a file in UTF-8, or in UTF-16 with its mark, as spreadsheets save "Unicode text".
-
-        Raises:
-            OSError: it cannot be read.
-            UnicodeDecodeError: it is in another encoding.
-        """
-        data = path.read_bytes()
-        marks = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
-        encoding = next((name for mark, name in marks.items() if data.startswith(mark)), "utf-8")
-        text = data.decode(encoding)
-        found = _BEFORE.match(text)
-        before = found[0] if found else ""
-        first = text[len(before) :].partition("\n")[0]
-        separator = found["separator"] if found and found["separator"] else max(",;\t", key=first.count)
-        return cls(text[len(before) :], separator, before, encoding)
-
-    def encoded(self, text: str) -> bytes:
-        """Return another text as the bytes of such a file."""
-        return (self.before + text).encode(self.encoding)
+            yield line, person, submitted, status
 
 
 def first_name_first(name: str) -> str:

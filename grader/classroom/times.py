@@ -38,11 +38,7 @@ class HandInTime:
 
 
 def load(path: Path) -> tuple[HandInTime, ...]:
-    """Return the times in a list of submissions or in a roster, none if it has no column of them.
-
-    Raises:
-        GraderError: it cannot be read.
-    """
+    """Return the times in a list of submissions or in a roster, none if it has no column of them."""
     return tuple(_of_canvas(path) if path.suffix.lower() == ".json" else _of_table(path))
 
 

@@ -10,7 +10,8 @@ import yaml
 from grader.course import Course
 from grader.errors import GraderError
 from grader.hunt.search import Finding
-from grader.report import figures, html
+from grader.report import html
+from grader.report.figures import Album
 from grader.sanitize import one_line
 from grader.trials import case as cases
 from grader.trials.case import Case, Step
@@ -134,7 +135,7 @@ def read(file: Path, course: Course) -> tuple[Case, str]:
 
 def page(finding: Finding) -> str:
     """Return the finding as one self-contained HTML page: what was done, seen and promised, the picture, the replay."""
-    figure = figures.of_trial(finding.trial, finding.broken.seen, finding.broken.t)
+    figure = Album({}).draw(finding.trial, finding.broken.seen, finding.broken.t, failed=True)
     return html.page_of(
         "found.html.j2",
         title=say("Not kept: {promise}", promise=say(finding.promise.sentence)),

@@ -125,7 +125,13 @@ def choose(tree: Tree, name: str, path: str = "") -> tuple[Candidate, str]:
         UsageError: there is no package at `path`; the message says where there are some.
     """
     if path:
-        return _named(tree, name, path), say("`--package-path` names it")
+        if (found := find_named(tree, path)) is not None:
+            return found, say("`--package-path` names it")
+        paths = some([printable(candidate.path) for candidate in tree.candidates], _NAMED)
+        raise UsageError(
+            say("There is no package at {path} in {name}.", path=printable(path), name=printable(name)),
+            say("It has packages at {paths}.", paths=paths) if paths else say("It holds no package at all."),
+        )
     gradable = [c for c in tree.candidates if c.name == tree.course.package or c.modules or c.nodes]
     pool = [c for c in gradable if not _nearest(c.path, {other.path for other in gradable})]
     if not pool:
@@ -133,11 +139,9 @@ def choose(tree: Tree, name: str, path: str = "") -> tuple[Candidate, str]:
         raise SubmissionError(f"{printable(name)} {what}", advice)
     several = len(tree.candidates) > 1
     because = say("it is the only ROS 2 Python package that colcon finds") if several else say("it is the only package")
-    named, ours = [c for c in pool if c.name == tree.course.package], [c for c in pool if c.modules]
-    if len(pool) > 1 and named:
+    if len(pool) > 1 and (named := [c for c in pool if c.name == tree.course.package]):
         pool, because = named, say("its name is the one that the assignment asks for")
-        ours = [c for c in named if c.modules]
-    if len(pool) > 1 and ours and len(ours) < len(pool):
+    if len(pool) > 1 and (ours := [c for c in pool if c.modules]) and len(ours) < len(pool):
         pool, because = ours, say("it is the only one with modules of the assignment")
     if len(pool) > 1:
         paths = some([f"{printable(c.path)} ({c.name})" for c in pool], _NAMED)
@@ -150,17 +154,6 @@ def choose(tree: Tree, name: str, path: str = "") -> tuple[Candidate, str]:
             ),
         )
     return pool[0], because
-
-
-def _named(tree: Tree, name: str, path: str) -> Candidate:
-    if (found := find_named(tree, path)) is not None:
-        return found
-    paths = some([printable(candidate.path) for candidate in tree.candidates], _NAMED)
-    words = mark("There is no package at {path} in {name}.")
-    raise UsageError(
-        say(words, path=printable(path), name=printable(name)),
-        say("It has packages at {paths}.", paths=paths) if paths else say("It holds no package at all."),
-    )
 
 
 def find_named(tree: Tree, path: str) -> Candidate | None:

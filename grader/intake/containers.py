@@ -20,7 +20,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import IO, Any, NoReturn, Protocol
+from typing import IO, Any, NoReturn
 
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.intake.names import MAX_DEPTH, tool_folder
@@ -84,13 +84,6 @@ class Entry:
     packed: int | None = None
 
 
-class Readable(Protocol):
-    """A stream of bytes."""
-
-    def read(self, size: int = -1, /) -> bytes:
-        """Return at most `size` bytes; b"" at the end."""
-
-
 @dataclass(frozen=True)
 class Container:
     """A folder or an archive, whose size is `packed_bytes`; `entries` are in its own order.
@@ -101,7 +94,7 @@ class Container:
 
     name: str
     entries: list[Entry]
-    contents: Callable[[Collection[int]], Iterator[tuple[int, Readable]]]
+    contents: Callable[[Collection[int]], Iterator[tuple[int, IO[bytes]]]]
     packed_bytes: int | None = None
 
 
@@ -118,12 +111,9 @@ def open_container(path: Path, leave_out: Collection[Path] = (), limits: SizeLim
     with _readable(path):
         if path.is_dir():
             return folder(path, leave_out)
-        if not path.exists():
+        if not path.is_file():
             words = mark("There is no file or folder {path}.")
             raise refused(name, words, mark("Check the path."), path=printable(str(path)))
-        if not path.is_file():
-            advice = mark("Submit the package folder or a zip of it.")
-            raise refused(name, mark("{name} is neither a folder nor a file."), advice)
         with path.open("rb") as file:
             head = file.read(512)
         zipped = head.startswith(b"PK") and zipfile.is_zipfile(path)
@@ -166,7 +156,7 @@ def folder(path: Path, leave_out: Collection[Path] = ()) -> Container:
                 if not tool_folder(each) and Path(here, each).resolve() not in left_out
             )  # fmt: skip
 
-    def contents(wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
+    def contents(wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
         for index in sorted(wanted):
             place = path / entries[index].name
             with _readable(place), os.fdopen(os.open(place, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
@@ -208,7 +198,7 @@ def _zip(path: Path, limits: SizeLimits) -> Container:
         _require_one_zip(path, archive)
         entries = [_in_zip(path.name, archive, index, info) for index, info in enumerate(archive.infolist())]
 
-    def contents(wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
+    def contents(wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
         with damaged(path.name), zipfile.ZipFile(path) as archive:
             infos = archive.infolist()
             for index in sorted(wanted):
@@ -270,7 +260,7 @@ def _tar(path: Path, magic: bytes, limits: SizeLimits) -> Container:
 
     def members() -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with path.open("rb") as file, damaged(path.name):
-            stream: Any = _Unpacked(file, magic, limits.tar_bytes)  # read() is all that is asked of it
+            stream: Any = _Unpacked(path.name, file, magic, limits.tar_bytes)  # read() is all that is asked of it
             with tarfile.open(fileobj=stream, mode="r|", errorlevel=2) as archive:
                 for index in itertools.count():
                     if (member := archive.next()) is None:
@@ -283,7 +273,7 @@ def _tar(path: Path, magic: bytes, limits: SizeLimits) -> Container:
                     if block.strip(b"\0"):
                         raise _two_archives(path.name)
 
-    def contents(wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
+    def contents(wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
         for index, member, archive in members():
             if index in wanted:
                 with damaged(path.name):
@@ -329,15 +319,11 @@ class StreamTooLong(Exception):
     """A stream is longer than its limit."""
 
 
-class _FollowedByMore(Exception):
-    """A compressed stream is followed by something that is not such a stream."""
-
-
 class _Unpacked:
     """What a tar's file unpacks to, up to a limit. Several streams in it are read as one, as gzip, bzip2 and xz do."""
 
-    def __init__(self, file: IO[bytes], magic: bytes, max_bytes: int) -> None:
-        self._file, self._magic, self._left = file, magic, max_bytes
+    def __init__(self, name: str, file: IO[bytes], magic: bytes, max_bytes: int) -> None:
+        self._name, self._file, self._magic, self._left = name, file, magic, max_bytes
         self._decompressor: Any = _DECOMPRESSORS[magic]() if magic else None
         self._packed = b""
 
@@ -368,7 +354,7 @@ class _Unpacked:
         while len(rest) < len(self._magic) and (block := self._file.read(64 * 1024)):
             rest = (rest + block).lstrip(b"\0")
         if rest and not rest.startswith(self._magic):
-            raise _FollowedByMore
+            raise _two_archives(self._name)
         if rest:
             self._decompressor, self._packed = _DECOMPRESSORS[self._magic](), rest
         return bool(rest)
@@ -387,8 +373,6 @@ def damaged(name: str) -> Iterator[None]:
         yield
     except (KitError, StreamTooLong):
         raise
-    except _FollowedByMore:
-        raise _two_archives(name) from None
     except NotImplementedError as error:
         words = mark("{name} is compressed in a way that cannot be opened here ({why}).")
         raise refused(name, words, mark("Zip it again with the usual method."), why=printable(str(error))) from error

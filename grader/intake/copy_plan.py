@@ -47,7 +47,6 @@ class CopyPlan:
         folders: folders of an export to be made even if nothing is in them.
         flags, notes: remarks for the instructor and for everyone, in limited number: an archive must not fill a report.
         left_out: all entries that tools have not made and that are not copied.
-        shortened: the names that were too long.
     """
 
     files: dict[str, Entry] = field(default_factory=dict)
@@ -55,7 +54,11 @@ class CopyPlan:
     flags: list[Flag] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
-    shortened: list[str] = field(default_factory=list)
+
+    def left_of(self, limits: SizeLimits) -> SizeLimits:
+        """Return what is left of the limits for archives inside."""
+        used = sum(entry.size for entry in self.files.values())
+        return replace(limits, total_bytes=limits.total_bytes - used, files=limits.files - len(self.files))
 
     @contextmanager
     def remarking(self, entry: Entry) -> Iterator[None]:
@@ -63,20 +66,16 @@ class CopyPlan:
         try:
             yield
         except _Refused as refusal:
-            name, why = printable(entry.name), str(refusal)
-            if refusal.kind:
-                self.flags.append(Flag(refusal.kind, why, name))
+            name, (kind, why) = printable(entry.name), refusal.args
+            if kind:
+                self.flags.append(Flag(kind, why, name))
             else:
                 self.notes.append(f"{name}: {why}.")
             self.left_out.append(LeftOut(entry.name, why, entry.kind not in (Kind.FILE, Kind.FOLDER)))
 
 
 class _Refused(Exception):
-    """An entry is left out, with a flag of `kind`, or with a note if `kind` is "" (an innocent entry)."""
-
-    def __init__(self, kind: str, reason: str) -> None:
-        super().__init__(reason)
-        self.kind = kind
+    """An entry is left out; its arguments are the kind of a flag, "" for a note (an innocent entry), and the reason."""
 
 
 def plan_copy(container: Container, limits: SizeLimits, *, export: bool = False) -> CopyPlan:
@@ -95,8 +94,6 @@ def plan_copy(container: Container, limits: SizeLimits, *, export: bool = False)
             if not path and entry.kind is not Kind.FOLDER:
                 raise _Refused("name", say("it has no name; it was left out"))
             paths[entry.index] = path
-            if export and path != _safe(entry.name):
-                plan.shortened.append(entry.name)
     made = set() if export else _made_by_tools(list(paths.values()))
     kept = [e for e in container.entries if e.index in paths and (export or not _is_made(paths[e.index], made))]
     last = {paths[entry.index]: entry for entry in kept if entry.kind is not Kind.FOLDER}
@@ -105,16 +102,19 @@ def plan_copy(container: Container, limits: SizeLimits, *, export: bool = False)
     # By name; hard links after the files that they become copies of.
     for entry in sorted(kept, key=lambda e: (e.kind is Kind.HARD_LINK, paths[e.index])):
         path = paths[entry.index]
+        if entry.kind is Kind.FOLDER:
+            plan.folders += [path] * (export and bool(path))
+            continue
         with plan.remarking(entry):
-            if entry.kind is not Kind.FOLDER:
-                plan.files[path] = _copied(
-                    entry, path, plan.files, limits, export, last=last[path], is_folder=path in above
-                )
-                if entry.kind is Kind.FILE and entry.mode & (stat.S_ISUID | stat.S_ISGID):
-                    words = say("the set-user-id bit was removed")
-                    plan.flags.append(Flag("setuid", words, printable(entry.name)))
-            elif path and export:
-                plan.folders.append(path)
+            copied_entry = _copied(entry, path, plan.files, limits, export)
+            if path in above:
+                raise _Refused("collision", say("there is a folder of the same name; it was left out"))
+            if entry is not last[path]:
+                raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
+            plan.files[path] = copied_entry
+            if entry.kind is Kind.FILE and entry.mode & (stat.S_ISUID | stat.S_ISGID):
+                words = say("the set-user-id bit was removed")
+                plan.flags.append(Flag("setuid", words, printable(entry.name)))
     plan.folders = [path for path in plan.folders if not plan.files.keys() & {path, *_folders(path)}]
     plan.flags = [*plan.flags, *_look_alikes(plan.files)][:MAX_REMARKS]
     if made:
@@ -131,7 +131,7 @@ def _path(name: str, export: bool) -> str:
     raw = name.replace("\\", "/")
     if raw.startswith("/") or (len(raw) > 1 and raw[1] == ":" and raw[0].isalpha()):
         raise _Refused("absolute path", say("its path is absolute; it was left out"))
-    parts = [part for part in _safe(raw).split("/") if part]
+    parts = [safe_name(part) for part in raw.split("/") if part not in ("", ".")]
     if ".." in parts:
         raise _Refused("traversal", say("its path leads out of the submission with '..'; it was left out"))
     parts = [shortened(part) for part in parts] if export else parts
@@ -143,39 +143,14 @@ def _path(name: str, export: bool) -> str:
     return path
 
 
-def _safe(name: str) -> str:
-    """Return an entry's name as a path of printable names."""
-    return "/".join(safe_name(part) for part in name.replace("\\", "/").split("/") if part not in ("", "."))
-
-
-def _copied(
-    entry: Entry,
-    path: str,
-    files: Mapping[str, Entry],
-    limits: SizeLimits,
-    export: bool,
-    *,
-    last: Entry,
-    is_folder: bool,
-) -> Entry:
-    """Return what to copy of an entry that is not a folder; of a hard link, a copy of one of the `files`.
-
-    `last` is the last entry of its name; `is_folder` is whether others need a folder of that name.
-
-    Raises:
-        _Refused: it is not copied.
-    """
+def _copied(entry: Entry, path: str, files: Mapping[str, Entry], limits: SizeLimits, export: bool) -> Entry:
+    """Return what to copy of an entry that is not a folder; of a hard link, a copy of one of the `files`."""
     target, shown = entry.target.replace("\\", "/"), printable(entry.target)
-    copy = entry
     if entry.kind is Kind.HARD_LINK:
         original = _path(entry.target, export)
         if original not in files:
             raise _Refused("link", say("hard link to {target}, which is not in the submission", target=shown))
-        copy = replace(entry, target=original, size=files[original].size)
-    if is_folder and entry.kind in (Kind.FILE, Kind.HARD_LINK):
-        raise _Refused("collision", say("there is a folder of the same name; it was left out"))
-    if entry is not last:
-        raise _Refused("collision", say("its name occurs again; only the last of that name was kept"))
+        return replace(entry, target=original, size=files[original].size)
     if entry.kind is Kind.LINK:
         reached = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
         if target.startswith("/") or reached == ".." or reached.startswith("../"):
@@ -184,13 +159,13 @@ def _copied(
     if entry.kind is Kind.SPECIAL:
         words = mark("it is not a regular file (but a device, pipe or sparse file); it was left out")
         raise _Refused("special file", say(words))
-    if entry.kind is Kind.FILE and entry.size > limits.file_bytes:
+    if entry.size > limits.file_bytes:
         if entry.packed is not None and entry.size > limits.ratio * max(entry.packed, 1):
             words = mark("{size} bytes packed into {packed}; it was left out")
             raise _Refused("bomb", say(words, size=entry.size, packed=entry.packed))
         words = mark("it has {size} MB, more than {most} MB, and was left out")
         raise _Refused("", say(words, size=entry.size // MB, most=limits.file_bytes // MB))
-    return copy
+    return entry
 
 
 def _made_by_tools(paths: Collection[str]) -> set[str]:

@@ -24,49 +24,42 @@ _MAX_SHOWN = 12
 
 def note(package: Path) -> str:
     """Return sentences that name the files and functions laid out by the course; "" if there are none, or no marker."""
-    return " ".join(filter(None, (_files(unchanged(package)), _functions(unchanged_functions(package)))))
-
-
-def _functions(found: list[str]) -> str:
-    if not found:
-        return ""
-    return say_count(
-        "{n} function was given by the course (a lane) and not changed since: {names}.",
-        "{n} functions were given by the course (a lane) and not changed since: {names}.",
-        len(found),
-        names=some(found, _MAX_SHOWN),
-    )
-
-
-def _files(found: list[str]) -> str:
-    if not found:
-        return ""
-    return say_count(
-        "{n} file was laid out by the course (start_at, or a lane) and not changed since, so not the student's own "
-        "work: {names}.",
-        "{n} files were laid out by the course (start_at, or a lane) and not changed since, so not the student's own "
-        "work: {names}.",
-        len(found),
-        names=some(found, _MAX_SHOWN),
-    )
+    files, given, said = unchanged(package), unchanged_functions(package), []
+    if files:
+        one = say_count(
+            "{n} file was laid out by the course (start_at, or a lane) and not changed since, so not the student's own "
+            "work: {names}.",
+            "{n} files were laid out by the course (start_at, or a lane) and not changed since, so not the student's "
+            "own work: {names}.",
+            len(files),
+            names=some(files, _MAX_SHOWN),
+        )
+        said.append(one)
+    if given:
+        one = say_count(
+            "{n} function was given by the course (a lane) and not changed since: {names}.",
+            "{n} functions were given by the course (a lane) and not changed since: {names}.",
+            len(given),
+            names=some(given, _MAX_SHOWN),
+        )
+        said.append(one)
+    return " ".join(said)
 
 
 def unchanged(package: Path) -> list[str]:
     """Return the paths of the files whose content still matches the marker's checksum."""
-    sums = _read(package).get("sha256")
-    if not isinstance(sums, dict) or len(sums) > MAX_FILES:
-        return []
-    return [name for name, digest in sums.items() if isinstance(digest, str) and _digest(package, name) == digest]
+    return [
+        name
+        for name, digest in _read(package, "sha256").items()
+        if (content := _content(package, name)) is not None and hashlib.sha256(content).hexdigest() == digest
+    ]
 
 
 def unchanged_functions(package: Path) -> list[str]:
     """Return the functions ("driver.py Driver.stop") whose code still matches the marker's checksum."""
-    files = _read(package).get("functions")
-    if not isinstance(files, dict) or len(files) > MAX_FILES:
-        return []
     return [
         f"{PurePosixPath(path).name} {name}"
-        for path, sums in files.items()
+        for path, sums in _read(package, "functions").items()
         if isinstance(sums, dict) and (now := functions(_content(package, path) or b""))
         for name, digest in sums.items()
         if now.get(name) == digest
@@ -79,7 +72,7 @@ def add(
     named: Mapping[str, tuple[str, Iterable[str]]] | None = None,
 ) -> None:
     """Note what the course has written into a package: texts of files, and functions `named` of a module's text."""
-    marker = _read(package)
+    marker = {kind: found for kind in ("sha256", "functions") if (found := _read(package, kind))}
     for path, text in (files or {}).items():
         marker.setdefault("sha256", {})[path] = hashlib.sha256(text.encode()).hexdigest()
     for path, (text, names) in (named or {}).items():
@@ -102,20 +95,16 @@ def functions(text: str | bytes) -> dict[str, str]:
     return found
 
 
-def _read(package: Path) -> dict[str, Any]:
+def _read(package: Path, kind: str) -> dict[str, Any]:
+    """Return what the marker says of files or functions, nothing if it is not as `add` writes it."""
     marker = package / MARKER
     try:
         if marker.is_symlink() or marker.stat().st_size > MAX_BYTES:
             return {}
-        found = json.loads(marker.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        found = json.loads(marker.read_text(encoding="utf-8"))[kind]
+    except (OSError, ValueError, RecursionError, TypeError, KeyError):
         return {}
-    return found if isinstance(found, dict) else {}
-
-
-def _digest(package: Path, name: str) -> str | None:
-    content = _content(package, name)
-    return None if content is None else hashlib.sha256(content).hexdigest()
+    return found if isinstance(found, dict) and len(found) <= MAX_FILES else {}
 
 
 def _content(package: Path, name: str) -> bytes | None:

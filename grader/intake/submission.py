@@ -10,8 +10,9 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import IO
 
 from grader.course import Course
 from grader.course.reader import COURSE
@@ -25,7 +26,6 @@ from grader.intake.containers import (
     SUBMISSION,
     Entry,
     Kind,
-    Readable,
     SizeLimits,
     damaged,
     open_container,
@@ -38,18 +38,10 @@ from grader.words import mark, say
 BLOCK = 256 * 1024
 
 
-@dataclass(frozen=True)
-class Unpacked:
-    """The result of unpacking one container: the plan that was followed, and the limits left for archives inside."""
-
-    plan: CopyPlan
-    left: SizeLimits
-
-
 def unpack(
     source: Path, into: Path, limits: SizeLimits, *, leave_out: Path | None = None, export: bool = False
-) -> Unpacked:
-    """Copy the files of the folder or archive `source` into the empty folder `into`.
+) -> CopyPlan:
+    """Copy the files of the folder or archive `source` into the empty folder `into`, and return what was followed.
 
     The folder `leave_out` inside `source` is not copied. `export` is as for `plan_copy`.
 
@@ -76,12 +68,10 @@ def unpack(
             if entry.kind is Kind.HARD_LINK:
                 (into / path).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(into / entry.target, into / path, follow_symlinks=False)
-    used = sum(entry.size for entry in plan.files.values())
-    left = replace(limits, total_bytes=limits.total_bytes - used, files=limits.files - len(plan.files))
-    return Unpacked(plan, left)
+    return plan
 
 
-def _write(path: Path, stream: Readable, entry: Entry, name: str) -> int:
+def _write(path: Path, stream: IO[bytes], entry: Entry, name: str) -> int:
     """Write the `stream` of an entry of the container `name` to the new file `path`; return the number of bytes read.
 
     Stop one byte after the size of the entry.
@@ -149,11 +139,10 @@ def open_submission(
     package: str = "",
     leave_out: Path | None = None,
 ) -> Submission:
-    """Copy the submission `source` (a folder, zip or tar) into the new or empty folder `into` and find its package.
+    """Copy the submission `source` (a folder, zip or tar) into the new folder `into` and find its package.
 
     If no package is found, archives inside are opened too, up to two levels deep. `package` is the path of the package
-    to take, as messages and reports show it. The folder `leave_out` inside `source` is not copied. On failure `into`
-    is left empty.
+    to take, as messages and reports show it. The folder `leave_out` inside `source` is not copied.
 
     Raises:
         SubmissionError: it does not exist, cannot be opened, is too large, or has no package that can be graded.
@@ -161,34 +150,33 @@ def open_submission(
         GraderError: a problem with this host's disk or permissions.
     """
     name = source.resolve().name
-    with _emptied_on_failure(into):
-        opened = _Opened(unpack(source, into, limits, leave_out=leave_out))
-        tree = choose.survey(into, course)
-        for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
-            if not tree.candidates or (package and not choose.find_named(tree, package)):
-                opened.open_archives(tree)
-                tree = choose.survey(into, course)
-        try:
-            if opened.refused and not tree.candidates:
-                raise opened.refused[0]
-            if opened.flags and not tree.files:
-                words = mark("{name} has no file that could be taken in: {why}")
-                advice = mark("Zip the package folder again with an ordinary program.")
-                raise refused(name, words, advice, why=next(opened.remarks()))
-            return _describe(name, tree, *choose.choose(tree, name, package), opened)
-        except SubmissionError as error:
-            error.remarks = [*opened.remarks(), *itertools.islice(opened.closed(tree), MAX_OTHERS)]
-            raise
+    opened = _Opened(unpack(source, into, limits, leave_out=leave_out), limits)
+    tree = choose.survey(into, course)
+    for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
+        if not tree.candidates or (package and not choose.find_named(tree, package)):
+            opened.open_archives(tree)
+            tree = choose.survey(into, course)
+    try:
+        if opened.refused and not tree.candidates:
+            raise opened.refused[0]
+        if opened.flags and not tree.files:
+            words = mark("{name} has no file that could be taken in: {why}")
+            advice = mark("Zip the package folder again with an ordinary program.")
+            raise refused(name, words, advice, why=next(opened.remarks()))
+        return _describe(name, tree, *choose.choose(tree, name, package), opened)
+    except SubmissionError as error:
+        error.remarks = [*opened.remarks(), *itertools.islice(opened.closed(tree), MAX_OTHERS)]
+        raise
 
 
 class _Opened:
     """What was unpacked so far: the submission, and archives inside it."""
 
-    def __init__(self, whole: Unpacked) -> None:
-        self.notes, self.flags = list(whole.plan.notes), list(whole.plan.flags)
+    def __init__(self, plan: CopyPlan, limits: SizeLimits) -> None:
+        self.notes, self.flags = list(plan.notes), list(plan.flags)
         self.refused: list[SubmissionError] = []
         self._failed: set[str] = set()
-        self._left = whole.left
+        self._left = plan.left_of(limits)
 
     def open_archives(self, tree: Tree) -> None:
         """Unpack the archives in `tree`, the highest first, each into a folder beside it.
@@ -207,9 +195,9 @@ class _Opened:
                 self.notes.append(say("{path} was not opened: {why}", path=printable(path), why=error))
                 continue
             (tree.root / path).unlink()
-            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.plan.notes]
-            self.flags += inner.plan.flags
-            self._left = inner.left
+            self.notes += [say("Opened {path} inside.", path=printable(path)), *inner.notes]
+            self.flags += inner.flags
+            self._left = inner.left_of(self._left)
 
     def remarks(self) -> Iterator[str]:
         """Yield the notes, and the flags as notes."""
@@ -271,19 +259,3 @@ def _free_folder(archive: Path) -> Path:
     while folder.exists():
         folder = folder.with_name(folder.name + "_")
     return folder
-
-
-@contextmanager
-def _emptied_on_failure(into: Path) -> Iterator[None]:
-    """Check that `into` is free, and empty it again if an exception is raised."""
-    if into.exists() and (not into.is_dir() or any(into.iterdir())):
-        raise GraderError(say("{path} is not an empty folder. Choose another --out or remove it.", path=into))
-    existed = into.exists()
-    try:
-        yield
-    except BaseException:
-        for child in into.iterdir() if into.is_dir() else ():
-            shutil.rmtree(child) if child.is_dir() else child.unlink()
-        if into.is_dir() and not existed:
-            into.rmdir()
-        raise

@@ -16,7 +16,7 @@ from grader.errors import KitError, SubmissionError
 from grader.notebook import check_process, prerequisites, standing
 from grader.notebook.feedback import Answer, Checked, Note, Progress, seen_expected_try
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
-from grader.report.figures import Album, Picture
+from grader.report.figures import Album, Figure
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, at_hand_in, losses, place, points
 from grader.scoring.rubric import Requirement, Rubric
@@ -53,7 +53,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
         elif gap := prerequisites.first_gap(workspace.package, asked[r.id].id, notebook):
             answers[r.id] = _answer(r, Note(r.text, seen_expected_try(*gap)))
     possible = [r for r in wanted if r.id not in answers]
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[Figure, ...] = ()
     try:
         if possible:
             with Progress() as progress:
@@ -176,8 +176,9 @@ def _sample(requirement: str, grading: Grading) -> str:
     return say("a sample: {tried} of {every} mutants tried", tried=tried, every=every) if tried < every else ""
 
 
-def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:
+def _pictures(grading: Grading, notebook: str) -> tuple[Figure, ...]:
     """Return pictures of the first trials in which points were lost."""
     album = Album(grading.evidence.trials, most=_PICTURES)
     lost = [result for score in grading.scorecard.requirements for result in score.lost]
-    return tuple(album.of(tuple(result for result in lost if not prerequisites.later(result.id, notebook))))
+    found = [album.of(result) for result in lost if not prerequisites.later(result.id, notebook)]
+    return tuple(dict.fromkeys(figure for figure in found if figure is not None and figure.source))

@@ -20,7 +20,7 @@ from grader.words import localized, mark, say, say_count
 if TYPE_CHECKING:
     from jinja2 import Template
 
-    from grader.report.figures import Picture
+    from grader.report.figures import Figure
 
 WIDTH = 100
 
@@ -104,7 +104,7 @@ class Checked:
     """The answer of `check`. Notebooks display it; `passed` is for programs."""
 
     answers: tuple[Answer, ...]
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[Figure, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property

@@ -28,10 +28,14 @@ class Cause:
         """Return the points that follow from it."""
         return sum(loss.lost for loss in self.losses)
 
+    @property
+    def by_requirement(self) -> dict[str, float]:
+        """Return the points that follow from it in each requirement."""
+        return _by_requirement(self.losses)
+
     def explains(self, result: CheckResult) -> bool:
         """Return whether the check could not be reached because of it."""
-        reached = result.outcome is not Outcome.NOT_REACHED
-        return not reached and any(loss.result.id == result.id for loss in self.losses)
+        return result.outcome is Outcome.NOT_REACHED and any(loss.result.id == result.id for loss in self.losses)
 
     def __str__(self) -> str:
         return say("{cause}; {lost} points follow from it", cause=self.sentence, lost=points(self.lost))
@@ -49,16 +53,13 @@ def find(grading: Grading, decided: Collection[str] = ()) -> Cause | None:
             groups.setdefault(why, []).append(loss)
     if not groups:
         return None
-    why, found = max(groups.items(), key=lambda group: _cost(group[1]))
+    why, found = max(groups.items(), key=lambda group: round(sum(loss.lost for loss in group[1]), 6))
     if why in {score.requirement.id for score in grading.scorecard.requirements}:
         found += [loss for loss in losses if loss.requirement.id == why and loss not in found]
     explained = {id(loss) for loss in found}
-    others: dict[str, list[Loss]] = {}
-    for loss in losses:
-        if id(loss) not in explained:
-            others.setdefault(loss.requirement.id, []).append(loss)
-    rival = max(map(_cost, others.values()), default=0.0)
-    if len({loss.requirement.id for loss in found}) < 2 or _cost(found) <= rival:
+    others = _by_requirement(loss for loss in losses if id(loss) not in explained)
+    own = _by_requirement(found)
+    if len(own) < 2 or round(sum(own.values()), 6) <= round(max(others.values(), default=0.0), 6):
         return None
     words = prose(_sentence(why, found, grading), _LIMIT)
     return Cause(words, tuple(found))
@@ -69,8 +70,11 @@ def dearest(losses: Iterable[Loss]) -> list[Loss]:
     return sorted((loss for loss in losses if loss.lost > 0), key=lambda loss: -loss.lost)
 
 
-def _cost(losses: Sequence[Loss]) -> float:
-    return round(sum(loss.lost for loss in losses), 6)
+def _by_requirement(losses: Iterable[Loss]) -> dict[str, float]:
+    lost: dict[str, float] = {}
+    for loss in losses:
+        lost[loss.requirement.id] = lost.get(loss.requirement.id, 0.0) + loss.lost
+    return lost
 
 
 def _why(loss: Loss, grading: Grading) -> str | Reason | None:

@@ -38,9 +38,7 @@ def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encodi
 
     Characters that `encoding` lacks are escaped, so that printing the text cannot fail.
     """
-    page = _Page(grading, colour, width)
-    text = "\n".join(page.lines())
-    return text.encode(encoding, "backslashreplace").decode(encoding)
+    return _text(_Page(grading, colour, width).lines(), encoding)
 
 
 def jobs(listed: Sequence[tuple[Job[Any], str]]) -> str:
@@ -62,10 +60,11 @@ def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH,
     """Return the judged requirements and their losses, without totals: the answer to `grader check`."""
     page = _Page(grading, colour, width)
     scores = [s for s in page.grading.scorecard.requirements if s.outcome is not Outcome.NOT_GRADED]
-    text = "\n".join(
-        [*page.unchanged(), *page.first_cause(), *(page.requirement(score) for score in scores), *page.lost()]
-    )
-    return text.encode(encoding, "backslashreplace").decode(encoding)
+    return _text([*page.unchanged(), *page.first_cause(), *map(page.requirement, scores), *page.lost()], encoding)
+
+
+def _text(lines: Iterable[str], encoding: str) -> str:
+    return "\n".join(lines).encode(encoding, "backslashreplace").decode(encoding)
 
 
 class _Page:

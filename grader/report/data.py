@@ -9,18 +9,20 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from grader.evidence import Flag, Reason, Trial, from_data, to_data
+from grader.evidence import Reason, Trial, from_data, to_data
 from grader.host.tempdir import write_atomically
 from grader.report import cause
 from grader.sanitize import one_line, shown
 from grader.scoring.grading import Grading, HandIn, Refusal, foremost
 from grader.scoring.rubric import FLAGS, Check
-from grader.scoring.scorecard import CheckResult, CriterionScore, Outcome, RequirementScore
+from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
 from grader.words import say
 
 DATA = "report.json"
 SCHEMA = "ros2-course-kit/report/1"
 REFUSAL_SCHEMA = "ros2-course-kit/refusal/1"
+_PROVENANCE = ("rubric", "rubric_title", "checks", "commit", "graded", "rescored")
+_OF_A_CHECK = ("fraction", "sentence", "seen", "expected", "because", "trial")
 
 
 def as_data(result: Grading | Refusal, hand_in: HandIn | None = None) -> dict[str, Any]:
@@ -35,18 +37,18 @@ def plain(hand_in: HandIn | None) -> dict[str, Any]:
     return found
 
 
+def _of(thing: object, *names: str) -> dict[str, Any]:
+    """Return some fields of an object by their names, which are those of the report."""
+    return {name: getattr(thing, name) for name in names}
+
+
 def _refusal(refusal: Refusal) -> dict[str, Any]:
     return {
         "schema": REFUSAL_SCHEMA,
-        "submission": refusal.submission,
-        "source": refusal.source,
+        **_of(refusal, "submission", "source", "notes", "environment", "seed", "rubric_title"),
         "refused": {"because": refusal.because, "try": refusal.try_},
-        "notes": list(refusal.notes),
-        "environment": dict(refusal.environment),
-        "seed": refusal.seed,
         "wall_seconds": _finite(refusal.wall_seconds),
         "graded": refusal.refused,
-        "rubric_title": refusal.rubric_title,
     }
 
 
@@ -54,39 +56,32 @@ def _grading(grading: Grading) -> dict[str, Any]:
     trials, first = grading.evidence.trials, cause.find(grading)
     grading = grading.shown()
     card, evidence = grading.scorecard, grading.evidence
+    intake, origin = evidence.intake, evidence.origin
     return {
         "schema": SCHEMA,
-        "submission": grading.submission,
-        "sha256": evidence.intake.sha256,
-        "source": evidence.origin.get("source", ""),
-        "package": evidence.intake.package,
-        "choice": {
-            "path": evidence.intake.package_path,
-            "because": evidence.intake.chosen_because,
-            "others": list(evidence.intake.others),
-        },
+        **_of(grading, "submission", "seed", "environment", "worth", *_PROVENANCE),
+        **_of(intake, "sha256", "package", "notes"),
+        "source": origin.get("source", ""),
+        "choice": {"path": intake.package_path, "because": intake.chosen_because, "others": intake.others},
         "total": card.points,
-        "max": card.max,
-        "worth": grading.worth,
-        "complete": card.complete,
+        **_of(card, "max", "complete"),
         "cause": {"sentence": first.sentence if first else "", "points": first.lost if first else 0.0},
-        "criteria": [_criterion(score) for score in card.criteria],
+        "criteria": [
+            _of(score.criterion, "id", "title")
+            | _of(score, "points", "max", "level", "words")
+            | {"worth": score.criterion.points}
+            for score in card.criteria
+        ],
         "requirements": [_requirement(score) for score in card.requirements],
         "flags": FLAGS[grading.withholds],
-        "integrity": [_flag(flag, grading) for flag in evidence.flags],
-        "notes": list(evidence.intake.notes),
-        "kept": dict(evidence.kept),
-        "confinement": evidence.origin.get("confinement", ""),
-        "build": {"ok": evidence.build.ok, "cached": evidence.build.cached},
+        "integrity": [
+            _of(flag, "kind", "what", "where", "trial") | {"requirements": grading.concerned(flag)}
+            for flag in evidence.flags
+        ],
+        "kept": evidence.kept,
+        "confinement": origin.get("confinement", ""),
+        "build": _of(evidence.build, "ok", "cached"),
         "trials": [_trial(trial) for trial in trials.values()],
-        "environment": dict(grading.environment),
-        "seed": grading.seed,
-        "rubric": grading.rubric,
-        "rubric_title": grading.rubric_title,
-        "checks": grading.checks,
-        "commit": grading.commit,
-        "graded": grading.graded,
-        "rescored": grading.rescored,
         "wall_seconds": _finite(grading.wall_seconds),
     }
 
@@ -116,10 +111,10 @@ def read(path: Path) -> dict[str, Any]:
 
 def results(said: dict[str, Any]) -> list[CheckResult]:
     """Return the checks' results that a report lists."""
-    same = ("id", "fraction", "sentence", "seen", "expected", "because", "trial")
     return [
         CheckResult(
-            **{name: check[name] for name in same},
+            check["id"],
+            **{name: check[name] for name in _OF_A_CHECK},
             outcome=Outcome(check["outcome"]),
             try_=check["try"],
             reason=from_data(check["reason"], Reason) if check.get("reason") else None,
@@ -150,41 +145,12 @@ def refusal(said: dict[str, Any]) -> Refusal:
     )
 
 
-def _flag(flag: Flag, grading: Grading) -> dict[str, Any]:
-    return {
-        "kind": flag.kind,
-        "what": flag.what,
-        "where": flag.where,
-        "trial": flag.trial,
-        "requirements": grading.concerned(flag),
-    }
-
-
-def _criterion(score: CriterionScore) -> dict[str, Any]:
-    return {
-        "id": score.criterion.id,
-        "title": score.criterion.title,
-        "points": score.points,
-        "max": score.max,
-        "worth": score.criterion.points,
-        "level": score.level,
-        "words": score.words,
-    }
-
-
 def _requirement(score: RequirementScore) -> dict[str, Any]:
     requirement, first = score.requirement, foremost(score)
     checks = zip(requirement.checks, score.results, strict=True)
     return {
-        "id": requirement.id,
-        "criterion": requirement.criterion,
-        "title": requirement.title,
-        "text": requirement.text,
-        "section": requirement.section,
-        "level": requirement.level,
-        "points": score.points,
-        "max": score.max,
-        "withheld": score.withheld,
+        **_of(requirement, "id", "criterion", "title", "text", "section", "level"),
+        **_of(score, "points", "max", "withheld"),
         "worth": requirement.points,
         "outcome": score.outcome.value,
         "seen": first.seen if first else "",
@@ -197,29 +163,21 @@ def _requirement(score: RequirementScore) -> dict[str, Any]:
 def _check(check: Check, result: CheckResult) -> dict[str, Any]:
     return {
         "id": check.id,
-        "sentence": result.sentence,
+        **_of(result, *_OF_A_CHECK),
         "level": check.level,
         "outcome": result.outcome.value,
         "fraction": _finite(result.fraction) or 0.0,
         "worth": check.points,
-        "seen": result.seen,
-        "expected": result.expected,
         "try": result.try_,
-        "because": result.because,
-        "trial": result.trial,
         "reason": to_data(result.reason),
         "figures": {name: value for name, value in result.figures.items() if math.isfinite(value)},
     }
 
 
 def _trial(trial: Trial) -> dict[str, Any]:
-    return {
-        "name": one_line(trial.name),
-        "node": one_line(trial.node),
-        "world": one_line(trial.world),
+    said = {name: one_line(str(getattr(trial, name) or "")) for name in ("name", "node", "world", "pace", "ended")}
+    return said | {
         "seed": trial.seed,
-        "pace": one_line(trial.pace),
-        "ended": one_line(str(trial.ended or "")),
         "sim_seconds": _finite(trial.samples[-1].t if trial.samples else 0.0),
         "wall_seconds": _finite(trial.wall_seconds),
     }
@@ -233,21 +191,14 @@ def _finite(value: float) -> float | None:
 def of_another(folder: Path, source: Path, sha256: str = "") -> str:
     """Return what `folder` has in place of a report of what is at `source`, or of the same content; "" if nothing."""
     try:
-        data = json.loads((folder / DATA).read_text(encoding="utf-8"))
+        data = read(folder / DATA)
     except (FileNotFoundError, NotADirectoryError):
         return ""
     except (OSError, ValueError, RecursionError):
-        data = None
-    if not isinstance(data, dict) or not str(data.get("schema", "")).startswith("ros2-course-kit/"):
-        data = {}
-    submission, content, place = (str(data.get(name) or "") for name in ("submission", "sha256", "source"))
-    if place == fingerprint(source) or (place and content and content == sha256):
+        return say("a {file} that is not one of this kit's", file=DATA)
+    if data.get("source") == fingerprint(source) or (sha256 and data.get("sha256") == sha256):
         return ""
-    if submission and submission == source.resolve().name and not place:
-        return ""
-    if submission:
-        return say("the report of {submission}", submission=submission)
-    return say("a {file} that is not one of this kit's", file=DATA)
+    return say("the report of {submission}", submission=data["submission"])
 
 
 def fingerprint(source: Path) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import importlib
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -22,48 +22,54 @@ PICTURES = 6
 
 
 @dataclass(frozen=True)
-class Picture:
-    """The picture of a trial: an image source, and its content in words."""
+class Figure:
+    """A trial as an image source and as a replay, each "" if there is none, and what it shows in words."""
 
     trial: str
-    source: str
-    words: str
+    source: str = ""
+    words: str = ""
+    replay: str = ""
+    id: str = ""
+    """A name for links within a page."""
 
 
 @dataclass
 class Album:
-    """Pictures of `trials`, each drawn once and no more than `most` of them; a trial that cannot be drawn has None."""
+    """Figures of `trials`, each made once, and no more than `most` of them with a picture."""
 
     trials: Mapping[str, Trial]
-    most: int
-    drawn: dict[str, Picture | None] = field(default_factory=dict)
+    most: int = PICTURES
+    made: dict[str, Figure | None] = field(default_factory=dict)
 
-    def of(self, results: Iterable[CheckResult]) -> list[Picture]:
-        """Return the pictures of the trials in which checks lost points, without those returned before."""
-        names = dict.fromkeys(r.trial for r in results if r.outcome in (Outcome.FAILED, Outcome.PARTIAL))
-        new = [self.draw(self.trials[name]) for name in names if name in self.trials and name not in self.drawn]
-        return [picture for picture in new if picture is not None]
+    def of(self, result: CheckResult, at: float | None = None) -> Figure | None:
+        """Return the figure of the trial in which a check lost points, None if there is nothing to see; `at` is marked.
 
-    def longest_drive(self) -> Picture | None:
-        """Return the picture of the longest drive, None if there is none or it was returned before."""
-        if not self.most or not self.trials:
+        A share of the points may rest on several trials, of which only the last is known.
+        """
+        trial = self.trials.get(result.trial)
+        if trial is None or result.outcome not in (Outcome.FAILED, Outcome.PARTIAL):
             return None
-        trial = _pictures().worth_drawing(self.trials.values())
-        return None if trial is None or trial.name in self.drawn else self.draw(trial)
+        return self.draw(trial, result.seen, at, failed=result.outcome is Outcome.FAILED)
 
-    def draw(self, trial: Trial, at: float | None = None) -> Picture | None:
-        """Return the picture of a trial, None if there is nothing to see in it or enough is drawn; `at` is marked."""
-        if trial.name in self.drawn:
-            return self.drawn[trial.name]
-        self.drawn[trial.name] = None
-        if sum(picture is not None for picture in self.drawn.values()) < self.most:
-            # A picture is an extra: if drawing fails, the grade must still be shown.
-            with contextlib.suppress(Exception):
-                pictures = _pictures()
-                if pictures.drawable(trial):
-                    words = one_line(pictures.describe(trial), 1_000)
-                    self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial, at), words)
-        return self.drawn[trial.name]
+    def draw(self, trial: Trial, seen: str = "", at: float | None = None, *, failed: bool = False) -> Figure | None:
+        """Return the figure of a trial. A trial that `failed` is replayed even if the robot did nothing."""
+        if trial.name in self.made:
+            return self.made[trial.name]
+        source = words = played = ""
+        pictured = sum(figure is not None and bool(figure.source) for figure in self.made.values())
+        # Figures are an extra: whatever a trial holds, the grade must be shown.
+        with contextlib.suppress(Exception):
+            pictures = _pictures()
+            drawable = pictures.drawable(trial)
+            if drawable or (failed and len(trial.samples) > 1):
+                words = one_line(pictures.describe(trial), 1_000)
+            if drawable and pictured < self.most:
+                source = pictures.data_uri(trial, at)
+        with contextlib.suppress(Exception):
+            played = _pictures().replay(trial, seen) if words else ""
+        made = Figure(one_line(trial.name), source, words, played, f"trial-{len(self.made)}")
+        self.made[trial.name] = made if source or played else None
+        return self.made[trial.name]
 
 
 @cache
@@ -71,17 +77,6 @@ def _pictures() -> Any:
     """Return pictures.py. Its matplotlib takes half a second, and would obey a matplotlibrc in the current folder."""
     with contextlib.chdir(KIT):
         return importlib.import_module("grader.report.pictures")
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A trial in the page: a name for links, a description, and what there is of image source and replay."""
-
-    id: str
-    trial: str
-    words: str
-    source: str = ""
-    replay: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,57 +92,18 @@ class Figures:
 
 
 def choose(grading: Grading) -> Figures:
-    """Return the figures of a grading."""
-    album = Album(grading.evidence.trials, most=PICTURES)
-    made: dict[str, Figure | None] = {}
-
-    def figure(result: CheckResult) -> Figure | None:
-        trial = grading.evidence.trials.get(result.trial)
-        if trial is None or result.outcome not in (Outcome.FAILED, Outcome.PARTIAL):
-            return None
-        if trial.name not in made:
-            made[trial.name] = _figure(f"trial-{len(made)}", trial, result.seen, result.outcome, album)
-        return made[trial.name]
-
-    candidates = (figure(loss.result) for loss in dearest(grading.losses))
-    first = next((each for each in candidates if each is not None and each.source), None)
-    found = {
-        score.requirement.id: [made_of for loss in losses(score) if (made_of := figure(loss.result)) is not None]
-        for score in grading.scorecard.requirements
-    }
-    above = {first.id} if first else set()
-    at: dict[str, list[Figure]] = {}
-    elsewhere: dict[str, list[Figure]] = {}
-    for name, several in found.items():
-        once = {one.id: one for one in several}
-        at[name] = [one for key, one in once.items() if key not in above]
-        elsewhere[name] = [one for key, one in once.items() if key in above]
-        above |= set(once)
-    if first is None and not any(at.values()) and (picture := album.longest_drive()):
-        first = Figure("longest", picture.trial, picture.words, picture.source)
-    return Figures(first, at, elsewhere)
-
-
-def of_trial(trial: Trial, seen: str, at: float) -> Figure | None:
-    """Return the figure of a trial in which a promise was broken, None if there is nothing to see."""
-    album = Album({trial.name: trial}, most=1)
-    album.draw(trial, at)
-    return _figure("trial", trial, seen, Outcome.FAILED, album)
-
-
-def _figure(name: str, trial: Trial, seen: str, outcome: Outcome, album: Album) -> Figure | None:
-    """Return the figure of a trial, None if there is nothing to see."""
-    picture = album.draw(trial)
-    played = words = ""
-    # As with a picture: whatever a trial holds, the grade must be shown.
-    with contextlib.suppress(Exception):
-        from grader.report.recording import replay
-
-        pictures = _pictures()
-        # A share of the points may rest on several trials, of which only the last is known.
-        if pictures.drawable(trial) or (outcome is Outcome.FAILED and len(trial.samples) > 1):
-            words = one_line(pictures.describe(trial), 1_000)
-            played = replay(trial, seen)
-    if picture is None and not played:
-        return None
-    return Figure(name, one_line(trial.name), words, picture.source if picture else "", played)
+    """Return the figures of a grading; of one that lost nothing in a trial, the picture of its longest drive."""
+    album = Album(grading.evidence.trials, PICTURES)
+    candidates = (album.of(loss.result) for loss in dearest(grading.losses))
+    first = next((figure for figure in candidates if figure is not None and figure.source), None)
+    chosen, above = Figures(first), {first}
+    for score in grading.scorecard.requirements:
+        found = dict.fromkeys(figure for loss in losses(score) if (figure := album.of(loss.result)))
+        chosen.at[score.requirement.id] = [figure for figure in found if figure not in above]
+        chosen.elsewhere[score.requirement.id] = [figure for figure in found if figure in above]
+        above |= set(found)
+    if first is None and not any(chosen.at.values()) and album.trials:
+        trial = _pictures().worth_drawing(album.trials.values())
+        figure = album.draw(trial) if trial is not None else None
+        return replace(chosen, first=figure and replace(figure, replay=""))
+    return chosen

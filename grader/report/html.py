@@ -19,7 +19,7 @@ from grader.report.console import SHOWN
 from grader.sanitize import one_line, shown
 from grader.scoring import scorecard
 from grader.scoring.grading import Grading, HandIn, Loss, Refusal, count_graded, losses, place, points, price_of_flags
-from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.scoring.scorecard import Outcome
 from grader.words import mark, say
 
 if TYPE_CHECKING:
@@ -32,12 +32,7 @@ DEAREST = 3  # requirements at the top of a report, if their losses have no comm
 FIRST_STEPS = 6  # losses on the first two pages of a printed report
 
 
-def render(
-    result: Grading | Refusal,
-    hand_in: HandIn | None = None,
-    *,
-    pictures: bool = True,
-) -> str:
+def render(result: Grading | Refusal, hand_in: HandIn | None = None, *, pictures: bool = True) -> str:
     """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials."""
     environment = _environment(words.spoken())
     about = shown(hand_in or HandIn())
@@ -68,7 +63,12 @@ def _environment(language: str) -> Environment:
     environment.filters |= {"code": _code, "points": points, "place": place, "localized": words.localized}
     style = (HERE / "style.css").read_text(encoding="utf-8")
     script = (HERE / "replay.js").read_text(encoding="utf-8")
-    environment.globals |= {"style": style, "style_hash": _hash(style), "script": script, "script_hash": _hash(script)}
+    environment.globals |= {
+        "style": style,
+        "style_hash": digest(style),
+        "script": script,
+        "script_hash": digest(script),
+    }
     environment.globals["language"] = language
     return environment
 
@@ -88,7 +88,7 @@ def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
         "unjudged": [score for score in card.requirements if score.outcome is Outcome.ERROR],
         "evidence": clean.evidence,
         "cause": first,
-        "followers": _lost_by(first) if first else {},
+        "followers": first.by_requirement if first else {},
         "dearest": sorted(
             (score for score in card.requirements if score.max - score.points >= 0.005),
             key=lambda score: score.points - score.max,
@@ -104,7 +104,6 @@ def _facts(grading: Grading, decided: Mapping[str, float]) -> dict[str, Any]:
         "words": {outcome: word for outcome, (word, _, _) in SHOWN.items()},
         "signs": {outcome: sign for outcome, (_, sign, _) in SHOWN.items()},
         "losses": losses,
-        "is_open": is_open,
         "share": share,
     }
 
@@ -115,21 +114,9 @@ def _first_steps(losses: Sequence[Loss]) -> list[Loss]:
     return list({loss.requirement.id: loss for loss in reversed(reached)}.values())[::-1][:FIRST_STEPS]
 
 
-def _lost_by(first: cause.Cause) -> dict[str, float]:
-    """Return the points that a cause costs in each requirement."""
-    return {
-        name: sum(loss.lost for loss in first.losses if loss.requirement.id == name)
-        for name in dict.fromkeys(loss.requirement.id for loss in first.losses)
-    }
-
-
-def _hash(text: str) -> str:
+def digest(text: str) -> str:
+    """Return the SHA-256 of a style sheet or a script, as a page's policy names it."""
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
-
-
-def is_open(score: RequirementScore) -> bool:
-    """Return whether a requirement is unfolded at first: if there is something in it to fix or to look at."""
-    return score.outcome in (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR, Outcome.WITHHELD)
 
 
 def share(reached: float, maximum: float) -> float:
@@ -179,6 +166,16 @@ class Row:
     tests: tuple[str, ...] = ()
     others: int = 0
 
+    @classmethod
+    def of(cls, mutant: Mutant) -> Row:
+        """Return the row of a mutant."""
+        tests = [mutant.by] if mutant.by else mutant.tried
+        shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
+        said = say(OUTCOMES.get(mutant.outcome, (mutant.outcome,) * 2)[bool(tests)])
+        # All paths begin with the same folder.
+        path = mutant.path.partition("/")[2] or mutant.path
+        return cls(f"{path}:{mutant.line}", mutant.words, mutant.outcome, said, shown, len(tests) - len(shown))
+
 
 @dataclass(frozen=True)
 class Matrix:
@@ -197,13 +194,4 @@ def matrix(mutation: Mutation) -> Matrix:
     count = Counter(short_name(mutant.by) for mutant in mutants if mutant.by)
     noticed_by = sorted(count.items(), key=lambda each: (-each[1], each[0]))
     tried = len(mutants) - outcomes["not tried"]
-    return Matrix(tuple(map(_row_of_mutant, mutants)), outcomes["noticed"], tried, tuple(noticed_by))
-
-
-def _row_of_mutant(mutant: Mutant) -> Row:
-    tests = [mutant.by] if mutant.by else mutant.tried
-    shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
-    said = say(OUTCOMES.get(mutant.outcome, (mutant.outcome,) * 2)[bool(tests)])
-    # All paths begin with the same folder.
-    path = mutant.path.partition("/")[2] or mutant.path
-    return Row(f"{path}:{mutant.line}", mutant.words, mutant.outcome, said, shown, len(tests) - len(shown))
+    return Matrix(tuple(map(Row.of, mutants)), outcomes["noticed"], tried, tuple(noticed_by))

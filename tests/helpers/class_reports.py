@@ -72,6 +72,7 @@ class Workers:
     def __init__(self, how: Callable[[Order], Ending]) -> None:
         self.how = how
         self.orders: list[str] = []
+        self.doing: dict[str, str] = {}
         self.stopped = False
 
     def submit(self, order: Order) -> Future[Ending]:
@@ -82,9 +83,6 @@ class Workers:
             (Path(order.out) / "report.json").write_text('{"total": 50}')
         future.set_result(ending)
         return future
-
-    def doing(self) -> dict[str, str]:
-        return {}
 
     def stop(self) -> None:
         self.stopped = True

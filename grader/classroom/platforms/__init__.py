@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from grader.classroom import ledger
@@ -33,9 +32,6 @@ def read(source: Source) -> Export:
         raise GraderError(f"{root} is a single submission. Grade it with `grader grade {root} --out OUT`.")
     platform = _recognised(root, entries)
     export = ledger.account(platform.read(root, entries), platform, root, source)
-    if platform.layout == "plain":
-        foreign = (entry.name for entry in entries if _recognised(root, [entry]).layout != "plain")
-        export = replace(export, foreign=tuple(foreign))
     if not export.hand_ins and not any(each.sure for each in export.lost):
         raise GraderError(
             f"{root} holds no submission: neither an archive nor a folder. "

@@ -23,11 +23,7 @@ _Reading = tuple[str, str]
 
 
 def _write(delivery: Delivery) -> list[str]:
-    """Fill in the column of an assignment in a gradebook that Canvas exported; all else stays, byte for byte.
-
-    Raises:
-        GraderError: it is not such a file, has no such column, or the points possible differ.
-    """
+    """Fill in the column of an assignment in a gradebook that Canvas exported; all else stays, byte for byte."""
     book, path, sheet = delivery.book, delivery.sheet, cells.Sheet(delivery.sheet)
     header = sheet.header
     if "Student" not in header[0] or "ID" not in header[1:2]:

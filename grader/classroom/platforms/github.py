@@ -169,8 +169,6 @@ def _claims(name: str, prefix: str, guessed: bool) -> tuple[tuple[Claim, ...], .
     return (tuple(Claim(kind, name[start:]) for start in starts for kind in ("login", "team")),)
 
 
-def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
-    return any(has(entry, ".git") for entry in entries)
-
-
-PLATFORM = Platform("github", "git", "github", _recognises, _read, _write)
+PLATFORM = Platform(
+    "github", "git", "github", lambda _root, entries: any(has(entry, ".git") for entry in entries), _read, _write
+)

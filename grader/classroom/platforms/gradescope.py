@@ -32,21 +32,14 @@ def results(row: Row, rubric: Rubric, report: dict[str, Any]) -> dict[str, Any]:
     }
     tests: list[dict[str, object]] = []
     for each, title, lost in platform.judged(row, rubric, report):
-        test: dict[str, object] = {"name": title, "number": numbers[each.id]}
-        said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
+        said = f"{each.override.points:g} points by {each.override.by}: {each.override.why}" if each.override else ""
+        output = State.WITHHELD.value if each.withheld else "\n".join(filter(None, [said, *lost]))
+        test: dict[str, object] = {"name": title, "number": numbers[each.id], "output": output, "visibility": "visible"}
         if each.withheld:
-            tests.append(test | {"output": State.WITHHELD.value, "visibility": "visible"})
+            tests.append(test)
         elif each.points is not None:
-            tests.append(
-                test
-                | {
-                    "score": float(each.points),
-                    "max_score": float(each.max),
-                    "status": "passed" if each.points == each.max else "failed",
-                    "output": "\n".join(filter(None, [said, *lost])),
-                    "visibility": "visible",
-                }
-            )
+            status = "passed" if each.points == each.max else "failed"
+            tests.append(test | {"score": float(each.points), "max_score": float(each.max), "status": status})
     seconds = report.get("wall_seconds")
     return {
         "score": float(row.total or 0),  # overrides the sum of the tests: it has the deduction for lateness
@@ -137,8 +130,6 @@ def _time(value: object) -> dt.datetime | None:
     return None
 
 
-def _recognises(root: Path, _entries: Sequence[Path]) -> bool:
-    return (root / _METADATA).is_file()
-
-
-PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _write, (_METADATA,))
+PLATFORM = Platform(
+    "gradescope", "gradescope", "gradescope", lambda root, _: (root / _METADATA).is_file(), _read, _write, (_METADATA,)
+)

@@ -27,9 +27,6 @@ def _write(delivery: Delivery) -> list[str]:
     """Fill in the grades and comments of an offline grading worksheet; all else stays, byte for byte.
 
     A comment that a person wrote is kept, and ours follows it in brackets, or replaces the one that is there.
-
-    Raises:
-        GraderError: it is not such a file, or its maximum is not the rubric's.
     """
     book, sheet = delivery.book, cells.Sheet(delivery.sheet)
     columns = roster.worksheet_columns(sheet.header)
@@ -92,9 +89,9 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
     for entry, found in read.items():
         people.setdefault(tuple(who for who, _ in found), []).append((found[0][1], entry))
     for ((name, number), *more), parts in people.items():
-        files = [entry for kind, entry in parts if kind == "file"] or [entry for _, entry in parts]
+        parts.sort(key=lambda part: part[0] == "file")  # a text that was typed beside files counts less
         label = f"{name} {number}" if _is_hidden(name) else name
-        path, remarks = platform.one_of(label, files)
+        path, remarks = platform.one_of(label, [entry for _, entry in parts])
         notes += remarks
         hand_ins.append(HandIn(path, label, (_said(name, number),), others=tuple(_said(*who) for who in more)))
     return Export("moodle", tuple(hand_ins), tuple(notes))
@@ -122,11 +119,7 @@ def _said(name: str, number: str) -> tuple[Claim, ...]:
     return (*claims, *([] if _is_hidden(name) else [Claim("name", name), Claim("team", name)]))
 
 
-def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
-    return any(_readings(entry) for entry in entries)
-
-
 PLATFORM = Platform(
-    "moodle", "moodle", "moodle.csv", _recognises, _read, _write,
+    "moodle", "moodle", "moodle.csv", lambda _root, entries: any(map(_readings, entries)), _read, _write,
     fills="the assignment's grading worksheet, by Download grading worksheet",
 )  # fmt: skip

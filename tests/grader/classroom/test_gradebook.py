@@ -188,17 +188,6 @@ def test_a_result_for_another_rubric_or_an_earlier_submission_is_no_grade(class_
     assert (row(gradebook.read(folder), "s1").state, row(gradebook.read(folder), "s1").total) == (State.PENDING, None)
 
 
-def test_a_single_refusal_has_a_reason_advice_and_no_points():
-    """results.json left out the advice: a student read what was wrong and not what to do."""
-    refusal = {"submission": "x.zip", "refused": {"because": "x.zip is empty.", "try": "Put the package folder in."}}
-    (found,) = gradebook.of_one(refusal, rubric.load(rubric.RUBRIC)).rows
-    assert (found.state, found.total, found.why) == (
-        State.REFUSED,
-        Decimal("0.00"),
-        "x.zip is empty. Put the package folder in.",
-    )
-
-
 def test_who_may_own_an_unmatched_submission_has_not_handed_in_nothing(class_of_four):
     """Everyone whom an ambiguous submission might belong to had 0.00 in the platform."""
     folder = class_of_four(zero_missing=True)

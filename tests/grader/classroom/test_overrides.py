@@ -11,10 +11,11 @@ from helpers import beside
 
 from grader.classroom import overrides
 from grader.classroom.class_folder import ClassFacts, Doubt, DoubtKind, Entry
-from grader.classroom.overrides import Adjustment, Change, Decisions, PointsOverride, Reason
+from grader.classroom.overrides import Adjustment, Decisions, Reason
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring import rubric
+from grader.scoring.grading import Decision
 
 TEXTS = beside(__file__)
 
@@ -31,7 +32,7 @@ def load(tmp_path, text: str) -> Decisions:
 def test_points_comments_times_extensions_and_excuses(tmp_path):
     found = load(tmp_path, TEXTS["GOOD"])
     decided = found.on("team07")
-    assert decided.points == (PointsOverride("F4", Decimal("3.5"), "the wall stood in the start", "Ada"),)
+    assert decided.points == (Decision("F4", 3.5, "the wall stood in the start", "Ada"),)
     assert decided.comments == ("A fine README.",)
     assert decided.submitted == dt.datetime(2026, 11, 21, 10, tzinfo=dt.UTC)
     extension = found.about(PEOPLE[0]).extension
@@ -43,8 +44,8 @@ def test_points_comments_times_extensions_and_excuses(tmp_path):
 
 def test_the_whole_is_adjusted_for_a_submission_or_a_person(tmp_path):
     found = load(tmp_path, TEXTS["ADJUSTED"])
-    assert found.on("team07").adjustments == (Adjustment(Change.POINTS, Decimal("-2"), "a build folder", "Ada"),)
-    assert found.about(PEOPLE[0]).adjustments == (Adjustment(Change.TOTAL, Decimal("50"), "oral exam", "Ada"),)
+    assert found.on("team07").adjustments == (Adjustment("points", Decimal("-2"), "a build folder", "Ada"),)
+    assert found.about(PEOPLE[0]).adjustments == (Adjustment("total", Decimal("50"), "oral exam", "Ada"),)
     assert [str(each) for each in found.about(PEOPLE[1]).adjustments] == ["bonus of 3.5 points by Ada (found a fault)"]
 
 

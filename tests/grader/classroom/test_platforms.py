@@ -137,8 +137,3 @@ def test_one_odd_entry_does_not_make_an_export_of_canvas_plain(tmp_path, odd):
     others = set(labels) - {"doejane", "wuli", "late"}
     assert others <= {"ekbo", "anon_x3dF9", "under_score", "by_mail"}
     assert len(others) == (odd != "grades.csv")
-
-
-def test_a_few_entries_of_a_platform_among_others_are_named(tmp_path):
-    export = layout(tmp_path, "team01.zip", "team02.zip", "doejane_12345_67890_team.zip")
-    assert (export.layout, export.foreign) == ("plain", ("doejane_12345_67890_team.zip",))

@@ -142,13 +142,6 @@ def test_a_marker_cannot_point_outside_the_package(tmp_path: Path) -> None:
 # -- errors of the grader -----------------------------------------------------------------------------------------
 
 
-def test_a_target_folder_in_use_is_an_error_of_the_grader_and_unchanged(handed_in: Path, into: Path):
-    write(into, {"precious": "x"})
-    with pytest.raises(GraderError, match="not an empty folder"):
-        open_submission(write(handed_in, PACKAGE), into, COURSE)
-    assert (into / "precious").exists()
-
-
 @pytest.mark.parametrize("when", ["a file is made", "its last bytes are written, as it is closed"])
 def test_a_full_disk_is_an_error_of_the_grader(handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch, when: str):
     really = os.open

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from grader.notebook.feedback import Answer, Checked, Note
-from grader.report.figures import Picture
+from grader.report.figures import Figure
 
 SEEN = Note("", (("seen", "touched the wall at 7.3 s"), ("expected", "never touches it"), ("try", "look ahead")))
 STOPPED = Answer("F4", "Stops", "5", "5", passed=True)
@@ -49,7 +49,7 @@ def test_all_must_pass() -> None:
 
 def test_the_page_is_self_contained_and_escaped() -> None:
     note = Note("", (("seen", "<script>alert(1)</script> and `min([])`"),))
-    picture = Picture("obstacle", "data:image/png;base64,AA", 'The "robot" went')
+    picture = Figure("obstacle", "data:image/png;base64,AA", 'The "robot" went')
     page = Checked((Answer("F6", "Bad", "0", "3", False, notes=(note,)),), (picture,))._repr_html_()
     assert "<script>" not in page
     assert "&lt;script&gt;" in page

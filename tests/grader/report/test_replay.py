@@ -14,10 +14,10 @@ import pytest
 from helpers import recordings
 from helpers.report_examples import BUILD, INTAKE, TOUCHED, drive_at_a_wall, grading, results
 
-from grader import evidence, report
+from grader import report
 from grader.evidence import Command, Evidence
 from grader.report import html
-from grader.report.recording import moment, recording, replay
+from grader.report.pictures import moment, recording, replay
 from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
 
@@ -94,13 +94,6 @@ def test_every_failed_check_with_a_trial_has_its_replay_and_names_where(rubric):
     assert [data["at"] for data in replays(page)] == [4.9, 3.0]
     assert page.index("What cost most") < page.index("Trial drive_at_a_wall.") < page.index('id="F4"')
     assert page.index('id="F8"') < page.index("Trial other.")
-
-
-def test_held_out_trials_are_not_replayed(rubric, tmp_path):
-    made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
-    evidence.save(made.evidence, tmp_path / "evidence")
-    _, page = report.write(made, tmp_path, pictures=False)
-    assert "data-replay=" not in page.read_text()
 
 
 @pytest.mark.slow  # a report with all replays
