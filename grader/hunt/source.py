@@ -18,7 +18,7 @@ from grader.trials.source import integrity_flags, started_by
 from grader.words import mark, say
 
 if TYPE_CHECKING:
-    from grader.hunt.runner import Runner
+    from grader.hunt.search import Runner
 
 _SAYS = mark("hunting for {requirement}: {cases} made-up cases")
 Result = tuple[Hunt, list[Trial]]
@@ -36,9 +36,9 @@ class Hunts(Source):
         The grading's seed decides which cases are made up; students have another one.
         """
         # With Hypothesis, whose import takes a second, and numpy, which starts threads (check_process has to have one).
-        from grader.hunt import runner
+        from grader.hunt import search
 
-        settings, running = subject.settings, runner.of_build(subject)
+        settings, running = subject.settings, search.of_build(subject)
         hunted = [requirement for requirement in settings.wanted if requirement.hunt]
         found: list[Job[Any]] = []
         for requirement in hunted:

@@ -14,8 +14,7 @@ from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.words import say
 
 if TYPE_CHECKING:
-    from grader.league.handed_in import HandedIn
-    from grader.league.runs import CaseRun
+    from grader.league.cases import CaseRun, HandedIn
 
 
 class LeagueCases(Source):
@@ -26,14 +25,13 @@ class LeagueCases(Source):
 
     def ask(self, subject: Subject) -> Asked:
         """Return a job for each package. On a machine without them, as a student's, there is nothing to collect."""
-        from grader.league import handed_in  # these import Hypothesis, which takes a second
-        from grader.league.runs import CaseRun, run_cases
+        from grader.league.cases import CaseRun, read, run_cases  # with Hypothesis, whose import takes a second
 
         settings = subject.settings
         packages = pool.read(settings.course)
         if not any(package.broken for package in packages):
             return Asked([], lambda _results: Collected())
-        files = handed_in.read(subject.submission.package, settings.course)
+        files = read(subject.submission.package, settings.course)
         cases = [each.case for each in files if each.case]
         names = [f"{self.name} {number} of {len(packages)}" for number, _ in enumerate(packages, 1)]
         jobs = [

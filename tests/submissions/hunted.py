@@ -26,7 +26,7 @@ from grader import building, pipeline
 from grader.course import kits_own
 from grader.errors import SubmissionError
 from grader.hunt import report, search
-from grader.hunt.runner import Runner
+from grader.hunt.search import Runner
 from grader.hunting import runner
 from grader.scoring import rubric
 from grader.trials.promises import Run, hunts, judged

@@ -8,13 +8,13 @@ import pytest
 from helpers.course import COURSE
 from submissions import toy
 
-from grader.mutation.mutant_run import mutate
 from grader.mutation.operators import mutants
+from grader.mutation.source import mutate
 from grader.mutation.source_text import parse
 from grader.sandbox import untrusted
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.package_modules import handed_in
-from grader.student_tests.suite_run import run_suite
+from grader.student_tests.source import run_suite
 
 
 def test_form_feeds_hide_nothing_from_mutation(tmp_path: Path):

@@ -10,9 +10,9 @@ from helpers import beside
 from helpers.course import COURSE
 from submissions import toy
 
-from grader.student_tests import suite_run
+from grader.student_tests import warm_worker
 from grader.student_tests.discover import discover_tests
-from grader.student_tests.suite_run import SuiteRun, run_suite
+from grader.student_tests.source import SuiteRun, run_suite
 
 TEXTS = beside(__file__)
 
@@ -33,7 +33,7 @@ def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = No
 @pytest.fixture
 def one_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let one worker run all modules, so that each finds what the one before has left behind."""
-    monkeypatch.setattr(suite_run, "WORKERS", 1)
+    monkeypatch.setattr(warm_worker, "WORKERS", 1)
 
 
 @pytest.fixture(scope="module")
