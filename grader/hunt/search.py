@@ -132,7 +132,7 @@ def hunt(
     """
     unsteady: list[Finding] = []
     left_out: list[Trial] = []
-    number = 0
+    number, smallest = 0, None
     for number, (case, trial) in enumerate(
         runner.run(itertools.takewhile(lambda _: goes_on(), listed(making, cases, seed))), 1
     ):
@@ -149,8 +149,8 @@ def hunt(
             shrinks = 0
         spoilt = {each.case for each in unsteady}
         smallest = _shrunk(runner, making, finding, spoilt, cases, seed, shrinks, found)
-        return Hunted(number, seed, smallest, tuple(unsteady), tuple(left_out))
-    return Hunted(number, seed, None, tuple(unsteady), tuple(left_out))
+        break
+    return Hunted(number, seed, smallest, tuple(unsteady), tuple(left_out))
 
 
 def listed(making: Making, cases: int, seed: int) -> list[Case]:

@@ -43,7 +43,7 @@ class Hunts(Source):
         found: list[Job[Any]] = []
         for requirement in hunted:
             found.append(Job(
-                job_name(requirement.id), Where.NETWORK, tuple[Hunt, list[Trial]],
+                f"hunt {requirement.id}", Where.NETWORK, tuple[Hunt, list[Trial]],
                 partial(_hunt, running, requirement, settings),
                 decided_by=(*started_by(subject), str(requirement.hunt)),
                 lasting=lambda result: result[0].broken is not None or not result[1],
@@ -51,12 +51,7 @@ class Hunts(Source):
                 turn=Turn.PLACE, serves=frozenset({requirement.id}),
                 says=say(_SAYS, requirement=requirement.id, cases=requirement.hunt),
             ))  # fmt: skip
-        return Asked(found, lambda results: _collected({r.id: results[job_name(r.id)] for r in hunted}))
-
-
-def job_name(requirement: str) -> str:
-    """Return the name of the job that hunts for a requirement."""
-    return f"hunt {requirement}"
+        return Asked(found, lambda results: _collected({r.id: results[f"hunt {r.id}"] for r in hunted}))
 
 
 def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before: object = None) -> Result:

@@ -109,7 +109,8 @@ def mutate(
     chosen = choose(possible, count, lambda change: bool(selector.tests(change)))
     chosen = [change for change in chosen if sources[change.path].compiles(change)]
     unreadable = _of_unreadable_modules(texts, len(chosen))
-    paths = {name: package_modules.sandbox_paths(package, install, name, s.text) for name, s in sources.items()}
+    copies = {name: package_modules.copies(package, install, [name]) for name in sources}
+    paths = {name: [path for path, text in copies[name].items() if text == s.text] for name, s in sources.items()}
     tested = TestedPackage(sources, paths, {r.module: r for r in reach})
     verdicts = Verdicts(tested, selector, random.Random(f"decoys {seed}"))
     reached = [change for change in chosen if verdicts.selection(change)]

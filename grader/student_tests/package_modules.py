@@ -43,12 +43,6 @@ def source_folders(package: Path, install: Path) -> list[str]:
     return [str(PACKAGE / name) for name in names if (package / name).is_dir()]
 
 
-def sandbox_paths(package: Path, install: Path, name: str, text: str) -> list[str]:
-    """Return where in the sandbox the module `name` has this text: installed, in the source folder, or both."""
-    roots = ((install / ros_env.SITE_IN_PREFIX, MODULES), (package, PACKAGE))
-    return [str(inside / name) for host, inside in roots if untrusted.read_python(host / name) == text]
-
-
 def copies(package: Path, install: Path, names: Iterable[str]) -> dict[str, str]:
     """Return the texts of these modules by their paths in the sandbox: installed, and in the source folder."""
     roots = ((install / ros_env.SITE_IN_PREFIX, MODULES), (package, PACKAGE))
