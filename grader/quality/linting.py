@@ -153,7 +153,7 @@ def by_flake8(copies: Mapping[str, str]) -> tuple[list[Finding], list[Finding]]:
     `copies` are the paths of the files' copies, by the files' own.
     """
     import ament_flake8
-    from flake8.main.application import Application
+    from flake8.main.application import Application  # type: ignore[import-untyped]
 
     paths, report = {copy: path for path, copy in copies.items()}, Path("flake8.txt")
     report.unlink(missing_ok=True)

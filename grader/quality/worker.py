@@ -74,21 +74,21 @@ def package_facts(
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     public = public[: reading_limits.MAX_DEFINITIONS]
-    style, complex_ = [], []
+    by_rules: tuple[list[evidence.Finding], list[evidence.Finding]] = ([], [])
     if lint:
         # Linters see only what can be parsed: anything else would merely probe their weak spots.
         read = {module.path for module in modules}
         copies = {path: copy for path, copy in sources if path in read}
         public = with_violations(public, copies)
-        style, complex_ = by_flake8(copies) if copies else ([], [])
+        by_rules = by_flake8(copies) if copies else by_rules
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
     facts = evidence.Quality(
         manifest=read_manifest(text, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
         definitions=public,
-        style=style,
-        complex=complex_,
+        style=by_rules[0],
+        complex=by_rules[1],
         copies=duplicated_blocks(modules),
         habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
         functions=function_use(graph, course.functions),

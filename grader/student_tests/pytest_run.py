@@ -72,13 +72,12 @@ def run_module(config: Config, number: int, request: Request, modules: Path) -> 
     importlib.invalidate_caches()
     # A test that imports __main__ must not find this module.
     sys.modules["__main__"] = ModuleType("__main__")
-    measure = None
-    write = None
+    measure = write = None
     if request["coverage"]:
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
         # Saves a look at each imported module; none of them is the package's.
         measure._warn_preimported_source = False
-        write = reach_writer(OUT / f"{number}.reach", measure) if request["reach"] else None
+        write = reach_writer(OUT / f"{number}.reach", measure)
         measure.start()
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)

@@ -141,13 +141,12 @@ def run_suite(
 
 def _run_steadily(workers: WorkerPool, module: TestModule, seconds: float) -> list[ModuleRun]:
     """Return two runs of the module, which show what is steady; one if it hangs. After failures both are measured."""
-    request = ModuleRequest(module.path, coverage=True, reach=True, limit=seconds, total=seconds)
+    request = ModuleRequest(module.path, coverage=True, limit=seconds, total=seconds)
     first = _run_to_the_end(workers, request)
     if first.timed_out:
         return [first]
     # Nodes that do not discover each other in time are not the test author's mistake: then both runs count in T2.
-    measured = bool(failures(first))
-    return [first, _run_to_the_end(workers, replace(request, coverage=measured, reach=measured))]
+    return [first, _run_to_the_end(workers, replace(request, coverage=bool(failures(first))))]
 
 
 def _run_to_the_end(workers: WorkerPool, request: ModuleRequest) -> ModuleRun:

@@ -47,9 +47,9 @@ _PLAIN = 0o644
 class ModuleRequest:
     """One run of pytest over one test module of the package. Paths in `files` are those in the sandbox.
 
-    With `coverage` the tests are measured; with `reach` what was measured is written down, which takes time.
-    `select` names the tests to run, in this order; without it all run in the module's own order. Limits are seconds
-    of wall time: `limits` for single tests, `limit` for each other test and for collecting, `total` for the whole run.
+    With `coverage` it is measured which test reaches which line, which takes time. `select` names the tests to run, in
+    this order; without it all run in the module's own order. Limits are seconds of wall time: `limits` for single
+    tests, `limit` for each other test and for collecting, `total` for the whole run.
     """
 
     module: str
@@ -57,7 +57,6 @@ class ModuleRequest:
     select: Sequence[str] = ()
     first_failure: bool = False
     coverage: bool = False
-    reach: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
     limit: float = 60.0
     total: float = 90.0
@@ -66,7 +65,7 @@ class ModuleRequest:
         """Return the request as the worker reads it: all but the files, which are part of the tree under test."""
         return json.dumps({
             "module": self.module, "order": list(self.select),
-            "first": self.first_failure, "coverage": self.coverage, "reach": self.reach, "limits": dict(self.limits),
+            "first": self.first_failure, "coverage": self.coverage, "limits": dict(self.limits),
             "limit": self.limit, "total": self.total,
         })  # fmt: skip
 
@@ -149,7 +148,7 @@ class WarmWorker:
         ran = read_run(self.out, number, time.monotonic() - began)
         ran = replace(ran, worker_lost=not self.alive)
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
-        if request.reach and (self.out / f"{number}.reach").exists():
+        if request.coverage and (self.out / f"{number}.reach").exists():
             ran = replace(ran, coverage_data=self._keep_coverage(number))
         for leftover in (*self.out.glob(f"{number}.*"), *self.out.glob("coverage*")):
             with contextlib.suppress(OSError):

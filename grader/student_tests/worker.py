@@ -24,7 +24,6 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -128,9 +127,7 @@ def lay_out(number: int, request: Request, modules: Path, compile_module: Compil
             if code := (compile_module if is_module else compile_tests)(path, data):
                 put(*code, times, 0o644)
                 made[name] = str(code[0]), base64.b64encode(code[1]).decode()
-    taken = OUT / f"{number}.taken"
-    taken.with_suffix(".part").write_text(json.dumps(made))
-    taken.with_suffix(".part").rename(taken)
+    written(OUT / f"{number}.taken", made)
     os._exit(0)
 
 
@@ -142,12 +139,15 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
         run_module(number, request, modules)
 
     pid = fork(run)
-    end = watch(pid, OUT / f"{number}.report", request)
+    facts = watch(pid, OUT / f"{number}.report", request)
     kill_others()
-    facts = {"status": end.status, "late": end.timed_out, "queued": round(end.queued_s, 3)}
-    done = OUT / f"{number}.done"
-    done.with_suffix(".part").write_text(json.dumps(facts))
-    done.with_suffix(".part").rename(done)
+    written(OUT / f"{number}.done", facts)
+
+
+def written(path: Path, data: object) -> None:
+    """Write data as JSON to a file that is there as soon as it is whole."""
+    path.with_suffix(".part").write_text(json.dumps(data))
+    path.with_suffix(".part").rename(path)
 
 
 def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
@@ -163,19 +163,11 @@ def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
     os.utime(path, ns=(times[0], times[1]))
 
 
-@dataclass(frozen=True)
-class End:
-    """How a fork ended: its status, the test that ran out of time ("" if none), and how long it waited for a core."""
-
-    status: int
-    timed_out: str
-    queued_s: float
-
-
-def watch(pid: int, report: Path, request: Request) -> End:
+def watch(pid: int, report: Path, request: Request) -> dict[str, object]:
     """Wait for the fork, and kill it when a test takes too long.
 
-    Time spent waiting for a core does not count: a grade must not depend on what else the machine does.
+    Return its status, the test that ran `late` ("" if none), and how many seconds it was `queued` for a core. These do
+    not count: a grade must not depend on what else the machine does.
     """
     began = seen = time.monotonic()
     size, current = 0, ""
@@ -186,7 +178,7 @@ def watch(pid: int, report: Path, request: Request) -> End:
         ended, status = os.waitpid(pid, os.WNOHANG)
         if ended:
             os.close(end)
-            return End(os.waitstatus_to_exitcode(status), "", queued)
+            return {"status": os.waitstatus_to_exitcode(status), "late": "", "queued": round(queued, 3)}
         queued = max(queued, waited_for_core(pid))
         now = time.monotonic() - queued
         with contextlib.suppress(OSError):
@@ -198,7 +190,7 @@ def watch(pid: int, report: Path, request: Request) -> End:
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
             os.close(end)
-            return End(-signal.SIGKILL, current or "collection", queued)
+            return {"status": -signal.SIGKILL, "late": current or "collection", "queued": round(queued, 3)}
         time.sleep(POLL_S)
 
 

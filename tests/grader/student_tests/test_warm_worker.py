@@ -40,7 +40,7 @@ def test_a_run_that_is_stopped_for_its_time_leaves_no_descriptor_open(tmp_path: 
     before = len(list(Path("/proc/self/fd").iterdir()))
     with subprocess.Popen(["sleep", "1000"]) as hangs:
         end = watch(hangs.pid, tmp_path / "report", {"limits": {}, "limit": 1.0, "total": 0.0})
-    assert end.timed_out == "collection"
+    assert end["late"] == "collection"
     assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 
