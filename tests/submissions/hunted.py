@@ -113,7 +113,7 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> tup
         print(f"{name:36} {' '.join(group):18} {found.cases:4} cases, {seconds:5.0f} s, nothing{unsteady}", flush=True)
         return False, False
     finding, shrinking = found.finding, shrunk_at - found_at
-    size = f"{len(finding.case.steps):2} steps, {finding.shrunk_in} cases, {shrinking:4.0f} s smaller"
+    size = f"{len(finding.case.steps):2} steps, {shrinking:4.0f} s smaller"
     steady = f"; again {again} of {options.again} times" if options.again else ""
     seen = f"{finding.promise.name}: {finding.broken.seen}{unsteady}{steady}"
     print(

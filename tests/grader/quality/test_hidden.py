@@ -102,11 +102,6 @@ def test_a_pyvenv_cfg_hides_nothing_in_the_packages_own_folders(tmp_path: Path):
     assert names(package) == ["ros2_robot_controller/in/bad.py", "scripts/bad.py"]
 
 
-@pytest.mark.parametrize("folder", [".github", "venv"])
-def test_a_tools_folder_is_not_read(tmp_path: Path, folder: str):
-    assert names(written(tmp_path, {f"{folder}/pyvenv.cfg": "", f"{folder}/bad.py": BAD})) == []
-
-
 @pytest.mark.parametrize("first", ["#!/usr/bin/env python3", "#!/usr/bin/python3 -u", "#! /usr/bin/env -S python3 -u"])
 def test_a_program_without_py_is_read_as_a_script(tmp_path: Path, first: str):
     """It may print like any script, and needs docstrings and good habits like any script."""
