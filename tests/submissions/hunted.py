@@ -25,7 +25,7 @@ from variants import VARIANTS, make
 from grader import building, pipeline
 from grader.course import kits_own
 from grader.errors import SubmissionError
-from grader.hunt import report, search
+from grader.hunt import search
 from grader.hunt.search import Runner
 from grader.hunting import runner
 from grader.scoring import rubric
@@ -66,10 +66,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--cases", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--shrinks", type=int, default=search.SHRINKS)
     parser.add_argument("--again", type=int, default=0, metavar="N", help="run what is found N times more")
-    parser.add_argument("--out", type=Path, help="where to keep what is found")
     options = parser.parse_args(arguments)
     wrong = 0
     for name in options.names or [REFERENCE, *VARIANTS, *behavioural()]:
@@ -88,40 +85,24 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> tup
     settings = pipeline.Settings(
         rubric=rubric.load(course.rubric), cache=building.cache_folder(), requirements=making.serves
     )
-    began, found_at = time.monotonic(), 0.0
-
-    def note(_finding: search.Finding) -> None:
-        nonlocal found_at
-        found_at = found_at or time.monotonic()
-
     with package(name) as folder:
         try:
             with runner(folder, settings) as running:
                 began = time.monotonic()
-                found = search.hunt(
-                    running, making, promises, cases=options.cases, seed=options.seed,
-                    shrinks=options.shrinks, found=note,
-                )  # fmt: skip
-                shrunk_at = time.monotonic()
+                found = search.hunt(running, making, promises, cases=options.cases)
+                seconds = time.monotonic() - began
                 again = _again(running, found.finding, options.again) if found.finding else 0
         except SubmissionError as error:
             print(f"{name:36} {' '.join(group):18} {error}", flush=True)
             return False, False
-    seconds = shrunk_at - began
     unsteady = f"; {len(found.unsteady)} unsteady" if found.unsteady else ""
     if found.finding is None:
         print(f"{name:36} {' '.join(group):18} {found.cases:4} cases, {seconds:5.0f} s, nothing{unsteady}", flush=True)
         return False, False
-    finding, shrinking = found.finding, shrunk_at - found_at
-    size = f"{len(finding.case.steps):2} steps, {shrinking:4.0f} s smaller"
+    finding = found.finding
     steady = f"; again {again} of {options.again} times" if options.again else ""
-    seen = f"{finding.promise.name}: {finding.broken.seen}{unsteady}{steady}"
-    print(
-        f"{name:36} {' '.join(group):18} case {finding.after:3}, {seconds - shrinking:5.0f} s; {size}; {seen}",
-        flush=True,
-    )
-    if options.out:
-        report.save(finding, options.out / name)
+    seen = f"{len(finding.case.steps):2} steps; {finding.promise.name}: {finding.broken.seen}{unsteady}{steady}"
+    print(f"{name:36} {' '.join(group):18} case {finding.after:3}, {seconds:5.0f} s; {seen}", flush=True)
     return True, name not in EDITS or again < options.again
 
 
