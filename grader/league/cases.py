@@ -11,6 +11,7 @@ import yaml
 from grader import yaml_reader
 from grader.course import Course
 from grader.errors import GraderError
+from grader.evidence import LeagueCase
 from grader.league.pool import Package
 from grader.sandbox import untrusted
 from grader.sanitize import one_line
@@ -29,26 +30,20 @@ _BYTES, _STEPS, _DEEPEST = 10_000, 100, 6
 _TAKE_TIME = ("wait", "arrive", "interrupt")
 
 
-@dataclass(frozen=True)
-class HandedIn:
-    """A file by its path in the package: a case, or None and the `problem` with it."""
+def read(package: Path, course: Course) -> list[tuple[LeagueCase, Case | None]]:
+    """Return what a package hands in, by path, each with its case, or with the problem and None.
 
-    path: str
-    case: Case | None
-    problem: str = ""
-
-
-def read(package: Path, course: Course) -> list[HandedIn]:
-    """Return what a package hands in, by path; the first few files are cases, and each further one is a problem."""
-    found = []
+    The first few files are cases, and each further one is a problem.
+    """
+    found: list[tuple[LeagueCase, Case | None]] = []
     for number, file in enumerate(sorted((package / FOLDER).glob("*.yaml")), 1):
         name = one_line(file.relative_to(package).as_posix())
         try:
             if number > MOST:
                 raise GraderError(say("{name} does not count: at most {most} files do.", name=name, most=MOST))
-            found.append(HandedIn(name, _case(file, name, course)))
+            found.append((LeagueCase(name), _case(file, name, course)))
         except GraderError as error:
-            found.append(HandedIn(name, None, one_line(str(error), 500)))
+            found.append((LeagueCase(name, problem=one_line(str(error), 500)), None))
     return found
 
 

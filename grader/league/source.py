@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.words import say
 
 if TYPE_CHECKING:
-    from grader.league.cases import CaseRun, HandedIn
+    from grader.league.cases import CaseRun
 
 
 class LeagueCases(Source):
@@ -32,7 +33,7 @@ class LeagueCases(Source):
         if not any(package.broken for package in packages):
             return Asked([], lambda _results: Collected())
         files = read(subject.submission.package, settings.course)
-        cases = [each.case for each in files if each.case]
+        cases = [case for _, case in files if case]
         names = [f"{self.name} {number} of {len(packages)}" for number, _ in enumerate(packages, 1)]
         jobs = [
             Job(
@@ -49,19 +50,19 @@ class LeagueCases(Source):
         def collected(results: Mapping[str, Any]) -> Collected:
             runs = {name: iter(results[name]) for name in names if cases}
             found = []
-            for each in files:
-                ran = [(package, next(runs[name])) for package, name in zip(packages, names, strict=True) if each.case]
+            for each, case in files:
+                ran = [(package, next(runs[name])) for package, name in zip(packages, names, strict=True) if case]
                 found.append(_found(each, ran))
             return Collected({self.name: League(found, sum(package.broken for package in packages))})
 
         return Asked(jobs, collected)
 
 
-def _found(each: HandedIn, ran: Sequence[tuple[Package, CaseRun]]) -> LeagueCase:
+def _found(each: LeagueCase, ran: Sequence[tuple[Package, CaseRun]]) -> LeagueCase:
     """Return what a file has come to by its runs on all packages."""
     right = [run for package, run in ran if not package.broken]
-    return LeagueCase(
-        each.path,
+    return replace(
+        each,
         problem=each.problem or next((run.problem for run in right if run.problem), ""),
         unfair=next((run.broken for run in right if run.broken), ""),
         caught=[package.name for package, run in ran if package.broken and run.broken],

@@ -19,7 +19,7 @@ from grader.student_tests import package_modules
 from grader.student_tests.coverage import combine
 from grader.student_tests.discover import copy_flags, discover_tests, is_run
 from grader.student_tests.module_results import ModuleReach, ModuleRuns, failures, flags
-from grader.student_tests.probe import function_lines, raising
+from grader.student_tests.package_modules import function_lines, raising
 from grader.student_tests.warm_worker import ModuleRequest, WorkerPool, start_workers
 from grader.student_tests.worker_report import ModuleRun, TestResult
 from grader.words import mark, say
