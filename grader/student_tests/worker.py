@@ -50,7 +50,7 @@ _SET_CHILD_SUBREAPER = 36  # <linux/prctl.h>
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 RunModule = Callable[[int, Request, Path], None]
-Compile = Callable[[Path, bytes], "tuple[Path, bytes] | None"]
+Compile = Callable[[Path, bytes, bool], "tuple[Path, bytes] | None"]
 
 
 def main() -> None:
@@ -61,7 +61,6 @@ def main() -> None:
     # Not imported, so that no test finds the module in sys.modules.
     pytest_run = runpy.run_path(str(Path(__file__).with_name("pytest_run.py")))
     run_module: RunModule = pytest_run["prepare"]()
-    compilers = pytest_run["compile_module"], pytest_run["compile_tests"]
     if settings["warm"]:
         import_ros()
     # For a log line, a traceback or coverage's start it looks at every module that it does not know yet.
@@ -71,17 +70,17 @@ def main() -> None:
     ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     number = 0
     while True:
-        serve(number, await_request(number, modules, *compilers), modules, run_module)
+        serve(number, await_request(number, modules, pytest_run["byte_code"]), modules, run_module)
         number += 1
 
 
-def await_request(number: int, modules: Path, compile_module: Compile, compile_tests: Compile) -> Request:
+def await_request(number: int, modules: Path, byte_code: Compile) -> Request:
     """Return request `number` after its tree was laid out and the host has deleted both, so that no test finds them."""
     path = REQUESTS / f"{number}.json"
     while not path.exists():
         time.sleep(POLL_S)
     request: Request = json.loads(path.read_text())
-    _, status = os.waitpid(fork(partial(lay_out, number, request, modules, compile_module, compile_tests)), 0)
+    _, status = os.waitpid(fork(partial(lay_out, number, request, modules, byte_code)), 0)
     if status:
         sys.exit("the tree under test could not be laid out")
     while path.exists():
@@ -101,7 +100,7 @@ def fork(work: Callable[[], None]) -> int:
     return pid
 
 
-def lay_out(number: int, request: Request, modules: Path, compile_module: Compile, compile_tests: Compile) -> None:
+def lay_out(number: int, request: Request, modules: Path, byte_code: Compile) -> None:
     """Write the tree under test to the sandbox's folders, compile its modules and tests, and report their byte code.
 
     Python and pytest compare byte code with the text before they use it.
@@ -124,7 +123,7 @@ def lay_out(number: int, request: Request, modules: Path, compile_module: Compil
         is_module = path.suffix == ".py" and path.is_relative_to(modules)
         if (is_module or path in tests) and name not in tree["compiled"]:
             made[name] = None
-            if code := (compile_module if is_module else compile_tests)(path, data):
+            if code := byte_code(path, data, is_module):
                 put(*code, times, 0o644)
                 made[name] = str(code[0]), base64.b64encode(code[1]).decode()
     written(OUT / f"{number}.taken", made)
