@@ -192,21 +192,17 @@ class WarmWorker:
 
 
 class WorkerPool:
-    """A fixed number of warm workers, started when there is something to run, by a thread that outlives the runs.
+    """A fixed number of warm workers, each started when it is first needed. `folder` has the coverage settings.
 
-    One that a test has brought down is replaced, so that later tests lose nothing. `folder` has the coverage settings.
+    One that a test has brought down is replaced, so that later tests lose nothing. Safe to use from several threads.
     """
 
     def __init__(self, start: Callable[[int, int], WarmWorker], folder: Path, size: int) -> None:
         self.folder, self.size = folder, size
         self._start, self._numbers = start, itertools.count()
-        self._idle: SimpleQueue[WarmWorker] = SimpleQueue()
-        self._begun = False
-
-    def _begin(self) -> None:
-        for _ in range(0 if self._begun else self.size):
-            self._idle.put(self._start(next(self._numbers), 0))
-        self._begun = True
+        self._idle: SimpleQueue[WarmWorker | None] = SimpleQueue()
+        for _ in range(size):
+            self._idle.put(None)
 
     def run(self, request: ModuleRequest) -> ModuleRun:
         """Run one request as soon as a worker is idle, and return what was reported.
@@ -214,10 +210,11 @@ class WorkerPool:
         Raises:
             GraderError: no worker started.
         """
-        self._begin()
         worker = self._idle.get()
         try:
-            if not worker.alive and (number := next(self._numbers)) < _WORKERS_AT_MOST * self.size:
+            if worker is None:
+                worker = self._start(next(self._numbers), 0)
+            elif not worker.alive and (number := next(self._numbers)) < _WORKERS_AT_MOST * self.size:
                 worker = self._start(number, worker.domain_id)
             return worker.run(request)
         finally:
@@ -225,7 +222,6 @@ class WorkerPool:
 
     def map(self, work: Callable[[_Given], _Made], given: Sequence[_Given]) -> list[_Made]:
         """Return what `work`, which may run requests, makes of each item: as many at a time as there are workers."""
-        self._begin()  # not in the threads: a sandbox ends with the thread that has started it
         with ThreadPoolExecutor(self.size) as threads:
             return list(threads.map(work, given))
 
@@ -233,17 +229,20 @@ class WorkerPool:
 @contextlib.contextmanager
 def start_workers(package: Path, install: Path) -> Iterator[WorkerPool]:
     """Yield workers for a package (its source folder and its install tree), each in a sandbox of its own."""
-    with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempdir.folder("own-tests"))
+        # A sandbox ends with the thread that has started it, and those of `WorkerPool.map` end before the workers.
+        starter = stack.enter_context(ThreadPoolExecutor(1))
         sources = "\n    ".join(source_folders(package, install))
         settings = (_HERE / "coverage.ini").read_text().replace("@MODULES@", str(MODULES)).replace("@SOURCES@", sources)
         (folder / "coveragerc").write_text(settings)
 
-        def start(number: int, domain_id: int) -> WarmWorker:
+        def begin(number: int, domain_id: int) -> WarmWorker:
             # Workers that are not in network namespaces of their own must not hear each other.
             domain_id = domain_id or stack.enter_context(dds_domain.free())
             return stack.enter_context(_start(package, install, folder / str(number), domain_id))
 
-        yield WorkerPool(start, folder, WORKERS)
+        yield WorkerPool(lambda *which: starter.submit(begin, *which).result(), folder, WORKERS)
 
 
 @contextlib.contextmanager

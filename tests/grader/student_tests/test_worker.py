@@ -62,6 +62,24 @@ def test_no_test_can_stop_or_kill_its_worker(tmp_path: Path):
     assert [(made.passed, made.errors, made.failures) for made in found.tests.modules] == [(3, 0, [])]
 
 
+def test_a_worker_that_takes_the_place_of_another_lives_as_long_as_the_others(tmp_path: Path):
+    """It ended with the thread in which it was missed, and then the sandbox could not be closed: no grading."""
+    made = toy.make(tmp_path, {"test/test_it.py": "def test_it():\n    assert True\n"})
+    with warm_worker.start_workers(made.package, made.install) as workers:
+
+        def kill(_number: int) -> None:
+            worker = workers._start(9, 0)
+            worker.process.kill()
+            workers._idle.get()
+            workers._idle.put(worker)
+
+        workers.map(kill, [0])
+        for _ in range(2):
+            asked = [warm_worker.ModuleRequest("test/test_it.py")] * 2
+            assert [ran.failure for ran in workers.map(workers.run, asked)] == ["", ""]
+        assert all(worker is not None and worker.alive for worker in (workers._idle.get(), workers._idle.get()))
+
+
 @pytest.mark.slow  # a suite of four modules
 def test_what_tests_may_expect_of_pytest_is_there(ran: SuiteRun):
     assert [module.failures for module in ran.tests.modules] == [[]] * len(TEXTS["HONEST"])
