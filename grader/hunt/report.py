@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -13,27 +14,71 @@ from grader.sanitize import one_line
 from grader.trials import case as cases
 from grader.trials.case import Case, Step
 from grader.trials.promises import Run
-from grader.words import say
+from grader.words import mark, say
+
+_WORDS = {
+    "call": mark("{service} {with_}"),
+    "goal": mark("a goal {distance:g} m away, {where}"),
+    "cancel": mark("the goal cancelled"),
+    "obstacle": mark("{name}, round, {cm:g} cm wide, {where}, {distance:.2f} m away{moving}"),
+    "remove": mark("{name} gone"),
+    "limits": mark("scans that go from {least:g} to {most:g} m"),
+    "readings": mark("{share} reading {kind}"),
+    "silence": mark("no more messages of {name}"),
+    "hear": mark("messages of {name} again"),
+    "set": mark("{with_}"),
+    "battery": mark("the battery at {percent:g} %"),
+    "interrupt": mark("Ctrl-C"),
+}
+_KINDS = {
+    "too near": mark("less than range_min"),
+    "least": mark("exactly range_min"),
+    "most": mark("exactly range_max"),
+    "too far": mark("more than range_max"),
+    "none": mark("nothing at all"),
+    "true": mark("what is there"),
+}
 
 
 def in_words(case: Case) -> str:
-    """Return a case in one line, with the names of its file: "at 0.3 s call set_speed, speed 0.25; at 0.5 s ..."."""
+    """Return a case in one sentence: "at 0.3 s set_speed 0.25; at 0.5 s something round of 3 cm, ..."."""
     said, t = [], 0.0
     if case.heading:
         said.append(say("the robot faces {n:g} degrees", n=case.heading))
     for step in case.steps:
         if step.do in ("wait", "arrive"):
             t += step.to if step.do == "wait" else 0.0
-        elif step.do != "listen":
-            said.append(say("at {t:.1f} s {words}", t=t, words=_in_words(step)))
+        elif words := _in_words(step):
+            said.append(say("at {t:.1f} s {words}", t=t, words=words))
     return "; ".join(said)
 
 
 def _in_words(step: Step) -> str:
-    if not isinstance(step.to, dict):
-        return f"{step.do} {step.to}" if step.to is not None else step.do
-    values = (f"{value}" if name in ("service", "name") else f"{name} {value}" for name, value in step.to.items())
-    return f"{step.do} {', '.join(values)}"
+    if step.do not in _WORDS:
+        return ""
+    to: Any = step.to
+    fields: dict[str, Any] = {**to} if isinstance(to, dict) else {"name": to, "percent": to}
+    if step.do == "call":
+        fields["with_"] = " ".join(f"{value}" for name, value in to.items() if name != "service")
+    elif step.do == "set":
+        fields["with_"] = ", ".join(f"{name} = {value}" for name, value in to.items())
+    elif step.do == "readings":
+        every = to.get("every", 1)
+        fields["kind"] = say(_KINDS.get(to["kind"], to["kind"]))
+        fields["share"] = say("all beams") if every == 1 else say("every beam in {n}", n=every)
+    if "bearing" in fields:
+        fields["where"] = _where(to["bearing"])
+    if step.do == "obstacle":
+        fields["cm"] = round(200 * to["radius"], 1)
+        fields["moving"] = say(", moving at {speed:g} m/s", speed=to["speed"]) if to.get("speed") else ""
+    return say(_WORDS[step.do], **fields).strip()
+
+
+def _where(bearing: float) -> str:
+    if abs(bearing) < 1 or abs(bearing) > 179:
+        return say("straight ahead") if abs(bearing) < 1 else say("right behind")
+    words = mark("{n:g} degrees to the left") if bearing > 0 else mark("{n:g} degrees to the right")
+    return say(words, n=abs(bearing))
 
 
 def rows(finding: Finding) -> list[tuple[str, str]]:
