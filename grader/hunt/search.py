@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import hypothesis
 from hypothesis import HealthCheck, Phase
@@ -94,6 +94,7 @@ class Finding:
     promise: Promise
     broken: Broken
     after: int
+    shrunk_in: int = 0
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,7 @@ def _shrunk(
         _drive(making, cases, seed, judge, (Phase.generate, Phase.shrink))
     while len(smaller) > 1 and not _holds(runner, smaller[-1]):
         smaller.pop()
-    return smaller[-1]
+    return replace(smaller[-1], shrunk_in=tries)
 
 
 class _FoundError(Exception):

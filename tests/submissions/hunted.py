@@ -85,24 +85,35 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> tup
     settings = pipeline.Settings(
         rubric=rubric.load(course.rubric), cache=building.cache_folder(), requirements=making.serves
     )
+    began, found_at = time.monotonic(), 0.0
+
+    def note(_finding: search.Finding) -> None:
+        nonlocal found_at
+        found_at = found_at or time.monotonic()
+
     with package(name) as folder:
         try:
             with runner(folder, settings) as running:
                 began = time.monotonic()
-                found = search.hunt(running, making, promises, cases=options.cases)
-                seconds = time.monotonic() - began
+                found = search.hunt(running, making, promises, cases=options.cases, found=note)
+                shrunk_at = time.monotonic()
                 again = _again(running, found.finding, options.again) if found.finding else 0
         except SubmissionError as error:
             print(f"{name:36} {' '.join(group):18} {error}", flush=True)
             return False, False
+    seconds = shrunk_at - began
     unsteady = f"; {len(found.unsteady)} unsteady" if found.unsteady else ""
     if found.finding is None:
         print(f"{name:36} {' '.join(group):18} {found.cases:4} cases, {seconds:5.0f} s, nothing{unsteady}", flush=True)
         return False, False
-    finding = found.finding
+    finding, shrinking = found.finding, shrunk_at - found_at
+    size = f"{len(finding.case.steps):2} steps, {finding.shrunk_in} cases, {shrinking:4.0f} s smaller"
     steady = f"; again {again} of {options.again} times" if options.again else ""
-    seen = f"{len(finding.case.steps):2} steps; {finding.promise.name}: {finding.broken.seen}{unsteady}{steady}"
-    print(f"{name:36} {' '.join(group):18} case {finding.after:3}, {seconds:5.0f} s; {seen}", flush=True)
+    seen = f"{finding.promise.name}: {finding.broken.seen}{unsteady}{steady}"
+    print(
+        f"{name:36} {' '.join(group):18} case {finding.after:3}, {seconds - shrinking:5.0f} s; {size}; {seen}",
+        flush=True,
+    )
     return True, name not in EDITS or again < options.again
 
 
