@@ -15,8 +15,7 @@ from pathlib import Path
 
 from grader import building
 from grader.course import kits_own
-from grader.hunt.runner import AT_ONCE
-from grader.hunt.search import listed
+from grader.hunt.search import AT_ONCE, listed
 from grader.hunting import runner
 from grader.scoring import rubric
 from grader.settings import Settings

@@ -21,9 +21,9 @@ from benchmarks.sandbox_cost import REFERENCE, cpu_seconds
 from grader import building, sandbox
 from grader.course import kits_own
 from grader.evidence import Mutation
-from grader.mutation.mutant_run import mutate
+from grader.mutation.source import mutate
 from grader.student_tests.discover import discover_tests
-from grader.student_tests.suite_run import SuiteRun, run_suite
+from grader.student_tests.source import SuiteRun, run_suite
 from grader.student_tests.warm_worker import ModuleRequest, WarmWorker
 from grader.student_tests.worker_report import ModuleRun
 

@@ -1,6 +1,6 @@
 """Measure one 360-beam scan: this caster, pymunk's public API, dense numpy and, if installed, ir-sim.
 
-    python -m benchmarks.raycast [--repeat N] [--json] [--quick]
+    python -m benchmarks.raycast [--repeat N] [--quick]
 
 All methods scan the same rooms from the same poses, take turns within one run, and are compared with the exact answer.
 Times are this process's CPU times (every method is single-threaded), so other work on the machine has little effect.
@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import json
 import math
 import os
 import platform
@@ -213,15 +212,11 @@ def main() -> None:
         description=__doc__.splitlines()[0], epilog="example: python -m benchmarks.raycast"
     )
     parser.add_argument("--repeat", type=int, default=15, help="runs per method (default %(default)s)")
-    parser.add_argument("--json", action="store_true")
     parser.add_argument("--quick", action="store_true", help="show in seconds that everything runs; a poor measurement")
     options = parser.parse_args()
     if options.quick:
         options.repeat = 1
     results = {count: measure(count, options.repeat) for count in (20, 200)}
-    if options.json:
-        print(json.dumps(results, indent=1))
-        return
     print(f"360 beams, 12 m, 20 poses, CPU time, median of {options.repeat} turns; Python {platform.python_version()},")
     print(f"numpy {np.__version__}, pymunk {pymunk.version}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     for count, rows in results.items():

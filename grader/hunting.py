@@ -17,7 +17,7 @@ from grader.course import Course, find
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.host import submission_user, tempdir
 from grader.hunt import report, search
-from grader.hunt.runner import AT_ONCE, Runner, of_build
+from grader.hunt.search import AT_ONCE, Runner, of_build
 from grader.intake.submission import open_submission
 from grader.processes import jobs, supervised
 from grader.progress import Progress

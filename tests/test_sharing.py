@@ -47,7 +47,7 @@ def test_every_slow_test_says_why_it_is_slow():
     marks = {
         f"{path.relative_to(KIT)}:{number}": f"{above} {line}"
         for path in (KIT / "tests").rglob("*.py")
-        if path.name not in ("test_sharing.py", "test_suite_run.py")
+        if path.name not in ("test_sharing.py", "test_source.py")
         for number, (above, line) in enumerate(itertools.pairwise(path.read_text().splitlines()), 2)
         if "mark.slow" in line
     }

@@ -13,7 +13,7 @@ from grader.collect import SOURCES
 from grader.course import Course
 from grader.errors import SubmissionError
 from grader.host import tempdir
-from grader.league import handed_in
+from grader.league.cases import FOLDER
 from grader.league.source import LeagueCases
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, Scorecard
@@ -73,7 +73,7 @@ class _Trying:
         self.notes: list[str] = []
         self._by_seed = self._served(_BY_SEED)
         # A league judges what a student makes up. A solution that hands in no cases is not asked for them.
-        hands_in = (settings.course.solution / handed_in.FOLDER).is_dir()
+        hands_in = (settings.course.solution / FOLDER).is_dir()
         checked = frozenset(requirement.id for requirement in settings.rubric.requirements if requirement.checks)
         self._everything = checked - (frozenset() if hands_in else self._served((LeagueCases.name,)))
 

@@ -8,7 +8,6 @@ from typing import Any
 import yaml
 
 from grader.course import Course
-from grader.errors import GraderError
 from grader.hunt.search import Finding
 from grader.report import html
 from grader.report.figures import Album
@@ -127,10 +126,7 @@ def read(file: Path, course: Course) -> tuple[Case, str]:
         GraderError: as by `case.read`.
     """
     case = cases.read(file, course)
-    try:
-        return case, str((yaml.safe_load(file.read_text(encoding="utf-8")) or {}).get("breaks", ""))
-    except (OSError, yaml.YAMLError) as error:
-        raise GraderError(f"{file} cannot be read ({error}).") from error
+    return case, str(yaml.safe_load(file.read_text(encoding="utf-8")).get("breaks", ""))
 
 
 def page(finding: Finding) -> str:

@@ -18,7 +18,7 @@ from grader.trials.source import integrity_flags, started_by
 from grader.words import mark, say
 
 if TYPE_CHECKING:
-    from grader.hunt.runner import Runner
+    from grader.hunt.search import Runner
 
 _SAYS = mark("hunting for {requirement}: {cases} made-up cases")
 Result = tuple[Hunt, list[Trial]]
@@ -36,14 +36,14 @@ class Hunts(Source):
         The grading's seed decides which cases are made up; students have another one.
         """
         # With Hypothesis, whose import takes a second, and numpy, which starts threads (check_process has to have one).
-        from grader.hunt import runner
+        from grader.hunt import search
 
-        settings, running = subject.settings, runner.of_build(subject)
+        settings, running = subject.settings, search.of_build(subject)
         hunted = [requirement for requirement in settings.wanted if requirement.hunt]
         found: list[Job[Any]] = []
         for requirement in hunted:
             found.append(Job(
-                job_name(requirement.id), Where.NETWORK, tuple[Hunt, list[Trial]],
+                f"hunt {requirement.id}", Where.NETWORK, tuple[Hunt, list[Trial]],
                 partial(_hunt, running, requirement, settings),
                 decided_by=(*started_by(subject), str(requirement.hunt)),
                 lasting=lambda result: result[0].broken is not None or not result[1],
@@ -51,12 +51,7 @@ class Hunts(Source):
                 turn=Turn.PLACE, serves=frozenset({requirement.id}),
                 says=say(_SAYS, requirement=requirement.id, cases=requirement.hunt),
             ))  # fmt: skip
-        return Asked(found, lambda results: _collected({r.id: results[job_name(r.id)] for r in hunted}))
-
-
-def job_name(requirement: str) -> str:
-    """Return the name of the job that hunts for a requirement."""
-    return f"hunt {requirement}"
+        return Asked(found, lambda results: _collected({r.id: results[f"hunt {r.id}"] for r in hunted}))
 
 
 def _hunt(running: Runner, requirement: Requirement, settings: Settings, _before: object = None) -> Result:

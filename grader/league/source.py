@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,7 @@ from grader.source import Asked, Collected, Phase, Source, Subject
 from grader.words import say
 
 if TYPE_CHECKING:
-    from grader.league.handed_in import HandedIn
-    from grader.league.runs import CaseRun
+    from grader.league.cases import CaseRun
 
 
 class LeagueCases(Source):
@@ -26,15 +26,14 @@ class LeagueCases(Source):
 
     def ask(self, subject: Subject) -> Asked:
         """Return a job for each package. On a machine without them, as a student's, there is nothing to collect."""
-        from grader.league import handed_in  # these import Hypothesis, which takes a second
-        from grader.league.runs import CaseRun, run_cases
+        from grader.league.cases import CaseRun, read, run_cases  # with Hypothesis, whose import takes a second
 
         settings = subject.settings
         packages = pool.read(settings.course)
         if not any(package.broken for package in packages):
             return Asked([], lambda _results: Collected())
-        files = handed_in.read(subject.submission.package, settings.course)
-        cases = [each.case for each in files if each.case]
+        files = read(subject.submission.package, settings.course)
+        cases = [case for _, case in files if case]
         names = [f"{self.name} {number} of {len(packages)}" for number, _ in enumerate(packages, 1)]
         jobs = [
             Job(
@@ -51,19 +50,19 @@ class LeagueCases(Source):
         def collected(results: Mapping[str, Any]) -> Collected:
             runs = {name: iter(results[name]) for name in names if cases}
             found = []
-            for each in files:
-                ran = [(package, next(runs[name])) for package, name in zip(packages, names, strict=True) if each.case]
+            for each, case in files:
+                ran = [(package, next(runs[name])) for package, name in zip(packages, names, strict=True) if case]
                 found.append(_found(each, ran))
             return Collected({self.name: League(found, sum(package.broken for package in packages))})
 
         return Asked(jobs, collected)
 
 
-def _found(each: HandedIn, ran: Sequence[tuple[Package, CaseRun]]) -> LeagueCase:
+def _found(each: LeagueCase, ran: Sequence[tuple[Package, CaseRun]]) -> LeagueCase:
     """Return what a file has come to by its runs on all packages."""
     right = [run for package, run in ran if not package.broken]
-    return LeagueCase(
-        each.path,
+    return replace(
+        each,
         problem=each.problem or next((run.problem for run in right if run.problem), ""),
         unfair=next((run.broken for run in right if run.broken), ""),
         caught=[package.name for package, run in ran if package.broken and run.broken],

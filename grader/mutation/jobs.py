@@ -104,12 +104,10 @@ def run_job(workers: WorkerPool, package: TestedPackage, job: Job) -> JobResult:
             )
         )  # fmt: skip
         if ran.worker_lost:
-            # A test that ends the process which runs it has reported nothing.
-            return JobResult(job, ran=count, seconds=seconds)
+            break  # a test that ends the process which runs it has reported nothing
         seconds += ran.quiet_seconds
         count += len(ran.tests)
-        by = _noticed_by(ran, selection)
-        if by:
+        if by := _noticed_by(ran, selection):
             failed = tuple(test.id for test in ran.tests if test.outcome in ("failed", "error")) or (by,)
             return JobResult(job, by, selection.module, bool(ran.timed_out), count, seconds, failed)
     return JobResult(job, ran=count, seconds=seconds)

@@ -93,12 +93,7 @@ def parameter_use(modules: Sequence[Module], nodes: Iterable[Node]) -> list[Para
     """
     names = _Names([module for module in modules if module.role == "module"])
     return [
-        ParameterUse(
-            node=node.name,
-            name=name,
-            declared=names.declares(name),
-            read=names.reads(name),
-        )
+        ParameterUse(node.name, name, names.declares(name), names.reads(name))
         for node in nodes
         for name in node.defaults
     ]

@@ -5,7 +5,6 @@ Only what is certain, or nearly so, is a fault: an import that may come from els
 
 from __future__ import annotations
 
-import ast
 import difflib
 import importlib.util
 import itertools
@@ -20,9 +19,9 @@ import yaml
 from grader.course import Course, Node, definition, packages, role
 from grader.course.packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
-from grader.quality.manifest import optional_imports
+from grader.quality.manifest import needed_imports
 from grader.quality.package_sources import PackageSources, read_sources
-from grader.quality.parsed_module import Module, absolute
+from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 from grader.yaml_reader import PARAMETERS, ParameterFileError, line_of, parameter_blocks, scalar, scalar_of
 
@@ -84,20 +83,10 @@ def _in_python(sources: PackageSources, modules: Sequence[Module], unreadable: S
     own |= {module.name.partition(".")[0] for module in modules if "." in module.name} | sources.names
     for module in (module for module in modules if module.role == "module" or module.path in programs):
         # Of the package's own modules Python says enough.
-        for name, node in list(_imports(module))[:_MAX_IMPORTS]:
+        for name, node in itertools.islice(needed_imports(module), _MAX_IMPORTS):
             top = name.partition(".")[0]
             if top and top not in own and (words := _elsewhere(sources, top)):
                 yield Fault(module.path, node.lineno, "start", *words, shown_as=[f"No module named '{top}'"])
-
-
-def _imports(module: Module) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
-    """Yield the dotted modules that a module imports, other than as an option, with the statements."""
-    optional = optional_imports(module.tree)
-    for node in ast.walk(module.tree):
-        if isinstance(node, ast.Import) and id(node) not in optional:
-            yield from ((alias.name, node) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and id(node) not in optional:
-            yield absolute(module, node), node
 
 
 def _elsewhere(sources: PackageSources, top: str) -> tuple[str, str] | None:

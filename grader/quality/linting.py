@@ -11,7 +11,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
 from grader.course.model import JUDGED
 from grader.evidence import Copy, Definition, Finding
@@ -136,6 +136,48 @@ def _holds_on(loop: ast.While) -> bool:
     calls = [part.func for part in body if isinstance(part, ast.Call)]
     used = {ast.unparse(function.value) for function in calls if isinstance(function, ast.Attribute)}
     return bool(tested) and not tested & (changed | used)
+
+
+# flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
+# not depend on them, so a student who runs ament_flake8 here does not see their findings, and they cost nothing.
+_RULES = re.compile(r"[EWF]\d")
+_COMPLEX = "C901"
+MAX_COMPLEXITY = 10
+_LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
+_MAX_FINDINGS = 500  # of one file
+
+
+def by_flake8(copies: Mapping[str, str]) -> tuple[list[Finding], list[Finding]]:
+    """Return flake8's findings under ament_flake8's configuration, and the functions that are too complex.
+
+    `copies` are the paths of the files' copies, by the files' own.
+    """
+    import ament_flake8
+    from flake8.main.application import Application  # type: ignore[import-untyped]
+
+    paths, report = {copy: path for path, copy in copies.items()}, Path("flake8.txt")
+    report.unlink(missing_ok=True)
+    flake8 = Application()
+    flake8.run([
+        f"--config={Path(ament_flake8.__file__).parent / 'configuration' / 'ament_flake8.ini'}", "--disable-noqa",
+        "--no-show-source", "--jobs=1", f"--max-complexity={MAX_COMPLEXITY}", f"--output-file={report}",
+        "--format=%(path)s:%(row)d:%(code)s:%(text)s", *paths,
+    ])  # fmt: skip
+    if flake8.catastrophic_failure:
+        raise RuntimeError("flake8 has failed")
+    matches = filter(None, map(_LINE.match, report.read_text().splitlines()))
+    found = [Finding(paths[copy], int(row), rule, printable(text.strip())) for copy, row, rule, text in
+             (match.groups() for match in matches) if copy in paths]  # fmt: skip
+    style = (finding for finding in found if _RULES.match(finding.rule))
+    return _most_of_each(style), _most_of_each(finding for finding in found if finding.rule == _COMPLEX)
+
+
+def _most_of_each(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings, so many of each file that more would make no difference."""
+    by_path: dict[str, list[Finding]] = defaultdict(list)
+    for finding in findings:
+        by_path[finding.path].append(finding)
+    return [finding for found in by_path.values() for finding in found[:_MAX_FINDINGS]]
 
 
 # One docstring is enough for a property and its setter, and for a function and its overloads.

@@ -17,7 +17,7 @@ from grader.course.packages import ROS_1
 from grader.evidence import Manifest
 from grader.python_ast import argument, called, is_docstring, last_name, literal_string
 from grader.quality.package_sources import PackageSources
-from grader.quality.parsed_module import Module
+from grader.quality.parsed_module import Module, absolute
 from grader.sanitize import printable
 
 _DEPENDS = (
@@ -142,18 +142,13 @@ def _in_python(modules: Sequence[Module], own: set[str]) -> Iterator[tuple[str, 
     for module in modules:
         if module.role == "setup":
             continue
-        optional = optional_imports(module.tree)
         for node in ast.walk(module.tree):
             if isinstance(node, ast.Call) and called(node) in _BY_KEYWORD | _FIRST:
                 yield from ((name, f"{module.path}:{node.lineno}") for name in _named(node))
-            elif isinstance(node, ast.Import | ast.ImportFrom) and id(node) not in optional:
-                yield from ((name, f"{module.path}:{node.lineno}") for name in _imported(node) if name not in known)
-
-
-def _imported(node: ast.Import | ast.ImportFrom) -> list[str]:
-    if isinstance(node, ast.Import):
-        return [alias.name.partition(".")[0] for alias in node.names]
-    return [] if node.level or not node.module else [node.module.partition(".")[0]]
+        for name, node in needed_imports(module):
+            top = "" if isinstance(node, ast.ImportFrom) and node.level else name.partition(".")[0]
+            if top and top not in known:
+                yield top, f"{module.path}:{node.lineno}"
 
 
 def _named(call: ast.Call) -> list[str]:
@@ -162,16 +157,20 @@ def _named(call: ast.Call) -> list[str]:
     return [name] if re.fullmatch(r"[a-z][a-z0-9_]*", name) else []
 
 
-def optional_imports(tree: ast.Module) -> set[int]:
-    """Return the ids of optional imports: those in a `try` that catches ImportError."""
-    found = set()
-    for node in ast.walk(tree):
+def needed_imports(module: Module) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
+    """Yield the dotted modules that a module imports, with the statements; not those in a `try` for ImportError."""
+    optional = set()
+    for node in ast.walk(module.tree):
         if isinstance(node, ast.Try):
             caught = {last_name(part) for handler in node.handlers if handler.type for part in ast.walk(handler.type)}
             if caught & {"ImportError", "ModuleNotFoundError"}:
                 # The alternative in the handler is as optional as the import that it replaces.
-                found |= {id(part) for statement in [*node.body, *node.handlers] for part in ast.walk(statement)}
-    return found
+                optional |= {id(part) for statement in [*node.body, *node.handlers] for part in ast.walk(statement)}
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Import) and id(node) not in optional:
+            yield from ((alias.name, node) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and id(node) not in optional:
+            yield absolute(module, node), node
 
 
 def _in_cmake(sources: PackageSources) -> Iterator[tuple[str, str]]:

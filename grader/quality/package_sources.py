@@ -16,15 +16,11 @@ from grader.quality.source_files import package_files
 
 INTERFACE_SUFFIXES = (".msg", ".srv", ".action")
 _MAX_TEXT = 256 * 1024
-_TOKEN = re.compile(
-    r"""\#\[(?P<marks>=*)\[                      # begins a bracket comment
-    |\#[^\n]*                                   # a comment
-    |"(?:[^"\\]|\\.){0,2000}"                  # a quoted argument
-    |[()]
-    |[^\s()#"]+""",
-    re.VERBOSE | re.DOTALL,
-)
-_NAME = re.compile(r"[A-Za-z_]\w*")
+_QUOTED = r'"(?:[^"\\]|\\.){0,2000}"'
+_COMMENT = re.compile(rf"({_QUOTED})|\#\[(?P<marks>=*)\[.*?(?:\](?P=marks)\]|\Z)|\#[^\n]*", re.DOTALL)
+_PART = rf'[^()"]++|{_QUOTED}'
+_COMMAND = re.compile(rf"\b([A-Za-z_]\w*)\s*\(((?:{_PART}|\((?:{_PART})*+\))*+)\)", re.DOTALL)
+_ARGUMENT = re.compile(rf'{_QUOTED}|[^\s()"]+', re.DOTALL)
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
 # Far above what people write: variables that contain themselves grow without an end.
 _MAX_COMMANDS, _MAX_ARGUMENTS, _MAX_VALUE = 500, 200, 2000
@@ -114,7 +110,7 @@ def read_sources(folder: Path, interfaces: Path | None, course: Course) -> Packa
 def commands(text: str) -> tuple[Command, ...]:
     """Return the commands of a CMakeLists.txt, with the project's name and variables of literal value filled in.
 
-    One whose closing parenthesis is missing is left out, with all that it takes along.
+    One whose closing parenthesis is missing is left out.
     """
     variables: dict[str, str] = {}
     commands: list[Command] = []
@@ -138,36 +134,9 @@ def _filled(argument: str, variables: Mapping[str, str]) -> list[str]:
     return [text] if quoted else text.replace(";", " ").split()
 
 
-def _tokens(text: str) -> Iterator[tuple[str, int]]:
-    """Yield each token that is not a comment, and where it begins; a bracket comment may have no end."""
-    place = 0
-    while match := _TOKEN.search(text, place):
-        place = match.end()
-        if match["marks"] is not None:
-            closing = f"]{match['marks']}]"
-            end = text.find(closing, place)
-            place = end + len(closing) if end >= 0 else len(text)
-        elif not match[0].startswith("#"):
-            yield match[0], match.start()
-
-
 def _commands(text: str) -> Iterator[Command]:
     """Yield each command as it is written."""
-    tokens = list(_tokens(text))
-    at = 0
-    while at + 1 < len(tokens):
-        name, start = tokens[at]
-        at += 1
-        if tokens[at][0] != "(" or not _NAME.fullmatch(name):
-            continue
-        line = text.count("\n", 0, start) + 1
-        depth, arguments = 1, []
-        at += 1
-        while at < len(tokens) and depth:
-            token = tokens[at][0]
-            depth += (token == "(") - (token == ")")
-            if token not in "()":
-                arguments.append(token)
-            at += 1
-        if not depth:
-            yield Command(name.lower(), tuple(arguments), line)
+    text = _COMMENT.sub(lambda match: match[1] or "\n" * match[0].count("\n"), text)
+    for match in _COMMAND.finditer(text):
+        line = text.count("\n", 0, match.start()) + 1
+        yield Command(match[1].lower(), tuple(_ARGUMENT.findall(match[2])), line)

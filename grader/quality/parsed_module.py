@@ -235,7 +235,7 @@ class CallGraph:
     def in_callbacks(self) -> list[tuple[GraphNode, str]]:
         """Return the functions that run in a callback, each with the name of a callback that leads to it."""
         found: dict[tuple[str, str, str], tuple[GraphNode, str]] = {}
-        todo = [(callback, callback.function.name) for node in self._nodes for callback in self._registered(node)]
+        todo = [(callback, callback.function.name) for callback in self._registered()]
         while todo:
             node, root = todo.pop()
             if node.key not in found:
@@ -245,23 +245,19 @@ class CallGraph:
 
     def service_callbacks(self) -> list[tuple[GraphNode, str]]:
         """Return the functions that answer a service, each with the service's name, "" where that is no constant."""
-        found = []
-        for node in self._nodes:
-            for call in own_body(node.function):
-                if isinstance(call, ast.Call) and called(call) == "create_service":
-                    name = literal_string(argument(call, 1, "srv_name"))
-                    callback = argument(call, 2, "callback")
-                    found += [(named, name) for named in self._named(node, callback)] if callback else []
-        return found
+        return [
+            (named, literal_string(argument(call, 1, "srv_name")))
+            for node, call in self._calls()
+            if called(call) == "create_service" and (callback := argument(call, 2, "callback"))
+            for named in self._named(node, callback)
+        ]
 
     def called_callbacks(self) -> Iterator[tuple[GraphNode, ast.Call, ast.Call]]:
         """Yield each call that gets what a function without a result returns in place of a callback: `f()` for `f`."""
-        for node in self._nodes:
-            for call in own_body(node.function):
-                if isinstance(call, ast.Call) and (where := _CALLBACKS.get(last_name(call.func))):
-                    given = argument(call, *where)
-                    if isinstance(given, ast.Call) and any(map(_returns_nothing, self._named(node, given.func))):
-                        yield node, call, given
+        for node, call in self._calls():
+            given = argument(call, *_CALLBACKS[called(call)]) if called(call) in _CALLBACKS else None
+            if isinstance(given, ast.Call) and any(map(_returns_nothing, self._named(node, given.func))):
+                yield node, call, given
 
     def bases_of(self, owner: str) -> set[str]:
         """Return the names of a class and of all that it inherits from; the empty set for ""."""
@@ -275,15 +271,19 @@ class CallGraph:
                 todo += [last_name(base) for base in class_.bases] if class_ else []
         return family
 
-    def _registered(self, node: GraphNode) -> Iterator[GraphNode]:
-        """Yield the functions that `node` hands to the executor."""
-        for call in own_body(node.function):
-            if not isinstance(call, ast.Call) or last_name(call.func) not in _REGISTER:
+    def _calls(self) -> Iterator[tuple[GraphNode, ast.Call]]:
+        for node in self._nodes:
+            yield from ((node, part) for part in own_body(node.function) if isinstance(part, ast.Call))
+
+    def _registered(self) -> Iterator[GraphNode]:
+        """Yield the functions that are handed to the executor."""
+        for node, call in self._calls():
+            if called(call) not in _REGISTER:
                 continue
             for given in [*call.args, *(keyword.value for keyword in call.keywords)]:
                 if isinstance(given, ast.Lambda):
                     yield from self._callees(node, ast.walk(given))
-                elif isinstance(given, ast.Call) and last_name(given.func) == "partial" and given.args:
+                elif isinstance(given, ast.Call) and called(given) == "partial" and given.args:
                     yield from self._named(node, given.args[0])
                 else:
                     yield from self._named(node, given)

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TypeVar
 
-import ament_flake8
-
 from grader import building, evidence
 from grader.course import Course
 from grader.errors import GraderError
-from grader.evidence import Finding, Flag, Manifest, Quality, SourceFile, reading_limits
+from grader.evidence import Flag, Manifest, Quality, SourceFile, reading_limits
 from grader.processes.jobs import Job, Where
 from grader.quality import source_files
 from grader.quality.source_files import PythonFile
@@ -30,13 +26,6 @@ from grader.sanitize import printable
 from grader.source import Asked, Collected, Phase, Source, Subject, served
 from grader.words import mark, say
 
-# flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
-# not depend on them, so a student who runs ament_flake8 here does not see their findings, and they cost nothing.
-_RULES = re.compile(r"[EWF]\d")
-_CONFIGURATION = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"
-MAX_COMPLEXITY = 10
-_LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
-_MAX_FINDINGS = 500  # of one file
 T = TypeVar("T")
 R = TypeVar("R")
 CPU_SECONDS = 60  # a whole package takes 1 to 2, one at the reading limits 20
@@ -68,101 +57,31 @@ def analyse_package(
         made = [(path, untrusted.read_bytes(file) or b"") for path, file in left.items()]
         sources = [source for source in sources if source.path not in left] + source_files.within_limits(made)
         every = source_files.copy(sorted(sources, key=lambda source: source.path), scratch)
-        good = [source for source in every if not source.problem]
-        facts, unreadable = _facts(package, interfaces, good, scratch, course, lint=lint)
-        # flake8 sees only what can be parsed: anything else would merely probe its weak spots.
-        readable = {file.path for file in facts.files if not file.problem} - {source.path for source in unreadable}
-        good = [source for source in good if source.path in readable] if lint else []
-        linted, too_hard = run_without_culprits(lambda items: _flake8(items, scratch), good)
-        return _combine(facts, every, {source.path for source in (*unreadable, *too_hard)}, linted or [])
+        beside = str(interfaces.resolve()) if interfaces else ""
+
+        def run(items: Sequence[PythonFile]) -> Quality | None:
+            listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
+            listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
+            arguments = [str(course.folder), str(package.resolve()), beside, str(listing), *["--lint"] * lint]
+            done = run_python(["-m", "grader.quality.worker", *arguments], scratch)
+            if done is None or done.returncode:
+                _raise_if_broken(done)
+                return None
+            return evidence.from_json(done.stdout, Quality)
+
+        facts, unreadable = run_without_culprits(run, [source for source in every if not source.problem])
+        if facts is None:
+            manifest = Manifest(found=False, problems=["package.xml could not be read"])
+            facts = run([]) or Quality(manifest=manifest)
+        return replace(facts, files=_files(facts, every, {source.path for source in unreadable}))
 
 
-def _facts(
-    package: Path, interfaces: Path | None, good: Sequence[PythonFile], scratch: Path, course: Course, *, lint: bool
-) -> tuple[Quality, list[PythonFile]]:
-    """Return what the worker finds, and the files that it cannot read."""
-    beside = str(interfaces.resolve()) if interfaces else ""
-
-    def run(items: Sequence[PythonFile]) -> Quality | None:
-        listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
-        listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
-        arguments = [str(course.folder), str(package.resolve()), beside, str(listing), *(["--lint"] if lint else [])]
-        done = run_python(["-m", "grader.quality.worker", *arguments], scratch)
-        if done is None or done.returncode:
-            _raise_if_broken("grader.quality.worker", done)
-            return None
-        return evidence.from_json(done.stdout, Quality)
-
-    facts, unreadable = run_without_culprits(run, good)
-    if facts is None:
-        manifest = Manifest(found=False, problems=["package.xml could not be read"])
-        facts = run([]) or Quality(manifest=manifest)
-    return facts, unreadable
-
-
-def _flake8(items: Sequence[PythonFile], scratch: Path) -> list[Finding] | None:
-    """Return flake8's findings under ament_flake8's configuration, too complex functions among them."""
-    if not items:
-        return []
-    done = run_python(
-        [
-            "-m", "flake8", f"--config={_CONFIGURATION}", "--disable-noqa", "--no-show-source", "--jobs=1",
-            f"--max-complexity={MAX_COMPLEXITY}",
-            "--format=%(path)s:%(row)d:%(code)s:%(text)s", *(item.copy for item in items),
-        ],
-        scratch,
-    )  # fmt: skip
-    if done is None or done.returncode not in (0, 1):
-        _raise_if_broken("flake8", done)
-        return None
-    by_copy = {item.copy: item for item in items}
-    findings = []
-    for line in done.stdout.splitlines():
-        match = _LINE.match(line)
-        if match and match.group(1) in by_copy:
-            path, number, rule, words = match.groups()
-            findings.append(Finding(by_copy[path].path, int(number), rule, printable(words.strip())))
-    if done.returncode == 1 and not findings:
-        _raise_if_broken("flake8", done)
-        return None
-    return findings
-
-
-def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -> None:
-    """Raise a GraderError if the tool does not work at all, rather than not on this text."""
+def _raise_if_broken(done: subprocess.CompletedProcess[str] | None) -> None:
+    """Raise a GraderError if the linters do not work at all, rather than not on this text."""
     output = done.stdout[-500:] + done.stderr[-500:] if done else ""
     if any(sign in output for sign in ("No module named", "required plugins", "ImportError", "config file does not")):
-        words = mark("{tool} does not work on this machine: {why}. Run `make setup`.")
-        raise GraderError(say(words, tool=tool, why=output.strip()))
-
-
-def _combine(
-    facts: Quality,
-    every: Sequence[PythonFile],
-    too_much: set[str],
-    linted: Sequence[Finding],
-) -> Quality:
-    files = _files(facts, every, too_much)
-    readable = {file.path for file in files if not file.problem}
-    linted = [finding for finding in linted if finding.path in readable]
-    style = [finding for finding in linted if _RULES.match(finding.rule)]
-    return replace(
-        facts,
-        files=files,
-        style=_most_of_each(style),
-        complex=_most_of_each(finding for finding in linted if finding.rule == "C901"),
-        definitions=[item for item in facts.definitions if item.path in readable],
-    )
-
-
-def _most_of_each(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings, so many of each file that more would make no difference."""
-    counts = Counter[str]()
-    found = []
-    for finding in findings:
-        counts[finding.path] += 1
-        found += [finding] if counts[finding.path] <= _MAX_FINDINGS else []
-    return found
+        words = mark("The linters do not work on this machine: {why}. Run `make setup`.")
+        raise GraderError(say(words, why=output.strip()))
 
 
 def _files(facts: Quality, every: Sequence[PythonFile], too_much: set[str]) -> list[SourceFile]:

@@ -23,7 +23,7 @@ from grader.intake.package_xml import read_xml
 from grader.python_ast import is_test
 from grader.quality.contract_use import created_interfaces, function_use, parameter_use
 from grader.quality.faults import find_faults
-from grader.quality.linting import bad_habits, duplicated_blocks, public_definitions, with_violations
+from grader.quality.linting import bad_habits, by_flake8, duplicated_blocks, public_definitions, with_violations
 from grader.quality.manifest import read_manifest
 from grader.quality.package_sources import read_sources
 from grader.quality.parsed_module import CallGraph, Module, functions_of, installed_as, parse
@@ -62,7 +62,7 @@ def package_facts(
 ) -> evidence.Quality:
     """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one.
 
-    Each source is a path with that of its copy. With `lint` the definitions have what their docstrings violate.
+    Each source is a path with that of its copy. With `lint` there is also what flake8 finds, and pydocstyle.
     """
     text = read_sources(package, interfaces, course)
     name = text.xml.name
@@ -74,15 +74,21 @@ def package_facts(
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     public = public[: reading_limits.MAX_DEFINITIONS]
+    by_rules: tuple[list[evidence.Finding], list[evidence.Finding]] = ([], [])
     if lint:
+        # Linters see only what can be parsed: anything else would merely probe their weak spots.
         read = {module.path for module in modules}
-        public = with_violations(public, {path: copy for path, copy in sources if path in read})
+        copies = {path: copy for path, copy in sources if path in read}
+        public = with_violations(public, copies)
+        by_rules = by_flake8(copies) if copies else by_rules
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
     facts = evidence.Quality(
         manifest=read_manifest(text, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
         definitions=public,
+        style=by_rules[0],
+        complex=by_rules[1],
         copies=duplicated_blocks(modules),
         habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
         functions=function_use(graph, course.functions),

@@ -111,14 +111,7 @@ def _test_cases(classes: Mapping[str, ast.ClassDef]) -> set[str]:
     for node in classes.values():
         for base in node.bases:
             below.setdefault(last_name(base), []).append(node.name)
-    found = [name for name in below if name.endswith("TestCase")]
-    cases: set[str] = set()
-    while found:
-        name = found.pop()
-        if name not in cases:
-            cases.add(name)
-            found += below.get(name, ())
-    return cases
+    return _reachable([name for name in below if name.endswith("TestCase")], below)
 
 
 def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
@@ -130,13 +123,18 @@ def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
             found.append(function.name)
         for name in _called_in(function):
             callers.setdefault(name, set()).add(function.name)
-    names: set[str] = set()
-    while found:  # from those that assert to their callers, to theirs, and so on; each name once
-        name = found.pop()
-        if name not in names:
-            names.add(name)
-            found += callers.get(name, ())
-    return names
+    return _reachable(found, callers)  # from those that assert to their callers, to theirs, and so on
+
+
+def _reachable(names: list[str], edges: Mapping[str, Iterable[str]]) -> set[str]:
+    """Return the names, and all to which the edges lead from them."""
+    found: set[str] = set()
+    while names:
+        name = names.pop()
+        if name not in found:
+            found.add(name)
+            names += edges.get(name, ())
+    return found
 
 
 def _asserts(function: Function, helpers: Container[str]) -> bool:

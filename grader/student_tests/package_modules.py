@@ -1,12 +1,17 @@
-"""The package's own Python modules: their texts, and where they are in the sandbox that runs the tests."""
+"""The package's own Python modules: their texts, where they are in the sandbox that runs the tests, and the probe.
+
+The probe is the package with functions that do nothing but raise: a test that passes on it tests nothing of them.
+"""
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from grader import building
 from grader.host import ros_env
+from grader.python_ast import TOO_COMPLEX, Function, first_line, is_docstring, parse
 from grader.sandbox import untrusted
 
 PACKAGE = Path("/ws/package")
@@ -16,6 +21,18 @@ MODULES = building.INSTALL / ros_env.SITE_IN_PREFIX
 # Every Python package may have such folders with its types; the build makes sure that they hold nothing else.
 _GENERATED = ("msg", "srv", "action")
 _TESTS = ("test", "tests")
+_RAISE = "_raise_in_the_probe"
+# What a module of the package calls while it is imported still works, so that tests can import it.
+_HELPER = f'''
+def {_RAISE}():
+    frame = __import__("sys")._getframe(1)
+    while frame is not None:
+        known = frame.f_globals
+        if frame.f_code.co_name == "<module>" and "{_RAISE}" in known and known.get("__name__") != "__main__":
+            return
+        frame = frame.f_back
+    raise type("Raised", (Exception,), {{}})("every function of the package raises in this run")
+'''
 
 
 def texts(package: Path, install: Path) -> dict[str, str | None]:
@@ -43,12 +60,6 @@ def source_folders(package: Path, install: Path) -> list[str]:
     return [str(PACKAGE / name) for name in names if (package / name).is_dir()]
 
 
-def sandbox_paths(package: Path, install: Path, name: str, text: str) -> list[str]:
-    """Return where in the sandbox the module `name` has this text: installed, in the source folder, or both."""
-    roots = ((install / ros_env.SITE_IN_PREFIX, MODULES), (package, PACKAGE))
-    return [str(inside / name) for host, inside in roots if untrusted.read_python(host / name) == text]
-
-
 def copies(package: Path, install: Path, names: Iterable[str]) -> dict[str, str]:
     """Return the texts of these modules by their paths in the sandbox: installed, and in the source folder."""
     roots = ((install / ros_env.SITE_IN_PREFIX, MODULES), (package, PACKAGE))
@@ -73,3 +84,41 @@ def relative(path: Path) -> str | None:
     """Return the path of a module in the sandbox relative to the package, None for any other file."""
     root = next((root for root in (MODULES, PACKAGE) if path.is_relative_to(root)), None)
     return None if root is None else str(path.relative_to(root))
+
+
+def raising(text: str) -> str:
+    """Return a module in which every function raises as soon as it is called, but for calls while it is imported.
+
+    What Python cannot parse, or cannot write out, stays as it is.
+    """
+    tree = parse(text)
+    if tree is None:
+        return text
+    try:
+        for function in [node for node in ast.walk(tree) if isinstance(node, Function)]:
+            call = ast.Expr(ast.Call(ast.Name(_RAISE, ast.Load()), [], []))
+            function.body.insert(int(is_docstring(function.body[0])), call)
+        tree.body[_after_future_imports(tree) : 0] = ast.parse(_HELPER).body
+        return ast.unparse(ast.fix_missing_locations(tree))
+    except TOO_COMPLEX:
+        return text
+
+
+def _after_future_imports(tree: ast.Module) -> int:
+    places = [
+        place
+        for place, node in enumerate(tree.body, 1)
+        if isinstance(node, ast.ImportFrom) and node.module == "__future__"
+    ]
+    return max(places, default=int(bool(tree.body) and is_docstring(tree.body[0])))
+
+
+def function_lines(text: str) -> frozenset[int]:
+    """Return the lines inside a module's functions, which importing it does not run."""
+    tree = parse(text)
+    lines = set[int]()
+    for function in ast.walk(tree) if tree else ():
+        if isinstance(function, Function) and function.body[0].lineno > function.lineno:
+            body = function.body[int(is_docstring(function.body[0]) and len(function.body) > 1) :]
+            lines.update(range(first_line(body[0]), (function.end_lineno or function.lineno) + 1))
+    return frozenset(lines)

@@ -18,7 +18,7 @@ from functools import partial
 from importlib import _bootstrap_external as importing
 from importlib.util import cache_from_source, source_hash
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import ModuleType
 from typing import IO, Any
 
 import _pytest.config
@@ -72,13 +72,12 @@ def run_module(config: Config, number: int, request: Request, modules: Path) -> 
     importlib.invalidate_caches()
     # A test that imports __main__ must not find this module.
     sys.modules["__main__"] = ModuleType("__main__")
-    measure = None
-    write = None
+    measure = write = None
     if request["coverage"]:
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
         # Saves a look at each imported module; none of them is the package's.
         measure._warn_preimported_source = False
-        write = reach_writer(OUT / f"{number}.reach", measure) if request["reach"] else None
+        write = reach_writer(OUT / f"{number}.reach", measure)
         measure.start()
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
@@ -105,38 +104,24 @@ def run_pytest(config: Config, recorder: Recorder, request: Request) -> int:
     return int(pytest.main(arguments, plugins=[recorder]))
 
 
-def compile_module(path: Path, data: bytes) -> tuple[Path, bytes] | None:
-    """Return where Python looks for a module's byte code, and that; None if compiling fails or gives a warning."""
-    code = compiled(lambda: compile(data, str(path), "exec", dont_inherit=True))
-    return (Path(cache_from_source(str(path))), byte_code(code, data)) if code else None
+def byte_code(path: Path, data: bytes, is_module: bool) -> tuple[Path, bytes] | None:
+    """Return where Python looks for a module's byte code, or pytest for that of tests, and that.
 
-
-def compile_tests(path: Path, data: bytes) -> tuple[Path, bytes] | None:
-    """Return the same for a test module or a conftest.py, with assertions rewritten as pytest does."""
-
-    def rewritten() -> CodeType:
-        tree = ast.parse(data, str(path))
-        rewrite.rewrite_asserts(tree, data, str(path))
-        return compile(tree, str(path), "exec", dont_inherit=True)
-
-    code = compiled(rewritten)
-    name = f"{path.stem}{rewrite.PYC_TAIL}"
-    return (rewrite.get_cache_dir(path) / name, byte_code(code, data)) if code else None
-
-
-def compiled(make: Callable[[], CodeType]) -> CodeType | None:
-    """Return the code that `make` makes, None if that fails or gives a warning, which the run itself is to show."""
+    None if compiling fails or gives a warning, which the run itself is to show. It is used only while the source has
+    exactly this text. Tests have their assertions rewritten as pytest does.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return make()
+            tree = ast.parse(data, str(path))
+            if not is_module:
+                rewrite.rewrite_asserts(tree, data, str(path))
+            code = compile(tree, str(path), "exec", dont_inherit=True)
         except Exception:
             return None
-
-
-def byte_code(code: CodeType, data: bytes) -> bytes:
-    """Return the content of a .pyc file that Python uses only while the source has exactly this text."""
-    return bytes(importing._code_to_hash_pyc(code, source_hash(data), True))  # type: ignore[attr-defined]
+    for_tests = rewrite.get_cache_dir(path) / f"{path.stem}{rewrite.PYC_TAIL}"
+    place = Path(cache_from_source(str(path))) if is_module else for_tests
+    return place, bytes(importing._code_to_hash_pyc(code, source_hash(data), True))  # type: ignore[attr-defined]
 
 
 class Recorder:

@@ -26,8 +26,7 @@ from grader.student_tests.package_modules import MODULES, PACKAGE, source_folder
 from grader.student_tests.worker_report import ModuleRun, read_run
 from grader.words import mark, say
 
-Start = Callable[..., contextlib.AbstractContextManager["WorkerPool"]]
-"""What starts workers: `start_workers`, or something in its place with the same arguments."""
+WORKERS = 2
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 _DATA_CAP = 100_000_000  # bytes
@@ -35,6 +34,7 @@ _POLL_S, _POLL_SHARE = 0.005, 0.02  # of a run, between two looks whether it has
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.
 _BUSY_FACTOR = 10.0
+_LIFE_S = 86400.0  # each run has limits of its own
 _WORKERS_AT_MOST = 20  # each takes a second to start; a suite that ends more has lost its points anyway
 _HERE = Path(__file__).parent
 _ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1"}
@@ -47,9 +47,9 @@ _PLAIN = 0o644
 class ModuleRequest:
     """One run of pytest over one test module of the package. Paths in `files` are those in the sandbox.
 
-    With `coverage` the tests are measured; with `reach` what was measured is written down, which takes time.
-    `select` names the tests to run, in this order; without it all run in the module's own order. Limits are seconds
-    of wall time: `limits` for single tests, `limit` for each other test and for collecting, `total` for the whole run.
+    With `coverage` it is measured which test reaches which line, which takes time. `select` names the tests to run, in
+    this order; without it all run in the module's own order. Limits are seconds of wall time: `limits` for single
+    tests, `limit` for each other test and for collecting, `total` for the whole run.
     """
 
     module: str
@@ -57,7 +57,6 @@ class ModuleRequest:
     select: Sequence[str] = ()
     first_failure: bool = False
     coverage: bool = False
-    reach: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
     limit: float = 60.0
     total: float = 90.0
@@ -66,7 +65,7 @@ class ModuleRequest:
         """Return the request as the worker reads it: all but the files, which are part of the tree under test."""
         return json.dumps({
             "module": self.module, "order": list(self.select),
-            "first": self.first_failure, "coverage": self.coverage, "reach": self.reach, "limits": dict(self.limits),
+            "first": self.first_failure, "coverage": self.coverage, "limits": dict(self.limits),
             "limit": self.limit, "total": self.total,
         })  # fmt: skip
 
@@ -149,7 +148,7 @@ class WarmWorker:
         ran = read_run(self.out, number, time.monotonic() - began)
         ran = replace(ran, worker_lost=not self.alive)
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
-        if request.reach and (self.out / f"{number}.reach").exists():
+        if request.coverage and (self.out / f"{number}.reach").exists():
             ran = replace(ran, coverage_data=self._keep_coverage(number))
         for leftover in (*self.out.glob(f"{number}.*"), *self.out.glob("coverage*")):
             with contextlib.suppress(OSError):
@@ -193,24 +192,17 @@ class WarmWorker:
 
 
 class WorkerPool:
-    """A fixed number of warm workers. One that a test has brought down is replaced, so that later tests lose nothing.
+    """A fixed number of warm workers, each started when it is first needed. `folder` has the coverage settings.
 
-    Safe to use from several threads.
+    One that a test has brought down is replaced, so that later tests lose nothing. Safe to use from several threads.
     """
 
-    def __init__(self, start: Callable[[int, int], WarmWorker], size: int) -> None:
-        self.size = size
+    def __init__(self, start: Callable[[int, int], WarmWorker], folder: Path, size: int) -> None:
+        self.folder, self.size = folder, size
         self._start, self._numbers = start, itertools.count()
-        self._idle: SimpleQueue[WarmWorker] = SimpleQueue()
+        self._idle: SimpleQueue[WarmWorker | None] = SimpleQueue()
         for _ in range(size):
-            self._idle.put(start(next(self._numbers), 0))
-
-    @property
-    def folder(self) -> Path:
-        """Return the folder of one of the workers, which has the coverage settings."""
-        worker = self._idle.get()
-        self._idle.put(worker)
-        return worker.out.parent
+            self._idle.put(None)
 
     def run(self, request: ModuleRequest) -> ModuleRun:
         """Run one request as soon as a worker is idle, and return what was reported.
@@ -220,7 +212,9 @@ class WorkerPool:
         """
         worker = self._idle.get()
         try:
-            if not worker.alive and (number := next(self._numbers)) < _WORKERS_AT_MOST * self.size:
+            if worker is None:
+                worker = self._start(next(self._numbers), 0)
+            elif not worker.alive and (number := next(self._numbers)) < _WORKERS_AT_MOST * self.size:
                 worker = self._start(number, worker.domain_id)
             return worker.run(request)
         finally:
@@ -233,43 +227,26 @@ class WorkerPool:
 
 
 @contextlib.contextmanager
-def start_workers(package: Path, install: Path, size: int, *, seconds: float) -> Iterator[WorkerPool]:
-    """Start `size` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
-    with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
+def start_workers(package: Path, install: Path) -> Iterator[WorkerPool]:
+    """Yield workers for a package (its source folder and its install tree), each in a sandbox of its own."""
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempdir.folder("own-tests"))
+        # A sandbox ends with the thread that has started it, and those of `WorkerPool.map` end before the workers.
+        starter = stack.enter_context(ThreadPoolExecutor(1))
+        sources = "\n    ".join(source_folders(package, install))
+        settings = (_HERE / "coverage.ini").read_text().replace("@MODULES@", str(MODULES)).replace("@SOURCES@", sources)
+        (folder / "coveragerc").write_text(settings)
 
-        def start(number: int, domain_id: int) -> WarmWorker:
+        def begin(number: int, domain_id: int) -> WarmWorker:
             # Workers that are not in network namespaces of their own must not hear each other.
             domain_id = domain_id or stack.enter_context(dds_domain.free())
-            return stack.enter_context(_start(package, install, folder / str(number), seconds, domain_id))
+            return stack.enter_context(_start(package, install, folder / str(number), domain_id))
 
-        yield WorkerPool(start, size)
-
-
-class SharedWorkers:
-    """Starts workers as `start_workers` does, but only once: who comes later gets the same. Call `close` at the end.
-
-    Args:
-        size: how many, whoever asks for them first.
-        seconds: how long they may be needed beside the time that the first one asks for.
-    """
-
-    def __init__(self, size: int, seconds: float) -> None:
-        self._size, self._seconds = size, seconds
-        self._pool: WorkerPool | None = None
-        self._stack = contextlib.ExitStack()
-        self.close = self._stack.close
-
-    @contextlib.contextmanager
-    def start(self, package: Path, install: Path, _size: int, *, seconds: float) -> Iterator[WorkerPool]:
-        """Return the workers, as a context that does not end them."""
-        if self._pool is None:
-            made = start_workers(package, install, self._size, seconds=seconds + self._seconds)
-            self._pool = self._stack.enter_context(made)
-        yield self._pool
+        yield WorkerPool(lambda *which: starter.submit(begin, *which).result(), folder, WORKERS)
 
 
 @contextlib.contextmanager
-def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id: int) -> Iterator[WarmWorker]:
+def _start(package: Path, install: Path, folder: Path, domain_id: int) -> Iterator[WarmWorker]:
     folder.mkdir()
     for name in ("requests", "out", "data"):
         (folder / name).mkdir()
@@ -280,10 +257,6 @@ def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id
     else:
         (folder / "modules").mkdir()
     tree = Tree(folder / "package", folder / "modules", (PACKAGE, MODULES))
-    rc = folder / "coveragerc"
-    sources = "\n    ".join(source_folders(package, install))
-    settings = (_HERE / "coverage.ini").read_text().replace("@MODULES@", str(MODULES)).replace("@SOURCES@", sources)
-    rc.write_text(settings)
     # Importing ROS takes the worker a second; a package that does not use it need not wait for that.
     warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (folder / "package").rglob("*.py"))
     (folder / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
@@ -293,7 +266,8 @@ def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id
     environment["PYTHONPATH"] = ros_env.environment(home=sandbox.HOME)["PYTHONPATH"]
     box = sandbox.Sandbox(
         read_only={
-            install: str(building.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
+            install: str(building.INSTALL), folder.parent / "coveragerc": "/ws/coveragerc",
+            folder / "requests": "/ws/requests",
             **{_HERE / name: f"/ws/worker/{name}" for name in ("worker.py", "pytest_run.py")},
             **sandbox.beside_script("/ws/worker"),
         },
@@ -305,7 +279,7 @@ def _start(package: Path, install: Path, folder: Path, seconds: float, domain_id
         as_init=True,
     )  # fmt: skip
     command = ["python3", "-s", "/ws/worker/worker.py"]
-    with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
+    with sandbox.Process(command, box, sandbox.Limits(wall_seconds=_LIFE_S)) as process:
         yield WarmWorker(process, tree, folder / "requests", folder / "out", [0], domain_id)
 
 

@@ -24,7 +24,6 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -51,7 +50,7 @@ _SET_CHILD_SUBREAPER = 36  # <linux/prctl.h>
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 RunModule = Callable[[int, Request, Path], None]
-Compile = Callable[[Path, bytes], "tuple[Path, bytes] | None"]
+Compile = Callable[[Path, bytes, bool], "tuple[Path, bytes] | None"]
 
 
 def main() -> None:
@@ -62,7 +61,6 @@ def main() -> None:
     # Not imported, so that no test finds the module in sys.modules.
     pytest_run = runpy.run_path(str(Path(__file__).with_name("pytest_run.py")))
     run_module: RunModule = pytest_run["prepare"]()
-    compilers = pytest_run["compile_module"], pytest_run["compile_tests"]
     if settings["warm"]:
         import_ros()
     # For a log line, a traceback or coverage's start it looks at every module that it does not know yet.
@@ -72,17 +70,17 @@ def main() -> None:
     ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     number = 0
     while True:
-        serve(number, await_request(number, modules, *compilers), modules, run_module)
+        serve(number, await_request(number, modules, pytest_run["byte_code"]), modules, run_module)
         number += 1
 
 
-def await_request(number: int, modules: Path, compile_module: Compile, compile_tests: Compile) -> Request:
+def await_request(number: int, modules: Path, byte_code: Compile) -> Request:
     """Return request `number` after its tree was laid out and the host has deleted both, so that no test finds them."""
     path = REQUESTS / f"{number}.json"
     while not path.exists():
         time.sleep(POLL_S)
     request: Request = json.loads(path.read_text())
-    _, status = os.waitpid(fork(partial(lay_out, number, request, modules, compile_module, compile_tests)), 0)
+    _, status = os.waitpid(fork(partial(lay_out, number, request, modules, byte_code)), 0)
     if status:
         sys.exit("the tree under test could not be laid out")
     while path.exists():
@@ -102,7 +100,7 @@ def fork(work: Callable[[], None]) -> int:
     return pid
 
 
-def lay_out(number: int, request: Request, modules: Path, compile_module: Compile, compile_tests: Compile) -> None:
+def lay_out(number: int, request: Request, modules: Path, byte_code: Compile) -> None:
     """Write the tree under test to the sandbox's folders, compile its modules and tests, and report their byte code.
 
     Python and pytest compare byte code with the text before they use it.
@@ -125,12 +123,10 @@ def lay_out(number: int, request: Request, modules: Path, compile_module: Compil
         is_module = path.suffix == ".py" and path.is_relative_to(modules)
         if (is_module or path in tests) and name not in tree["compiled"]:
             made[name] = None
-            if code := (compile_module if is_module else compile_tests)(path, data):
+            if code := byte_code(path, data, is_module):
                 put(*code, times, 0o644)
                 made[name] = str(code[0]), base64.b64encode(code[1]).decode()
-    taken = OUT / f"{number}.taken"
-    taken.with_suffix(".part").write_text(json.dumps(made))
-    taken.with_suffix(".part").rename(taken)
+    written(OUT / f"{number}.taken", made)
     os._exit(0)
 
 
@@ -142,12 +138,15 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
         run_module(number, request, modules)
 
     pid = fork(run)
-    end = watch(pid, OUT / f"{number}.report", request)
+    facts = watch(pid, OUT / f"{number}.report", request)
     kill_others()
-    facts = {"status": end.status, "late": end.timed_out, "queued": round(end.queued_s, 3)}
-    done = OUT / f"{number}.done"
-    done.with_suffix(".part").write_text(json.dumps(facts))
-    done.with_suffix(".part").rename(done)
+    written(OUT / f"{number}.done", facts)
+
+
+def written(path: Path, data: object) -> None:
+    """Write data as JSON to a file that is there as soon as it is whole."""
+    path.with_suffix(".part").write_text(json.dumps(data))
+    path.with_suffix(".part").rename(path)
 
 
 def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
@@ -163,19 +162,11 @@ def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
     os.utime(path, ns=(times[0], times[1]))
 
 
-@dataclass(frozen=True)
-class End:
-    """How a fork ended: its status, the test that ran out of time ("" if none), and how long it waited for a core."""
-
-    status: int
-    timed_out: str
-    queued_s: float
-
-
-def watch(pid: int, report: Path, request: Request) -> End:
+def watch(pid: int, report: Path, request: Request) -> dict[str, object]:
     """Wait for the fork, and kill it when a test takes too long.
 
-    Time spent waiting for a core does not count: a grade must not depend on what else the machine does.
+    Return its status, the test that ran `late` ("" if none), and how many seconds it was `queued` for a core. These do
+    not count: a grade must not depend on what else the machine does.
     """
     began = seen = time.monotonic()
     size, current = 0, ""
@@ -186,7 +177,7 @@ def watch(pid: int, report: Path, request: Request) -> End:
         ended, status = os.waitpid(pid, os.WNOHANG)
         if ended:
             os.close(end)
-            return End(os.waitstatus_to_exitcode(status), "", queued)
+            return {"status": os.waitstatus_to_exitcode(status), "late": "", "queued": round(queued, 3)}
         queued = max(queued, waited_for_core(pid))
         now = time.monotonic() - queued
         with contextlib.suppress(OSError):
@@ -198,7 +189,7 @@ def watch(pid: int, report: Path, request: Request) -> End:
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
             os.close(end)
-            return End(-signal.SIGKILL, current or "collection", queued)
+            return {"status": -signal.SIGKILL, "late": current or "collection", "queued": round(queued, 3)}
         time.sleep(POLL_S)
 
 

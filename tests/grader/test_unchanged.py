@@ -27,8 +27,7 @@ from grader.settings import Reuse, Settings
 from grader.source import Source
 from grader.student_tests import source as tests_source
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.source import StudentTestRuns
-from grader.student_tests.suite_run import SuiteRun
+from grader.student_tests.source import StudentTestRuns, SuiteRun
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 

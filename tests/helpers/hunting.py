@@ -11,7 +11,7 @@ from typing import Any, cast
 from hypothesis import strategies as st
 
 from grader.evidence import Command, Sample, Trial
-from grader.hunt.runner import Runner
+from grader.hunt.search import Runner
 from grader.trials.case import Case, Step
 from grader.trials.observers import Observers
 from grader.trials.plan import TrialPlan

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from grader import KIT, building, evidence, pipeline, report
 from grader.course import kits_own
+from grader.host import procfs
 from grader.scoring import rubric
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
@@ -40,16 +41,9 @@ def grade(out: Path) -> None:
     pipeline.grade(REFERENCE, out, settings, write=report.write)
 
 
-def children() -> list[str]:
-    """Return the ids and names of our child processes that are still running."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        with contextlib.suppress(OSError, ValueError):
-            if entry.name.isdigit():
-                head, _, rest = (entry / "stat").read_text().rpartition(")")
-                if int(rest.split()[1]) == os.getpid() and rest.split()[0] != "Z":
-                    found.append(f"{entry.name} {head.partition('(')[2]}")
-    return found
+def children() -> list[int]:
+    """Return the ids of our child processes that are still running."""
+    return [pid for pid in procfs.children(os.getpid()) if procfs.runs(pid)]
 
 
 def reap() -> None:

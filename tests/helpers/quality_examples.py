@@ -77,15 +77,8 @@ parsed = cache(parsed_module.parse)  # most files of the reference are the same 
 
 
 def with_linters(package: Path) -> evidence.Quality:
-    """Return everything that a grading collects, in three processes."""
+    """Return everything that a grading collects, in a process of its own."""
     return source.analyse_package(package, COURSE)
-
-
-def with_flake8(package: Path) -> evidence.Quality:
-    """Return what flake8 and the worker find; only flake8 has a process of its own."""
-    here = (facts(package), [])
-    with patch.object(source, "_facts", lambda *_, **__: here):
-        return source.analyse_package(package, COURSE)
 
 
 @cache

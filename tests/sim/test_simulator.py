@@ -181,16 +181,6 @@ def test_in_a_corner_the_contacts_name_both_walls() -> None:
     assert {c.obstacle for c in simulator.contacts} == {"east", "north"}
 
 
-@pytest.mark.parametrize("yaw", np.linspace(-1.4, 1.4, 15).tolist())
-def test_the_robot_never_passes_through_a_thin_wall(yaw: float) -> None:
-    simulator = exact(World(obstacles=(Wall((1.0, -9.0), (1.0, 9.0)),), start=Pose(0.0, 0.0, yaw)))
-    simulator.command(0.5, 0.0)
-    for _ in range(600):
-        simulator.step(0.05)
-        assert simulator.clearance() >= -1e-9
-    assert simulator.contacts
-
-
 def test_clearance_is_measured_from_the_hull_and_infinite_without_obstacles() -> None:
     assert exact(WALL_AT_2).clearance() == pytest.approx(2.0 - 0.171)
     assert exact().clearance() == math.inf

@@ -25,8 +25,8 @@ from variants import VARIANTS, make
 from grader import building, pipeline
 from grader.course import kits_own
 from grader.errors import SubmissionError
-from grader.hunt import report, search
-from grader.hunt.runner import Runner
+from grader.hunt import search
+from grader.hunt.search import Runner
 from grader.hunting import runner
 from grader.scoring import rubric
 from grader.trials.promises import Run, hunts, judged
@@ -66,10 +66,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--cases", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--shrinks", type=int, default=search.SHRINKS)
     parser.add_argument("--again", type=int, default=0, metavar="N", help="run what is found N times more")
-    parser.add_argument("--out", type=Path, help="where to keep what is found")
     options = parser.parse_args(arguments)
     wrong = 0
     for name in options.names or [REFERENCE, *VARIANTS, *behavioural()]:
@@ -98,10 +95,7 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> tup
         try:
             with runner(folder, settings) as running:
                 began = time.monotonic()
-                found = search.hunt(
-                    running, making, promises, cases=options.cases, seed=options.seed,
-                    shrinks=options.shrinks, found=note,
-                )  # fmt: skip
+                found = search.hunt(running, making, promises, cases=options.cases, found=note)
                 shrunk_at = time.monotonic()
                 again = _again(running, found.finding, options.again) if found.finding else 0
         except SubmissionError as error:
@@ -120,8 +114,6 @@ def _hunt(name: str, group: tuple[str, ...], options: argparse.Namespace) -> tup
         f"{name:36} {' '.join(group):18} case {finding.after:3}, {seconds - shrinking:5.0f} s; {size}; {seen}",
         flush=True,
     )
-    if options.out:
-        report.save(finding, options.out / name)
     return True, name not in EDITS or again < options.again
 
 

@@ -15,8 +15,8 @@ from helpers.hunting import NODE, FakeObservers, driven
 from grader import KIT
 from grader.building import Built
 from grader.evidence import Build, Hunt, Intake, Kind, Reason, Trial, from_json, to_json
-from grader.hunt import runner
-from grader.hunt.runner import Runner
+from grader.hunt import search
+from grader.hunt.search import Runner
 from grader.hunt.source import Hunts
 from grader.intake.submission import Submission
 from grader.processes import jobs
@@ -50,7 +50,7 @@ def collects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Collects:
         observers = FakeObservers(make)
         settings = Settings(hunting(**hunted), tmp_path, COURSE, seed=seed)
         with ThreadPoolExecutor(1) as pool:
-            monkeypatch.setattr(runner, "of_build", lambda _: Runner(cast(Any, observers), pool))
+            monkeypatch.setattr(search, "of_build", lambda _: Runner(cast(Any, observers), pool))
             asked = Hunts().ask(Subject(submission, settings, tmp_path, built=built, contract=built))
             return asked.collected(jobs.run(asked.jobs).results), observers.ran
 

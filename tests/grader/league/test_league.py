@@ -24,8 +24,9 @@ from grader.authoring.release import TOP
 from grader.course import Course, load
 from grader.course.reader import VARIABLE
 from grader.evidence import Kind, League, LeagueCase, Reason, Touch, Trial
-from grader.league import handed_in, pool, runs
-from grader.league.runs import CaseRun
+from grader.league import cases as league_cases
+from grader.league import pool
+from grader.league.cases import CaseRun
 from grader.scoring import rubric
 from grader.trials.case import Case
 from grader.trials.observers import Observers
@@ -61,9 +62,9 @@ def written(folder: Path, files: dict[str, str]) -> Path:
 
 
 def problem(folder: Path, course: Course, text: str) -> str:
-    (read,) = handed_in.read(written(folder, {"cases/mine.yaml": text}), course)
-    assert (read.case is None) == bool(read.problem)
-    return read.problem
+    ((said, case),) = league_cases.read(written(folder, {"cases/mine.yaml": text}), course)
+    assert (case is None) == bool(said.problem)
+    return said.problem
 
 
 WAIT = "node: guard\nsteps:\n- wait: 1.0\n"
@@ -103,13 +104,13 @@ def test_each_mistake_in_a_case_is_named_with_its_line(tmp_path: Path, course: C
 def test_a_link_or_a_folder_is_no_case(tmp_path: Path, course: Course):
     (tmp_path / "cases" / "folder.yaml").mkdir(parents=True)
     (tmp_path / "cases" / "link.yaml").symlink_to(written(tmp_path, {"elsewhere": WAIT}) / "elsewhere")
-    assert [each.case for each in handed_in.read(tmp_path, course)] == [None, None]
+    assert [case for _, case in league_cases.read(tmp_path, course)] == [None, None]
 
 
 def test_only_the_first_five_files_count(tmp_path: Path, course: Course):
-    read = handed_in.read(written(tmp_path, {f"cases/{name}.yaml": WAIT for name in "abcdef"}), course)
-    assert [bool(each.case) for each in read] == [True] * 5 + [False]
-    assert read[5].problem == "cases/f.yaml does not count: at most 5 files do."
+    read = league_cases.read(written(tmp_path, {f"cases/{name}.yaml": WAIT for name in "abcdef"}), course)
+    assert [bool(case) for _, case in read] == [True] * 5 + [False]
+    assert read[5][0].problem == "cases/f.yaml does not count: at most 5 files do."
 
 
 # -- the pool ----------------------------------------------------------------------------------------------------------
@@ -157,7 +158,7 @@ def test_students_get_the_requirement_without_checks_or_pool(
 def ran(course: Course, make: Callable[[Case], Trial]) -> tuple[CaseRun, int]:
     observers = FakeObservers(make)
     case = Case.of({"node": "guard", "steps": [{"wait": 1.0}]})
-    return runs.run_case(case, "case", cast(Observers, observers), course), len(observers.ran)
+    return league_cases.run_case(case, "case", cast(Observers, observers), course), len(observers.ran)
 
 
 def guarding(**facts: Any) -> Trial:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,8 @@ from helpers.course import COURSE
 from submissions import toy
 
 from grader.evidence import Mutation
-from grader.mutation import jobs, mutant_run
+from grader.mutation import jobs
+from grader.mutation.source import mutate
 from grader.student_tests.module_results import ModuleReach
 from grader.student_tests.warm_worker import WorkerPool
 
@@ -31,9 +31,7 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
         ("ros2_robot_controller/robot_controller.py", "ros2_robot_controller/sensor_processor.py"), lines
     ))  # fmt: skip
 
-    @contextlib.contextmanager
-    def no_workers(*_: object, **__: object) -> Iterator[WorkerPool]:
-        yield WorkerPool(lambda _number, _domain: None, 1)  # type: ignore[arg-type,return-value]
+    no_workers = WorkerPool(lambda _number, _domain: None, tmp_path, 1)  # type: ignore[arg-type,return-value]
 
     def play(answer: Answer, *, seconds: float = 1.0, count: int = 30, budget: float = 1000.0) -> Mutation:
         asked: Counter[object] = Counter()
@@ -47,9 +45,8 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
                 job, by, "test/test_it.py" if by else "", False, len(tests), seconds, (by,) if by else ()
             )
 
-        monkeypatch.setattr(mutant_run, "start_workers", no_workers)
         monkeypatch.setattr(jobs, "run_job", made_up)
-        return mutant_run.mutate(made.package, made.install, [reach], COURSE, count=count, seconds=budget, workers=1)
+        return mutate(made.package, made.install, [reach], COURSE, count=count, seconds=budget, workers=no_workers)
 
     return play
 

@@ -10,9 +10,9 @@ from helpers.course import COURSE
 from submissions import toy
 
 from grader import KIT
-from grader.mutation.mutant_run import MUTANTS
 from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector, choose
+from grader.mutation.source import MUTANTS
 from grader.mutation.source_text import Change, SourceText
 from grader.student_tests.module_results import ModuleReach
 

@@ -16,7 +16,7 @@ from helpers.quality_examples import (
     judged,
     reference,
     untouched,
-    with_flake8,
+    with_linters,
     written,
 )
 
@@ -102,11 +102,6 @@ def test_a_pyvenv_cfg_hides_nothing_in_the_packages_own_folders(tmp_path: Path):
     assert names(package) == ["ros2_robot_controller/in/bad.py", "scripts/bad.py"]
 
 
-@pytest.mark.parametrize("folder", [".github", "venv"])
-def test_a_tools_folder_is_not_read(tmp_path: Path, folder: str):
-    assert names(written(tmp_path, {f"{folder}/pyvenv.cfg": "", f"{folder}/bad.py": BAD})) == []
-
-
 @pytest.mark.parametrize("first", ["#!/usr/bin/env python3", "#!/usr/bin/python3 -u", "#! /usr/bin/env -S python3 -u"])
 def test_a_program_without_py_is_read_as_a_script(tmp_path: Path, first: str):
     """It may print like any script, and needs docstrings and good habits like any script."""
@@ -118,7 +113,7 @@ def test_a_program_without_py_is_read_as_a_script(tmp_path: Path, first: str):
 def test_a_program_without_py_is_linted(tmp_path: Path):
     """Also under a name that flake8 skips by itself."""
     program = f"#!/usr/bin/env python3\n{BAD}"
-    quality = with_flake8(written(tmp_path, {"scripts/robot_controller": program, "scripts/CVS": program}))
+    quality = with_linters(written(tmp_path, {"scripts/robot_controller": program, "scripts/CVS": program}))
     assert {(finding.path, finding.rule) for finding in quality.style} >= {
         ("scripts/robot_controller", "E201"),
         ("scripts/CVS", "E201"),
@@ -151,7 +146,7 @@ def test_tests_are_tests_where_pytest_is_started():
 def test_a_long_comment_does_not_hide_a_module(tmp_path: Path):
     package = written(tmp_path, {"m/bad.py": f"# {'x ' * 2500}x\n{BAD}"})
     assert problems(package, "m/bad.py") == EVERYTHING
-    quality = with_flake8(package)
+    quality = with_linters(package)
     assert [file.problem for file in quality.files] == [""]
     assert {"E501", "E201"} <= {finding.rule for finding in quality.style}
 
@@ -238,8 +233,8 @@ def test_a_module_too_large_to_be_read_costs_more_than_its_start(tmp_path: Path,
     """Nobody gains by making a bad module larger: a file cut to the limit is judged by its findings."""
     times = reading_limits.MAX_BYTES // len(line)
     name = "ros2_robot_controller/large.py"
-    small = with_flake8(reference(tmp_path / "small", files={name: line * (times // 50)}))
-    large = with_flake8(reference(tmp_path / "large", files={name: line * (times + 1)}))
+    small = with_linters(reference(tmp_path / "small", files={name: line * (times // 50)}))
+    large = with_linters(reference(tmp_path / "large", files={name: line * (times + 1)}))
     for check in (STYLE, DOCSTRINGS, COMPLEXITY, COPIES, HABITS, SLEEPING):
         result = judged(check, large)
         assert result.share <= judged(check, small).share, check.__name__
@@ -253,7 +248,7 @@ def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:
 
 def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):
     bad = "x = [1,2 ]\n" * 45
-    quality = with_flake8(written(tmp_path, {"m/a.py": NUMBERS_ONLY, "m/b.py": NUMBERS_ONLY, "m/c.py": bad}))
+    quality = with_linters(written(tmp_path, {"m/a.py": NUMBERS_ONLY, "m/b.py": NUMBERS_ONLY, "m/c.py": bad}))
     assert sum(file.lines for file in quality.files) == reading_limits.MAX_CONSTANT_LINES
     assert judged(STYLE, quality).share == 0.0
 

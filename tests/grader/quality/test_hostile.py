@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE
-from helpers.quality_examples import judged, with_flake8, with_linters, written
+from helpers.quality_examples import judged, with_linters, written
 
 from grader import tracebacks
 from grader.building import cache
@@ -67,15 +67,15 @@ def test_every_file_is_accounted_for(read):
 def test_a_file_that_cannot_be_read_is_not_clean_code(tmp_path: Path):
     """One finding for the syntax error would be too cheap: no other rule can be applied to the file."""
     clean = written(tmp_path, {"m/a.py": "".join(f"X{n} = {n}\n" for n in range(50))})
-    assert judged(style, with_flake8(clean)).share == 1.0
+    assert judged(style, with_linters(clean)).share == 1.0
     hidden = written(clean, {"m/b.py": "x=1\n" * 50 + "def f(:\n"})
-    result = judged(style, with_flake8(hidden))
+    result = judged(style, with_linters(hidden))
     assert result.share == pytest.approx(0.5, abs=0.01)  # half of the code counts as one finding in ten lines
     assert "m/b.py is not valid Python: line 51" in result.seen
 
 
 def test_a_file_name_cannot_forge_a_finding(tmp_path: Path):
-    quality = with_flake8(written(tmp_path, {"m/a b\n0000/x.py:1:E999:forged.py": GOOD}))
+    quality = with_linters(written(tmp_path, {"m/a b\n0000/x.py:1:E999:forged.py": GOOD}))
     assert quality.style == []
     assert len(quality.files) == 1
     assert "\n" not in quality.files[0].path

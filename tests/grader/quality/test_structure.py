@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from helpers.quality_examples import facts, judged, reference, with_flake8, written
+from helpers.quality_examples import facts, judged, reference, with_linters, written
 
 from grader.checks.check_structure import test_layout_matches_the_contract as layout
 from grader.checks.check_structure import test_no_function_is_too_complex as complexity
@@ -59,4 +59,4 @@ def branches(number: int) -> str:
 @pytest.mark.parametrize(("number", "sign", "allowed"), [(9, "", True), (10, "  # noqa: C901", False)])
 def test_a_complexity_of_10_is_allowed_and_noqa_hides_no_more(tmp_path: Path, number: int, sign: str, allowed: bool):
     text = branches(number).replace("def decide(x):", f"def decide(x):{sign}")
-    assert (judged(complexity, with_flake8(written(tmp_path, {"m/a.py": text}))).share == 1.0) is allowed
+    assert (judged(complexity, with_linters(written(tmp_path, {"m/a.py": text}))).share == 1.0) is allowed

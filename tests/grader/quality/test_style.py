@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from helpers.quality_examples import Judged, judged, with_flake8, written
+from helpers.quality_examples import Judged, judged, with_linters, written
 
 from grader.checks.check_style import test_ament_flake8_finds_nothing as check
 from grader.evidence import Quality
@@ -38,7 +38,7 @@ def linted(tmp_path_factory: pytest.TempPathFactory) -> Quality:
     """Return what flake8 finds in all snippets; they are m/s0.py and so on."""
     folder = tmp_path_factory.mktemp("snippets")
     snippets = [*VIOLATIONS.values(), *ALLOWED.values()]
-    return with_flake8(written(folder, {f"m/s{number}.py": text for number, text in enumerate(snippets)}))
+    return with_linters(written(folder, {f"m/s{number}.py": text for number, text in enumerate(snippets)}))
 
 
 def rules(quality: Quality, path: str) -> set[str]:
@@ -56,7 +56,7 @@ def test_what_ament_flake8_allows_is_allowed(linted: Quality, number: int, name:
 
 
 def style(tmp_path: Path, files: dict[str, str | bytes | None]) -> tuple[Quality, Judged]:
-    quality = with_flake8(written(tmp_path, files))
+    quality = with_linters(written(tmp_path, files))
     return quality, judged(check, quality)
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pytest
 from helpers.course import COURSE, NODES
 
 from grader import evidence
-from grader.student_tests import suite_run
+from grader.student_tests import source
 from grader.student_tests.module_results import ModuleRuns, flags
 from grader.student_tests.warm_worker import ModuleRequest, WorkerPool
 from grader.student_tests.worker_report import ModuleRun, TestResult
@@ -128,23 +127,19 @@ class ScriptedWorker:
         return next(self.runs)
 
 
-def team_of(worker: ScriptedWorker) -> Callable[..., contextlib.AbstractContextManager[WorkerPool]]:
-    @contextlib.contextmanager
-    def start(_package: Path, _install: Path, size: int, **_: object) -> Iterator[WorkerPool]:
-        yield WorkerPool(lambda _number, _domain: worker, size)  # type: ignore[arg-type,return-value]
-
-    return start
+def team_of(worker: ScriptedWorker) -> WorkerPool:
+    return WorkerPool(lambda _number, _domain: worker, Path(), 1)  # type: ignore[arg-type,return-value]
 
 
 @pytest.fixture
 def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Return a function from scripted runs to the module's results and the number of runs left over."""
-    monkeypatch.setattr(suite_run, "combine", lambda *_: [])
+    monkeypatch.setattr(source, "combine", lambda *_: [])
 
     def results(*runs: ModuleRun) -> tuple[evidence.TestModule, int]:
         worker = ScriptedWorker(runs)
-        monkeypatch.setattr(suite_run, "start_workers", team_of(worker))
-        (module,) = suite_run.run_suite(tmp_path, tmp_path, [MODULE], COURSE).tests.modules
+        ran = source.run_suite(tmp_path, tmp_path, [MODULE], COURSE, workers=team_of(worker))
+        (module,) = ran.tests.modules
         return module, len(list(worker.runs))
 
     return results
@@ -180,9 +175,8 @@ def test_a_module_that_hangs_is_not_run_again(own_tests):
     assert unused == 1
 
 
-def test_the_longest_module_begins_first_and_the_results_keep_their_order(
-    monkeypatch: pytest.MonkeyPatch, own_tests, tmp_path: Path
-):
+@pytest.mark.usefixtures("own_tests")
+def test_the_longest_module_begins_first_and_the_results_keep_their_order(tmp_path: Path):
     modules = [
         replace(MODULE, path=f"test/test_{name}.py", tests=tests) for name, tests in (("a", 1), ("b", 3), ("c", 2))
     ]
@@ -193,9 +187,7 @@ def test_the_longest_module_begins_first_and_the_results_keep_their_order(
             begun.append(request.module)
             return ran(test_it="passed")
 
-    monkeypatch.setattr(suite_run, "WORKERS", 1)
-    monkeypatch.setattr(suite_run, "start_workers", team_of(Recording([])))
-    found = suite_run.run_suite(tmp_path, tmp_path, modules, COURSE)
+    found = source.run_suite(tmp_path, tmp_path, modules, COURSE, workers=team_of(Recording([])))
     assert list(dict.fromkeys(begun)) == ["test/test_b.py", "test/test_c.py", "test/test_a.py"]
     assert [module.path for module in found.tests.modules] == [module.path for module in modules]
     assert [reach.module for reach in found.reach] == [module.path for module in modules]

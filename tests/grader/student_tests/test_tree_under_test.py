@@ -23,7 +23,7 @@ SOURCES = [str(root / NODE) for root in (PACKAGE, MODULES)]
 def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WorkerPool]:
     """A worker whose tests have run on the original before."""
     made = toy.make(tmp_path_factory.mktemp("toy"), {"test/test_looks.py": TEXTS["LOOKS"]})
-    with start_workers(made.package, made.install, 1, seconds=300.0) as worker:
+    with start_workers(made.package, made.install) as worker:
         worker.run(ModuleRequest("test/test_looks.py", coverage=True))
         yield worker
 

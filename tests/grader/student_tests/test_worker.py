@@ -10,9 +10,9 @@ from helpers import beside
 from helpers.course import COURSE
 from submissions import toy
 
-from grader.student_tests import suite_run
+from grader.student_tests import warm_worker
 from grader.student_tests.discover import discover_tests
-from grader.student_tests.suite_run import SuiteRun, run_suite
+from grader.student_tests.source import SuiteRun, run_suite
 
 TEXTS = beside(__file__)
 
@@ -33,7 +33,7 @@ def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = No
 @pytest.fixture
 def one_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let one worker run all modules, so that each finds what the one before has left behind."""
-    monkeypatch.setattr(suite_run, "WORKERS", 1)
+    monkeypatch.setattr(warm_worker, "WORKERS", 1)
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +60,24 @@ def test_no_test_can_stop_or_kill_its_worker(tmp_path: Path):
     """
     found = run(tmp_path, module("kills", text))
     assert [(made.passed, made.errors, made.failures) for made in found.tests.modules] == [(3, 0, [])]
+
+
+def test_a_worker_that_takes_the_place_of_another_lives_as_long_as_the_others(tmp_path: Path):
+    """It ended with the thread in which it was missed, and then the sandbox could not be closed: no grading."""
+    made = toy.make(tmp_path, {"test/test_it.py": "def test_it():\n    assert True\n"})
+    with warm_worker.start_workers(made.package, made.install) as workers:
+
+        def kill(_number: int) -> None:
+            worker = workers._start(9, 0)
+            worker.process.kill()
+            workers._idle.get()
+            workers._idle.put(worker)
+
+        workers.map(kill, [0])
+        for _ in range(2):
+            asked = [warm_worker.ModuleRequest("test/test_it.py")] * 2
+            assert [ran.failure for ran in workers.map(workers.run, asked)] == ["", ""]
+        assert all(worker is not None and worker.alive for worker in (workers._idle.get(), workers._idle.get()))
 
 
 @pytest.mark.slow  # a suite of four modules

@@ -1,7 +1,8 @@
-"""Read the cases that a submission hands in for the league. What is read is untrusted, and nothing of it runs."""
+"""Cases that a submission hands in for the league: read as untrusted text, and run on packages of the league."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +11,15 @@ import yaml
 from grader import yaml_reader
 from grader.course import Course
 from grader.errors import GraderError
+from grader.evidence import LeagueCase
+from grader.league.pool import Package
 from grader.sandbox import untrusted
 from grader.sanitize import one_line
+from grader.settings import Settings
 from grader.trials import case as cases
 from grader.trials.case import Case
+from grader.trials.observers import Observers
+from grader.trials.promises import LIVES, Run, first_broken, hunts, unjudged
 from grader.words import mark, say
 
 FOLDER = "cases"
@@ -24,26 +30,20 @@ _BYTES, _STEPS, _DEEPEST = 10_000, 100, 6
 _TAKE_TIME = ("wait", "arrive", "interrupt")
 
 
-@dataclass(frozen=True)
-class HandedIn:
-    """A file by its path in the package: a case, or None and the `problem` with it."""
+def read(package: Path, course: Course) -> list[tuple[LeagueCase, Case | None]]:
+    """Return what a package hands in, by path, each with its case, or with the problem and None.
 
-    path: str
-    case: Case | None
-    problem: str = ""
-
-
-def read(package: Path, course: Course) -> list[HandedIn]:
-    """Return what a package hands in, by path; the first few files are cases, and each further one is a problem."""
-    found = []
+    The first few files are cases, and each further one is a problem.
+    """
+    found: list[tuple[LeagueCase, Case | None]] = []
     for number, file in enumerate(sorted((package / FOLDER).glob("*.yaml")), 1):
         name = one_line(file.relative_to(package).as_posix())
         try:
             if number > MOST:
                 raise GraderError(say("{name} does not count: at most {most} files do.", name=name, most=MOST))
-            found.append(HandedIn(name, _case(file, name, course)))
+            found.append((LeagueCase(name), _case(file, name, course)))
         except GraderError as error:
-            found.append(HandedIn(name, None, one_line(str(error), 500)))
+            found.append((LeagueCase(name, problem=one_line(str(error), 500)), None))
     return found
 
 
@@ -77,3 +77,43 @@ def _require_plain(text: str, name: str) -> None:
                 )  # fmt: skip
     except yaml.YAMLError:
         return  # named with its line when it is read
+
+
+@dataclass(frozen=True)
+class CaseRun:
+    """What came of a case on one package: the promise that was `broken` and how, "" if none was, or a `problem`."""
+
+    broken: str = ""
+    problem: str = ""
+
+
+def run_cases(package: Package, cases: Sequence[Case], folder: Path, settings: Settings) -> list[CaseRun]:
+    """Return what came of the cases on a package, in order."""
+    (folder / "trials").mkdir(parents=True)
+    source, built, contract = package.built(folder, settings)
+    with Observers(
+        settings.course, install=built.install, contract=contract.install, folder=folder / "trials",
+        seed=settings.seed, package=source, ros_name=built.facts.package,
+    ) as observers:  # fmt: skip
+        return [run_case(case, f"case-{number}", observers, settings.course) for number, case in enumerate(cases, 1)]
+
+
+def run_case(case: Case, name: str, observers: Observers, course: Course) -> CaseRun:
+    """Return what came of a case, run as the trial `name`.
+
+    A promise counts as broken if one is when the case is run again, too.
+    """
+    found = CaseRun()
+    for time in range(2):
+        trial = observers.run(case.plan(f"{name}-{time}"))
+        if trial.script_error or unjudged(trial):
+            why = trial.script_error.strip().splitlines()[-1] if trial.script_error else str(trial.ended)
+            return CaseRun(problem=say("it cannot be run: {why}", why=one_line(why)))
+        try:
+            broken = first_broken((*hunts(course).promises, LIVES), Run(case, trial))
+        except Exception as error:  # of the course's own code, by what a student has made up
+            return CaseRun(problem=say("it cannot be judged: {why}", why=one_line(f"{type(error).__name__}: {error}")))
+        if broken is None:
+            return CaseRun()
+        found = CaseRun(one_line(f"{broken[0].words} {broken[1].seen}", 500))
+    return found

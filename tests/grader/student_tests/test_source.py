@@ -15,7 +15,7 @@ from submissions import toy
 
 from grader import evidence
 from grader.student_tests.discover import discover_tests
-from grader.student_tests.suite_run import SuiteRun, run_suite
+from grader.student_tests.source import SuiteRun, run_suite
 
 TEXTS = beside(__file__)
 

@@ -15,11 +15,11 @@ from submissions import toy
 
 from grader.evidence import Mutation
 from grader.mutation.jobs import Job, TestedPackage, run_job
-from grader.mutation.mutant_run import mutate
 from grader.mutation.selection import Selection
+from grader.mutation.source import mutate
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.suite_run import run_suite
+from grader.student_tests.source import run_suite
 from grader.student_tests.worker_report import read_run
 
 pytestmark = [pytest.mark.sandbox]
