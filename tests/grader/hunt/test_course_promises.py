@@ -137,3 +137,15 @@ def test_what_becomes_of_a_goal_that_comes_while_another_runs_is_left_open(
     ]
     found = PROMISES[promise].judge(Run(Case(NODE, ()), driven(0.0, goals=goals)))
     assert said in found.seen if first_ends == 0.05 else found is None
+
+
+@pytest.mark.parametrize("promise", ["fuses_whatever_is_read", "publishes_in_time"])
+def test_how_often_data_come_is_not_judged_of_a_node_that_goes_by_the_wall_clock(promise: str):
+    """Found by a hunt in the variant `wall_time`: until its pace is seen, the simulated clock runs ahead of it."""
+    name = {"fuses_whatever_is_read": "publishes_nothing_when_nothing_is_near"}.get(promise, "fuses_at_half_the_rate")
+    trials = [t for n, t in recordings.load(name).trials.items() if n in ("fusion", "nothing_to_fuse")]
+    by_pace = [
+        [PROMISES[promise].judge(as_run(replace(trial, pace=pace))) is not None for trial in trials]
+        for pace in ("lockstep", "real time")
+    ]
+    assert (any(by_pace[0]), any(by_pace[1])) == (True, False)

@@ -25,7 +25,7 @@ from helpers.short_nodes import COMMANDS, install_node, run_trials
 from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
 from grader.evidence import Kind, Reason
-from grader.host import procfs
+from grader.host import procfs, ros_env
 from grader.trials import catalog, observers
 from grader.trials.node_under_test import NodeUnderTest, TrialOver
 from grader.trials.observers import Observers
@@ -237,7 +237,7 @@ def test_a_node_sees_its_host_as_with_ros2_run_but_for_what_is_listed(
     (install / "lib" / reference.name / "robot_controller").write_text(ABOUT_ITS_HOST)
     command = [sys.executable, str(ros2_runs.COMMAND), "run", reference.name, "robot_controller"]
     sourced = {"PATH": f"{sys.prefix}/bin:/usr/bin:/bin", "HOME": str(tmp_path), "LANG": "C.UTF-8"}
-    sourced["AMENT_PREFIX_PATH"] = str(install)
+    sourced |= {"AMENT_PREFIX_PATH": str(install), "PYTHONPATH": str(install / ros_env.SITE_IN_PREFIX)}
     run = subprocess.run(command, env=sourced, capture_output=True, text=True, check=True)
     plain = about_its_host(run.stdout)
     plans = [catalog.trials(COURSE)[name] for name in ("creeping", "launch_robot_controller")]
