@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -147,8 +147,8 @@ def hunt(
         found(finding)
         if number == 1 and not trial.ready:  # it never comes up, each time after a wait
             shrinks = 0
-        spoilt = {each.case for each in unsteady}
-        smallest = _shrunk(runner, making, finding, spoilt, cases, seed, shrinks, found)
+        known = dict.fromkeys(listed(making, cases, seed)[: number - 1]) | {case: finding}
+        smallest = _shrunk(runner, making, known, cases, seed, shrinks, found)
         break
     return Hunted(number, seed, smallest, tuple(unsteady), tuple(left_out))
 
@@ -163,8 +163,7 @@ def listed(making: Making, cases: int, seed: int) -> list[Case]:
 def _shrunk(
     runner: Runner,
     making: Making,
-    first: Finding,
-    unsteady: Collection[Case],
+    known: dict[Case, Finding | None],
     cases: int,
     seed: int,
     shrinks: int,
@@ -172,33 +171,51 @@ def _shrunk(
 ) -> Finding:
     """Return the smallest case that breaks the same promise, of those that Hypothesis tries and `shrinks` allow.
 
-    An unsteady case counts as one that breaks nothing: Hypothesis meets those before the first finding again.
+    `known` says what the cases up to the first finding break. An unsteady one counts as one that breaks nothing.
     """
-    smaller, tries = [first], 0
-
-    def judge(case: Case) -> None:
-        nonlocal tries
-        if case in unsteady:
-            return
-        if case not in runner.known:
-            if tries >= shrinks:
-                return
-            tries += 1
-            for _ in runner.run([case]):
-                pass
-        finding = _finding(case, runner.known[case], [first.promise], first.after)
-        if finding is None:
-            return
-        if case not in [each.case for each in smaller] and _size(case) <= _size(smaller[-1].case):
-            smaller.append(finding)
-            found(finding)
-        raise _FoundError
-
-    with suppress(_FoundError):
-        _drive(making, cases, seed, judge, (Phase.generate, Phase.shrink))
+    smaller, before, room = [*filter(None, known.values())], len(known), shrinks
+    while True:
+        wanted, broken = _asked(making, known, cases, seed, min(AT_ONCE, room))
+        if broken is not smaller[-1]:
+            smaller.append(broken)
+            found(broken)
+        if not wanted:
+            break
+        for case, trial in runner.run(wanted):
+            known[case] = _finding(case, trial, [broken.promise], broken.after)
+        room = before + shrinks - len(known)
     while len(smaller) > 1 and not _holds(runner, smaller[-1]):
         smaller.pop()
-    return replace(smaller[-1], shrunk_in=tries)
+    return replace(smaller[-1], shrunk_in=len(known) - before)
+
+
+def _asked(
+    making: Making, known: dict[Case, Finding | None], cases: int, seed: int, count: int
+) -> tuple[list[Case], Finding]:
+    """Return the next `count` cases that Hypothesis asks for, and the smallest that it has found by then.
+
+    Hypothesis waits for what came of a case before it names the next. So it is asked anew, from the start, each time,
+    and told of those without a result that they break nothing, as most do not.
+    """
+    wanted: dict[Case, None] = {}
+    broken: list[Finding] = []
+
+    def judge(case: Case) -> None:
+        if len(wanted) >= count > 0:
+            raise _EnoughError
+        if finding := known.get(case):
+            broken.append(finding)
+            raise _FoundError
+        if case not in known and count:
+            wanted[case] = None
+
+    with suppress(_FoundError, _EnoughError):
+        _drive(making, cases, seed, judge, (Phase.generate, Phase.shrink))
+    return [*wanted], broken[-1]
+
+
+class _EnoughError(BaseException):
+    """There are as many cases as were wanted. No `Exception`, which Hypothesis would take for a broken promise."""
 
 
 class _FoundError(Exception):
