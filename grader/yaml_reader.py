@@ -6,6 +6,7 @@ Parameter files of ROS are read as rcl reads them, which is not as PyYAML does.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import difflib
 import io
 import re
@@ -26,16 +27,17 @@ _LISTED = 12  # names; more are not read
 FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def compose(path: Path, text: str) -> yaml.Node | None:
-    """Return the YAML in `text` as nodes, which know their file and line; None if there is nothing in it.
+def compose(path: Path, text: str) -> yaml.Node:
+    """Return the YAML in `text` as nodes, which know their file and line; the null of YAML if there is nothing in it.
 
     Raises:
         GraderError: it is not YAML.
     """
+    nothing = yaml.ScalarNode("tag:yaml.org,2002:null", "", yaml.Mark(str(path), 0, 0, 0, None, 0))
     with contextlib.suppress(yaml.YAMLError):
-        return yaml.compose(_File(path, text), FAST_LOADER)
+        return yaml.compose(_File(path, text), FAST_LOADER) or nothing
     try:  # again, for an error with the right line
-        return yaml.compose(_File(path, text), yaml.SafeLoader)
+        return yaml.compose(_File(path, text), yaml.SafeLoader) or nothing
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
         raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
@@ -51,16 +53,25 @@ class _File(io.StringIO):
         self.name = str(path)
 
 
-def read(path: Path) -> yaml.Node | None:
-    """Return the YAML in a file as nodes; None if there is nothing in it.
+def text(path: Path, advice: str = "") -> str:
+    """Return the text of a file.
+
+    Raises:
+        GraderError: it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read ({error}).", advice) from error
+
+
+def read(path: Path, advice: str = "") -> yaml.Node:
+    """Return the YAML in a file as nodes.
 
     Raises:
         GraderError: it cannot be read, or is not YAML.
     """
-    try:
-        return compose(path, path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}).") from error
+    return compose(path, text(path, advice))
 
 
 @contextlib.contextmanager
@@ -79,10 +90,7 @@ def require_none(mistakes: list[str]) -> None:
 
 
 class YamlReader:
-    """Walks the nodes of one file. Its methods raise GraderError for what is not as it should be."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    """Walks the nodes of files. Its methods raise GraderError for what is not as it should be."""
 
     def mapping(self, node: yaml.Node, allowed: tuple[str, ...] = ()) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
         """Yield a mapping's keys as text, their nodes and their values; the mistakes of all keys are named at once."""
@@ -94,9 +102,7 @@ class YamlReader:
         wrong: list[str] = []
         for key, _ in node.value:
             with noted(wrong):
-                name = self.text(key)
-                if allowed:
-                    self.require_known(name, key, allowed, "allowed here")
+                name = self.one_of(key, allowed, "allowed here") if allowed else self.text(key)
                 if name in seen:
                     self.fail(key, f"{name} is written twice; join the two")
                 seen.add(name)
@@ -112,6 +118,17 @@ class YamlReader:
             if name not in found:
                 self.fail(where, f"{name!r} is missing; {what} needs {', '.join(needed)}")
         return found
+
+    def record(self, kind: type[T], node: yaml.Node, what: str, **read: Callable[[yaml.Node], object]) -> T:
+        """Return a dataclass, each field of the mapping's value of that name by what `read` has for it, else a text.
+
+        Fields that have a default may be missing.
+        """
+        fields = dataclasses.fields(kind)  # type: ignore[arg-type]  # mypy has no name for the type of dataclasses
+        optional = {f.name for f in fields if f.default is not f.default_factory}  # both are MISSING where none is
+        needed = tuple(f.name for f in fields if f.name not in optional)
+        given = self.fields(node, node, needed, what, tuple(optional))
+        return kind(**{name: read.get(name, self.text)(value) for name, value in given.items()})
 
     def items(self, node: yaml.Node) -> list[yaml.Node]:
         """Return the items of a list."""

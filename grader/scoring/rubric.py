@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +12,6 @@ from pathlib import Path
 import yaml
 
 from grader import KIT, yaml_reader
-from grader.errors import GraderError
 from grader.words import say, spoken
 from grader.yaml_reader import YamlReader, line_of
 
@@ -22,6 +21,7 @@ HUNT = "check_hunt::test_keeps_its_promises"
 """The check that judges a hunt; for each requirement it is another, with the requirement's id in brackets."""
 FLAGS = ("note", "withhold")
 """What integrity flags do by a rubric: nothing to the points, or keep what they concern until a person decides."""
+_TRUE = ("true", "false")
 
 
 @dataclass(frozen=True)
@@ -146,10 +146,7 @@ class Rubric:
         Raises:
             KeyError: there is no such requirement.
         """
-        for requirement in self.requirements:
-            if requirement.id == name:
-                return requirement
-        raise KeyError(name)
+        return {requirement.id: requirement for requirement in self.requirements}[name]
 
 
 def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
@@ -158,42 +155,24 @@ def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
     Raises:
         GraderError: the file cannot be read, names something unknown, or its points do not add up.
     """
-    return _loaded(path, text(path), None if checks is None else frozenset(checks), spoken())
+    text = yaml_reader.text(path, "Compare it with the kit's own.")
+    return _loaded(path, text, None if checks is None else frozenset(checks), spoken())
 
 
 @lru_cache(32)
 def _loaded(path: Path, read: str, checks: frozenset[str] | None, _language: str) -> Rubric:
     """Return the rubric in `path` with the text `read`, in the language in use. Reading one takes 10 ms."""
-    root = yaml_reader.compose(path, read)
-    if not isinstance(root, yaml.MappingNode):
-        raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
-    reader = _Reader(path, checks)
-    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(read.encode()).hexdigest())
-    if problems := [f"line {reader.points_lines[name]}: {words}" for name, words in _problems(rubric)]:
-        raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
-    return rubric
-
-
-def text(path: Path) -> str:
-    """Return a rubric's text.
-
-    Raises:
-        GraderError: the file cannot be read.
-    """
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read as a rubric ({error}). Compare it with the kit's own.") from error
+    return replace(
+        _Reader(checks).rubric(yaml_reader.compose(path, read)), sha256=hashlib.sha256(read.encode()).hexdigest()
+    )
 
 
 class _Reader(YamlReader):
-    """Makes the parts of a rubric. `points_lines` has the lines of their points, by id."""
+    """Makes the parts of a rubric."""
 
-    def __init__(self, path: Path, checks: Collection[str] | None) -> None:
-        super().__init__(path)
+    def __init__(self, checks: Collection[str] | None) -> None:
         self._checks = checks
         self._lines: dict[str, int] = {}
-        self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
         optional = ("scale", "league", "dropped", "flags")
@@ -207,14 +186,11 @@ class _Reader(YamlReader):
         return Rubric(title, version, criteria, scale, league, dropped=dropped, withholds=withholds)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
-        steps: list[Step] = []
-        for item in self.items(node):
-            given = self.fields(item, item, ("grade", "percent"), "a step of the scale")
-            steps.append(Step(self.text(given["grade"]), self._points(given["percent"])))
-            if len(steps) > 1 and steps[-1].percent >= steps[-2].percent:
-                self.fail(
-                    item, f"{steps[-1].grade} needs less than the {steps[-2].percent:g} percent of the step before"
-                )
+        items = self.items(node)
+        steps = [self.record(Step, item, "a step of the scale", percent=self._points) for item in items]
+        for item, before, step in zip(items[1:], steps, steps[1:], strict=False):
+            if step.percent >= before.percent:
+                self.fail(item, f"{step.grade} needs less than the {before.percent:g} percent of the step before")
         if not steps or steps[-1].percent != 0:
             self.fail(node, "a scale ends with the grade for 0 percent, so that every total has one")
         return tuple(steps)
@@ -232,7 +208,7 @@ class _Reader(YamlReader):
         return Criterion(
             id=name,
             title=self._said(given["title"]),
-            points=self._points(given["points"]) if "points" in given else _sum(requirements),
+            points=self._sum(requirements, given, "points, its requirements"),
             levels={level: self._said(words) for level, words in levels.items()},
             requirements=requirements,
         )
@@ -242,7 +218,7 @@ class _Reader(YamlReader):
         given = self.fields(node, node, needed, "a requirement", optional)
         name = self._id(given)
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
-        held_back = "held_back" in given and self._is_true(given["held_back"], "held_back")
+        held_back = "held_back" in given and self.one_of(given["held_back"], _TRUE, "a value of `held_back`") == "true"
         hunt = 0
         if "hunt" in given and held_back:
             self.fail(given["hunt"], f"{name} is held back, and students have the promises that a hunt is about")
@@ -251,15 +227,15 @@ class _Reader(YamlReader):
             checks = (*checks, check)
         if not checks and "points" not in given:
             self.fail(node, f"{name} has no checks to sum its points from; write its `points`")
-        advanced = [check for check in checks if check.level == "advanced"]
+        advanced = [check for check in checks if check.level == "advanced"] if checks else None
         return Requirement(
             id=name,
             criterion=criterion,
-            points=self._points(given["points"]) if "points" in given else _sum(checks),
+            points=self._sum(checks or None, given, "points, its checks"),
             text=self._said(given["text"]),
             section=self.text(given["section"]) if "section" in given else "",
             checks=checks,
-            advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
+            advanced=self._sum(advanced, given, "advanced points, its checks", "advanced"),
             title=self._said(given["title"]) if "title" in given else name,
             held_back=held_back,
             hunt=hunt,
@@ -268,9 +244,6 @@ class _Reader(YamlReader):
     def _said(self, node: yaml.Node) -> str:
         """Return a text in the language in use."""
         return say(" ".join(self.text(node).split()))
-
-    def _is_true(self, node: yaml.Node, key: str) -> bool:
-        return self.one_of(node, ("true", "false"), f"a value of `{key}`") == "true"
 
     def _check(self, node: yaml.Node) -> Check:
         given = self.fields(node, node, ("id", "points"), "a check", ("level",))
@@ -298,7 +271,6 @@ class _Reader(YamlReader):
         if name in self._lines:
             self.fail(given["id"], f"{name} is listed twice, first in line {self._lines[name]}")
         self._lines[name] = line_of(given["id"])
-        self.points_lines[name] = line_of(given.get("points", given["id"]))
         return name
 
     def _points(self, node: yaml.Node) -> float:
@@ -307,25 +279,14 @@ class _Reader(YamlReader):
             self.fail(node, f"{points:g} is not a number of points")
         return points
 
-
-def _sum(parts: Iterable[Check | Requirement]) -> float:
-    return round(math.fsum(part.points for part in parts), 9)
-
-
-def _problems(rubric: Rubric) -> list[tuple[str, str]]:
-    """Return whose points do not add up, and why."""
-    problems = []
-    for criterion in rubric.criteria:
-        total = sum(r.points for r in criterion.requirements)
-        if abs(total - criterion.points) > 1e-9:
-            words = f"{criterion.id} has {criterion.points:g} points, its requirements {total:g}"
-            problems.append((criterion.id, words))
-    for requirement in rubric.requirements:
-        for kind, points, counted in (
-            ("", requirement.points, requirement.checks),
-            ("advanced ", requirement.advanced, [c for c in requirement.checks if c.level == "advanced"]),
-        ):
-            total = sum(check.points for check in counted)
-            if requirement.checks and abs(total - points) > 1e-9:
-                problems.append((requirement.id, f"{requirement.id} has {points:g} {kind}points, its checks {total:g}"))
-    return problems
+    def _sum(
+        self, parts: Sequence[Check | Requirement] | None, given: dict[str, yaml.Node], what: str, key: str = "points"
+    ) -> float:
+        """Return the points of all parts, which those that are written have to be; of None whatever is written."""
+        total = round(math.fsum(part.points for part in parts or ()), 9)
+        if key not in given:
+            return total
+        points = self._points(given[key])
+        if parts is not None and abs(total - points) > 1e-9:
+            self.fail(given[key], f"{self.text(given['id'])} has {points:g} {what} {total:g}; correct the points")
+        return points
