@@ -30,11 +30,9 @@ _SEVERAL_LINES = frozenset(
 _TAILS = frozenset({"log_tail", "output_tail"})
 
 
-def printable(text: str, most: int = 200) -> str:
-    """Return `text` with every character escaped that is not visible: control characters, bidi marks, surrogates."""
-    shown = "".join(
-        char if char.isprintable() else char.encode("unicode_escape").decode("ascii") for char in text[: most + 1]
-    )
+def printable(text: str, most: int = NAME_LIMIT) -> str:
+    """Return `text` as one line of at most `most` characters, with invisible characters escaped."""
+    shown = _visible(text[: most + 1])
     return shown if len(shown) <= most else shown[: most - 1] + "…"
 
 
@@ -102,11 +100,5 @@ def _visible(text: str) -> str:
         category = unicodedata.category(character)
         marks = marks + 1 if category in ("Mn", "Me") else 0
         hidden = category in _UNSEEN or marks > MARKS_LIMIT
-        result.append(_spelt(character) if hidden else character)
+        result.append(character.encode("unicode_escape").decode("ascii") if hidden else character)
     return "".join(result)
-
-
-def _spelt(character: str) -> str:
-    code = ord(character)
-    named = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}.get(character)
-    return named or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}")

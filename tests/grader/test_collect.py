@@ -84,7 +84,7 @@ def test_code_of_the_builds_own_that_ran_is_read_with_the_rest(
     read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     drive = Answers("trials", Phase.RUN, "F4", Collected(left=left), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
+    collect.collect(Subject(submission, replace(settings, requirements=("F4", "Q1")), tmp_path))
     assert sorted(done) == (["read", "read", "trials"] if left else ["read", "trials"])
     assert read.subject is not None
     assert read.subject.left == left
@@ -101,7 +101,7 @@ def test_only_sources_of_wanted_requirements_are_done(monkeypatch, submission, s
     drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
     read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("Q1",)))
+    collect.collect(Subject(submission, replace(settings, requirements=("Q1",)), tmp_path))
     assert (done, built) == (["read"], [])
 
 
@@ -111,7 +111,7 @@ def test_facts_and_flags_are_merged_in_the_order_of_the_sources(monkeypatch, sub
     last = Answers("last", Phase.TEXT, "Q1", Collected({}, (Flag("text", "fourth"),)), done)
     first = Answers("first", Phase.RUN, "F14", Collected({"functions": answers}, (Flag("run", "third"),)), done)
     monkeypatch.setattr(collect, "SOURCES", (first, last))
-    found = collect.collect(submission, tmp_path, replace(settings, requirements=("F14", "Q1")))
+    found = collect.collect(Subject(submission, replace(settings, requirements=("F14", "Q1")), tmp_path))
     assert [flag.what for flag in found.flags] == ["first", "second", "third", "fourth"]
     assert found.functions == answers
 
@@ -120,7 +120,7 @@ def test_a_job_of_two_sources_is_done_once(monkeypatch, submission, settings, bu
     done: list[str] = []
     sources = [Answers("tests", Phase.RUN, "T3", Collected(), done) for _ in range(2)]
     monkeypatch.setattr(collect, "SOURCES", tuple(sources))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("T3",)))
+    collect.collect(Subject(submission, replace(settings, requirements=("T3",)), tmp_path))
     assert done == ["tests"]
 
 
@@ -129,7 +129,7 @@ def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission,
     drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
     read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    listed = collect.explain(submission, tmp_path, replace(settings, requirements=("F4",)))
+    listed = collect.explain(Subject(submission, replace(settings, requirements=("F4",)), tmp_path))
     assert [job.name for job, _ in listed] == ["read", "the contract's build", "the package's build", "drive"]
     assert (done, built) == ([], ["built"])
     words = console.jobs(listed)
@@ -145,7 +145,7 @@ def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission
     drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
     read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
+    collect.collect(Subject(submission, replace(settings, requirements=("F4", "Q1")), tmp_path))
     assert done == ["read"]
 
 
@@ -156,4 +156,4 @@ def test_an_error_of_this_host_in_a_source_ends_the_grading(monkeypatch, submiss
 
     monkeypatch.setattr(collect, "SOURCES", (Breaks("drive", Phase.RUN, "F4", Collected(), []),))
     with pytest.raises(OSError, match="disk full"):
-        collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
+        collect.collect(Subject(submission, replace(settings, requirements=("F4",)), tmp_path))
