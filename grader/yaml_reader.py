@@ -213,7 +213,6 @@ _TRUE = ("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"
 _FALSE = ("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
 _INT = re.compile(r"([-+]?)(?:0[xX]([0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))")
 _DOUBLE = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf|infinity|nan))")
-_HEX_DOUBLE = re.compile(r"[-+]?0[xX][0-9a-fA-F]+(?:\.[0-9a-fA-F]*)?(?:[pP][-+]?\d+)?")
 _DOTTED = {sign + word for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")} | {".nan", ".NaN", ".NAN"}
 _RUN_TOGETHER = re.compile(r"\s*([\w.]+):([^\s:/=].*)")
 _DEEPEST = 100
@@ -237,10 +236,8 @@ class ParameterBlock:
     values: dict[str, yaml.Node]
 
 
-def scalar(text: str, *, plain: bool = True) -> Scalar:
-    """Return a value with the type that rcl gives it; `plain` is whether it has no quotation marks."""
-    if not plain:
-        return text
+def scalar(text: str) -> Scalar:
+    """Return a value that is written without quotation marks with the type that rcl gives it."""
     if text in _TRUE or text in _FALSE:
         return text in _TRUE
     if (found := _INT.fullmatch(text)) and len(text) < 30:
@@ -251,9 +248,6 @@ def scalar(text: str, *, plain: bool = True) -> Scalar:
             return number
     if text in _DOTTED:
         return float(text.replace(".", ""))
-    if _HEX_DOUBLE.fullmatch(text):
-        with contextlib.suppress(OverflowError):
-            return float.fromhex(text)
     if _DOUBLE.fullmatch(text):
         double = float(text)
         return text if double in (float("inf"), float("-inf")) and "n" not in text.lower() else double
@@ -262,7 +256,7 @@ def scalar(text: str, *, plain: bool = True) -> Scalar:
 
 def scalar_of(node: yaml.ScalarNode) -> Scalar:
     """Return the value of a node with the type that rcl gives it."""
-    return scalar(node.value, plain=not node.style)
+    return str(node.value) if node.style else scalar(node.value)
 
 
 def parameter_blocks(text: str) -> list[ParameterBlock]:
@@ -272,24 +266,10 @@ def parameter_blocks(text: str) -> list[ParameterBlock]:
         ParameterFileError: rcl refuses the file.
     """
     try:
-        if "*" in text:
-            for event in yaml.parse(text, FAST_LOADER):
-                if isinstance(event, yaml.AliasEvent):
-                    line = event.start_mark.line + 1 if event.start_mark else 1
-                    raise ParameterFileError(
-                        line, f"rcl knows no alias such as `*{event.anchor}`", "write the value out"
-                    )
         trees = list(yaml.compose_all(text, FAST_LOADER))
     except yaml.YAMLError as error:
         raise _not_yaml(text, error) from error
-    blocks: list[ParameterBlock] = []
-    for tree in trees:
-        if isinstance(tree, yaml.SequenceNode):
-            cure = f"name: / {PARAMETERS}: / parameter: value, each further indented"
-            raise ParameterFileError(line_of(tree), "it is a list", cure)
-        if tree is not None:
-            blocks += _blocks(tree, ())
-    return blocks
+    return [block for tree in trees if tree is not None for block in _blocks(tree, ())]
 
 
 def _not_yaml(text: str, error: yaml.YAMLError) -> ParameterFileError:
@@ -308,6 +288,9 @@ def _not_yaml(text: str, error: yaml.YAMLError) -> ParameterFileError:
 
 def _blocks(tree: yaml.Node, above: tuple[yaml.Node, ...]) -> Iterator[ParameterBlock]:
     """Yield the blocks of a mapping below the keys `above`."""
+    if isinstance(tree, yaml.SequenceNode) and not above:
+        cure = f"name: / {PARAMETERS}: / parameter: value, each further indented"
+        raise ParameterFileError(line_of(tree), "it is a list", cure)
     if not isinstance(tree, yaml.MappingNode) or len(above) > _DEEPEST:
         raise _no_block(tree, above)
     for key, value in tree.value:

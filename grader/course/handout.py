@@ -68,15 +68,11 @@ def fields(text: str) -> str:
 
 def level(requirement: Requirement) -> str:
     """Return "core", "advanced", or how many points are which; and whether it is judged at hand-in only."""
-    return f"{_level(requirement)}, {requirement.waits}" if requirement.held_back else _level(requirement)
-
-
-def _level(requirement: Requirement) -> str:
-    if not requirement.advanced:
-        return say("core")
-    core = requirement.points - requirement.advanced
-    both = say("core {core:g}, advanced {advanced:g}", core=core, advanced=requirement.advanced)
-    return both if core else say("advanced")
+    core, advanced = requirement.points - requirement.advanced, requirement.advanced
+    words = say("core {core:g}, advanced {advanced:g}", core=core, advanced=advanced)
+    if not core or not advanced:
+        words = say("advanced") if advanced else say("core")
+    return f"{words}, {requirement.waits}" if requirement.held_back else words
 
 
 def notebook(requirement: Requirement) -> str:

@@ -140,20 +140,15 @@ def _total(criteria: tuple[CriterionScore, ...]) -> Scorecard:
 
 def decided(card: Scorecard, points: Mapping[str, float]) -> Scorecard:
     """Return the scorecard with other points, by people, for the requirements that are named."""
-    criteria = []
-    for criterion in card.criteria:
-        scores = tuple(
-            _decided(score, points[score.requirement.id]) if score.requirement.id in points else score
-            for score in criterion.requirements
-        )
-        criteria.append(_sum_up(criterion.criterion, scores))
-    return _total(tuple(criteria))
 
+    def decide(score: RequirementScore) -> RequirementScore:
+        if (given := points.get(score.requirement.id)) is None:
+            return score
+        worth = score.requirement.points
+        outcome = _outcome((), given, worth)
+        return replace(score, points=_tidy(given), max=_tidy(worth), outcome=outcome, withheld=0.0)
 
-def _decided(score: RequirementScore, points: float) -> RequirementScore:
-    worth = score.requirement.points
-    outcome = _outcome((), points, worth)
-    return replace(score, points=_tidy(points), max=_tidy(worth), outcome=outcome, withheld=0.0)
+    return _total(tuple(_sum_up(each.criterion, tuple(map(decide, each.requirements))) for each in card.criteria))
 
 
 def earned(check: Check, result: CheckResult) -> float:
