@@ -87,12 +87,7 @@ def test_nothing_is_said_when_a_module_is_loaded():
 
 def test_english_is_what_the_code_says():
     assert say("no {topic} came", topic="scan") == "no scan came"
-    assert (
-        say(
-            "{1} and {",
-        )
-        == "{1} and {"
-    )
+    assert say("{1} and {") == "{1} and {"
     assert say("") == ""
 
 

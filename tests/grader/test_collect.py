@@ -70,6 +70,15 @@ def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     return builds
 
 
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Replace the sources by one that drives for F4 and one that reads for Q1; each adds its name when it was done."""
+    names: list[str] = []
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), names)
+    monkeypatch.setattr(collect, "SOURCES", (drive, Answers("read", Phase.TEXT, "Q1", Collected(), names)))
+    return names
+
+
 def test_a_requirement_of_the_text_alone_needs_no_build_and_one_that_something_must_run_for_does():
     assert not any(collect.needs_build(asking(name)) for name in ("Q1", "Q2", "Q3", "I2"))
     needing = ("F1", "F14", "I1", "I3", "Q4", "Q5", "Q6", "T1", "T3")
@@ -96,11 +105,7 @@ def test_every_requirement_is_served_by_a_source_but_what_the_build_shows():
     assert served <= {r.id for r in RUBRIC.requirements}
 
 
-def test_only_sources_of_wanted_requirements_are_done(monkeypatch, submission, settings, built, tmp_path: Path):
-    done: list[str] = []
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
-    monkeypatch.setattr(collect, "SOURCES", (drive, read))
+def test_only_sources_of_wanted_requirements_are_done(done, submission, settings, built, tmp_path: Path):
     collect.collect(Subject(submission, replace(settings, requirements=("Q1",)), tmp_path))
     assert (done, built) == (["read"], [])
 
@@ -124,11 +129,7 @@ def test_a_job_of_two_sources_is_done_once(monkeypatch, submission, settings, bu
     assert done == ["tests"]
 
 
-def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission, settings, built, tmp_path: Path):
-    done: list[str] = []
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
-    monkeypatch.setattr(collect, "SOURCES", (drive, read))
+def test_the_jobs_are_listed_and_only_the_build_is_done(done, submission, settings, built, tmp_path: Path):
     listed = collect.explain(Subject(submission, replace(settings, requirements=("F4",)), tmp_path))
     assert [job.name for job, _ in listed] == ["read", "the contract's build", "the package's build", "drive"]
     assert (done, built) == ([], ["built"])
@@ -137,14 +138,10 @@ def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission,
     assert "the package's build                     to do; after the contract's build" in words
 
 
-def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
-    done: list[str] = []
+def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, done, submission, settings, tmp_path: Path):
     broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
     monkeypatch.setattr(collect.building, "build_contract", lambda *_: broken)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
-    monkeypatch.setattr(collect, "SOURCES", (drive, read))
     collect.collect(Subject(submission, replace(settings, requirements=("F4", "Q1")), tmp_path))
     assert done == ["read"]
 

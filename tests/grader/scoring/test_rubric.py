@@ -145,6 +145,7 @@ def change(data, where, key, value):
         ("requirement", "hunt", {"cases": 0, "points": 1}, "0 is not a number of cases"),
         ("requirement", "hunt", {"cases": "60 s", "points": 1}, "60 s is not a number of cases"),
         ("requirement", "hunt", {"cases": 300}, "'points' is missing; a hunt needs cases, points"),
+        ("requirement", "held_back", "yes, please", "yes, please is not a value of `held_back`"),
         ("check", "level", "cor", "cor is not a level. Did you mean core? There are: core, advanced."),
         ("check", "points", -1, "-1 is not a number of points"),
         ("check", "points", float("nan"), ".nan is not a number of points"),
