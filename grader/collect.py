@@ -47,8 +47,15 @@ def collect(subject: Subject) -> Evidence:
     found.of(asked)
     if left := {path: file for each in found.collected.values() for path, file in each.left.items()}:
         found.of(_asked(Phase.TEXT, replace(subject, left=left)))
-    facts = built.facts if built is not None else Build.not_tried(subject.settings.course.package)
-    return _merged(subject.submission, facts, found)
+    package = subject.settings.course.package
+    build = built.facts if built is not None else Build(ok=False, package=package, types_package=package)
+    fields: dict[str, Any] = {}
+    flags = [*subject.submission.flags, *build.flags]
+    for collected in filter(None, (found.collected.get(source.name) for source in SOURCES)):
+        for name, facts in collected.facts.items():  # two sources have trials
+            fields[name] = {**fields.get(name, {}), **facts} if isinstance(facts, dict) else facts
+        flags += collected.flags
+    return Evidence(intake=subject.submission.intake, build=build, flags=flags, kept=found.since, **fields)
 
 
 def _after_build(subject: Subject, built: Built | None, contract: Built | None) -> tuple[Subject, dict[str, Asked]]:
@@ -167,14 +174,3 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
         contract_texts=contract.facts.interface_texts,
     )
     return replace(built, facts=facts), contract
-
-
-def _merged(submission: Submission, facts: Build, found: _Found) -> Evidence:
-    fields: dict[str, Any] = {}
-    flags = [*submission.flags, *facts.flags]
-    for source in SOURCES:
-        if collected := found.collected.get(source.name):
-            for name, facts_ in collected.facts.items():  # two sources have trials
-                fields[name] = {**fields.get(name, {}), **facts_} if isinstance(facts_, dict) else facts_
-            flags += collected.flags
-    return Evidence(intake=submission.intake, build=facts, flags=flags, kept=found.since, **fields)

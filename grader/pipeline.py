@@ -33,7 +33,7 @@ from grader.settings import Settings
 from grader.source import Subject
 from grader.words import say
 
-__all__ = ["EVIDENCE", "Settings", "check_ids", "explain", "grade", "judge", "observe"]
+__all__ = ["EVIDENCE", "Settings", "explain", "grade", "judge", "observe"]
 
 EVIDENCE = report.EVIDENCE
 
@@ -154,7 +154,7 @@ def judge(
     With `keep_verdict` what the checks found of the same evidence is taken and kept as the evidence is.
     """
     known = {result.id for result in earlier}
-    to_run = [check for check in check_ids(settings) if check not in known]
+    to_run = [check.id for requirement in settings.wanted for check in requirement.checks if check.id not in known]
     found = evidence.load(folder)
     job = Job(
         "the checks", Where.HOST, list[CheckResult], lambda: checks_run.run(settings.course, folder, to_run),
@@ -163,11 +163,6 @@ def judge(
     )  # fmt: skip
     done = jobs.run([job], kept_evidence(settings) if keep_verdict else NOTHING_KEPT)
     return _scored(found, settings, [*earlier, *done.results[job.name]])
-
-
-def check_ids(settings: Settings) -> list[str]:
-    """Return the ids of the checks of the wanted requirements."""
-    return [check.id for requirement in settings.wanted for check in requirement.checks]
 
 
 def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:

@@ -59,7 +59,7 @@ def settings(tmp_path: Path) -> Settings:
 def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Replace the build; the list that is returned grows by one for each."""
     builds: list[str] = []
-    facts = replace(Build.not_tried(PACKAGE), ok=True, flags=[Flag("build", "second")])
+    facts = Build(ok=True, package=PACKAGE, types_package=PACKAGE, flags=[Flag("build", "second")])
 
     def build(_: Submission, contract: collect.Built, __: Settings) -> tuple[collect.Built, collect.Built]:
         builds.append("built")
@@ -139,7 +139,7 @@ def test_the_jobs_are_listed_and_only_the_build_is_done(done, submission, settin
 
 
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, done, submission, settings, tmp_path: Path):
-    broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
+    broken = collect.Built(Build(ok=False, package=PACKAGE, types_package=PACKAGE), tmp_path)
     monkeypatch.setattr(collect.building, "build_contract", lambda *_: broken)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
     collect.collect(Subject(submission, replace(settings, requirements=("F4", "Q1")), tmp_path))
