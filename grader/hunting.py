@@ -16,7 +16,7 @@ from grader.checks import build_log
 from grader.course import Course, find
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.hunt import report, search
-from grader.hunt.runner import AT_ONCE, Runner, of_build
+from grader.hunt.runner import Runner, of_build
 from grader.processes import jobs, supervised
 from grader.progress import Progress
 from grader.scoring import rubric
@@ -28,8 +28,8 @@ CASES = 300
 
 
 @contextmanager
-def runner(package: Path, settings: Settings, at_once: int = AT_ONCE) -> Iterator[Runner]:
-    """Build a package, or take its build, and yield what runs cases on it, `at_once` of them together.
+def runner(package: Path, settings: Settings) -> Iterator[Runner]:
+    """Build a package, or take its build, and yield what runs cases on it.
 
     Raises:
         SubmissionError: it cannot be read, or does not build.
@@ -44,7 +44,7 @@ def runner(package: Path, settings: Settings, at_once: int = AT_ONCE) -> Iterato
                 say("{package} does not build: {error}", package=package.name, error=said),
                 say("Build it first; `grader check` shows the whole message."),
             )
-        yield of_build(replace(subject, built=built, contract=contract), at_once)
+        yield of_build(replace(subject, built=built, contract=contract))
 
 
 def add(verbs: Any) -> None:

@@ -70,7 +70,7 @@ def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
     if isinstance(fact, trusted):
         return fact
     if isinstance(fact, str):
-        return _safe(fact, name)
+        return lines(fact, tail=name in _TAILS) if name in _SEVERAL_LINES else one_line(fact)
     if dataclasses.is_dataclass(fact) and not isinstance(fact, type):
         values = {f.name: getattr(fact, f.name) for f in dataclasses.fields(fact) if f.init}
         return dataclasses.replace(fact, **{key: _shown(v, key, trusted) for key, v in values.items()})
@@ -79,10 +79,6 @@ def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
     if isinstance(fact, list | tuple):
         return type(fact)(_shown(item, name, trusted) for item in fact)
     return fact
-
-
-def _safe(text: str, field: str) -> str:
-    return lines(text, tail=field in _TAILS) if field in _SEVERAL_LINES else one_line(text)
 
 
 def _cut(text: str, limit: int, *, tail: bool = False) -> str:

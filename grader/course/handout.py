@@ -33,17 +33,14 @@ def render(rubric: Rubric, course: Course) -> str:
             parameters={name: node.defaults for name, node in course.nodes.items()},
             level=level,
             notebook=notebook,
-            imports=[_import(module, p) for p in packages.offered() for module in p.modules],
+            imports=[
+                f"`{module}` {p.version}" if module == p.name else f"`{module}` ({p.name} {p.version})"
+                for p in packages.offered()
+                for module in p.modules
+            ],
             ros=packages.of_ros(course),
         )
         + "\n"
-    )
-
-
-def _import(module: str, package: packages.Package) -> str:
-    """Return "`numpy` 2.4.6", or "`yaml` (pyyaml 6.0.3)" where the package has another name than its module."""
-    return (
-        f"`{module}` {package.version}" if module == package.name else f"`{module}` ({package.name} {package.version})"
     )
 
 

@@ -44,11 +44,15 @@ def _unplain(value: Any) -> Any:
     return value
 
 
+def _is_frozenset(kind: Any) -> bool:
+    return get_origin(kind) is frozenset
+
+
 _CONVERTER = cattrs.Converter(forbid_extra_keys=True)
 # JSON has neither inf nor nan; float() reads back the words that str() writes.
 _CONVERTER.register_unstructure_hook(float, lambda value: value if math.isfinite(value) else str(value))
 _CONVERTER.register_unstructure_hook_func(lambda kind: kind == dict[str, Any], _plain)
-_CONVERTER.register_unstructure_hook_func(lambda kind: get_origin(kind) is frozenset, sorted)
+_CONVERTER.register_unstructure_hook_func(_is_frozenset, sorted)
 _CONVERTER.register_structure_hook_func(lambda kind: kind == dict[str, Any], lambda value, _: _unplain(dict(value)))
 
 # Without `indent`, with which json encodes in Python and takes almost twice as long.

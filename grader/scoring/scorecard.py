@@ -126,7 +126,12 @@ def score(rubric: Rubric, results: Iterable[CheckResult], flagged: Collection[st
     for result in results:
         found.setdefault(result.id, []).append(result)
     held = frozenset(flagged) if rubric.withholds else frozenset()
-    return _total(tuple(_score_criterion(criterion, found, held) for criterion in rubric.criteria))
+
+    def scored(requirement: Requirement) -> RequirementScore:
+        score = _score_requirement(requirement, found)
+        return _withheld(score) if requirement.id in held else score
+
+    return _total(tuple(_sum_up(each, tuple(map(scored, each.requirements))) for each in rubric.criteria))
 
 
 def _total(criteria: tuple[CriterionScore, ...]) -> Scorecard:
@@ -166,11 +171,6 @@ def level(points: float, maximum: float) -> str:
     if maximum <= 0:
         return ""
     return next(name for name, least in LEVELS if points >= least * maximum - 1e-9)
-
-
-def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]], held: frozenset[str]) -> CriterionScore:
-    scores = (_score_requirement(requirement, found) for requirement in criterion.requirements)
-    return _sum_up(criterion, tuple(_withheld(s) if s.requirement.id in held else s for s in scores))
 
 
 def _withheld(score: RequirementScore) -> RequirementScore:
