@@ -337,8 +337,7 @@ def _check(options: argparse.Namespace) -> int:
     whole = rubric.load(course.rubric)
     known = {requirement.id for requirement in whole.requirements}
     if unknown := [name for name in options.requirements if name not in known]:
-        ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria if c.requirements]
-        ids = ", ".join(f"{first}{say(' to ')}{last}" for first, last in ends)
+        ids = ", ".join(filter(None, (criterion.span for criterion in whole.criteria)))
         words = mark("no requirement is called {names}; the rubric has {ids}.")
         raise UsageError(say(words, names=", ".join(unknown), ids=ids))
     wanted = [r for r in whole.requirements if r.id in (options.requirements or known)]

@@ -8,7 +8,7 @@ import jinja2
 
 from grader.course import packages
 from grader.course.model import Course
-from grader.scoring.rubric import Criterion, Requirement, Rubric
+from grader.scoring.rubric import Requirement, Rubric
 from grader.words import say
 
 
@@ -28,7 +28,7 @@ def render(rubric: Rubric, course: Course) -> str:
         template.render(
             rubric=rubric,
             course=course,
-            ids={criterion.id: _span(criterion) for criterion in rubric.criteria},
+            ids={criterion.id: criterion.span for criterion in rubric.criteria},
             interfaces=interfaces,
             parameters={name: node.defaults for name, node in course.nodes.items()},
             level=level,
@@ -49,12 +49,6 @@ def _said(frame: Path) -> tuple[str, str, None] | None:
     if not frame.is_file():
         return None
     return "\n".join(map(say, frame.read_text(encoding="utf-8").split("\n"))), str(frame), None
-
-
-def _span(criterion: Criterion) -> str:
-    """Return "Q1 to Q6", a criterion's first and last requirement; "" if it has none."""
-    ends = [*criterion.requirements[:1], *criterion.requirements[-1:]]
-    return say(" to ").join(dict.fromkeys(requirement.id for requirement in ends))
 
 
 def fields(text: str) -> str:

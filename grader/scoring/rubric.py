@@ -86,6 +86,12 @@ class Criterion:
     levels: dict[str, str]
     requirements: tuple[Requirement, ...]
 
+    @property
+    def span(self) -> str:
+        """Return its first and last requirement, "Q1 to Q6"; "" if it has none."""
+        ends = (*self.requirements[:1], *self.requirements[-1:])
+        return say(" to ").join(dict.fromkeys(requirement.id for requirement in ends))
+
 
 @dataclass(frozen=True)
 class Step:
