@@ -7,7 +7,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import pytest
 from helpers.course import COURSE
 from helpers.short_nodes import run_trials
 from submissions.edits import REFERENCE
-from submissions.reports import words
+from submissions.reports import taken, words
 from variants import LAUNCHED, VARIANTS, Variant, make
 
 from grader import KIT, building, evidence, pipeline
@@ -24,35 +24,25 @@ from grader.trials import catalog
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # F and I of each variant
 
-FUNCTIONALITY = tuple(f"F{number}" for number in range(1, 15))
+BY_TRIALS = (*(f"F{number}" for number in range(1, 15)), *(f"I{number}" for number in range(1, 9)))
 # Whole solutions by authors who had read only the handout, as they were handed in: CMake writes the nodes' launchers,
 # an ament_python package has its interfaces beside it, and a MultiThreadedExecutor has callbacks that block.
-STRANGERS = {
+STRANGERS: dict[str, Mapping[str, float]] = {
     "launchers_by_cmake": {},
     "ament_python_and_interfaces": {"I3": 2.0},  # the types' names, by the contract's own words
     "many_threads": {},
 }
-INTEGRATION = tuple(f"I{number}" for number in range(1, 9))
 
 
-@pytest.mark.parametrize("name", VARIANTS)
-def test_a_correct_variant_loses_what_the_contract_takes_and_no_more(name: str, settings, tmp_path: Path):
-    variant = VARIANTS[name]
-    chosen = replace(settings, requirements=(*FUNCTIONALITY, *INTEGRATION))
-    grading = pipeline.grade(make(variant, tmp_path), tmp_path / "out", chosen)
-    report = json.loads(data.as_json(grading))
-    assert report["complete"], words(report)
-    lost = {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["outcome"] != "not_graded"}
-    assert {name: points for name, points in lost.items() if points} == variant.loses, words(report)
-
-
-@pytest.mark.parametrize("name", STRANGERS)
-def test_a_strangers_solution_loses_what_the_contract_takes_and_no_more(name: str, settings, tmp_path: Path):
-    grading = pipeline.grade(KIT / "tests" / "submissions" / "strangers" / f"{name}.zip", tmp_path / "out", settings)
-    report = json.loads(data.as_json(grading))
-    assert report["complete"], words(report)
-    lost = {r["id"]: round(r["max"] - r["points"], 2) for r in report["requirements"] if r["points"] < r["max"]}
-    assert lost == STRANGERS[name], words(report)
+@pytest.mark.parametrize("name", [*VARIANTS, *STRANGERS])
+def test_a_correct_package_loses_what_the_contract_takes_and_no_more(name: str, settings, tmp_path: Path):
+    """Of the variants, which come without tests, F and I are judged; of the strangers' packages everything."""
+    package, loses = KIT / "tests" / "submissions" / "strangers" / f"{name}.zip", STRANGERS.get(name)
+    if variant := VARIANTS.get(name):
+        package, loses = make(variant, tmp_path), variant.loses
+        settings = replace(settings, requirements=BY_TRIALS)
+    report = json.loads(data.as_json(pipeline.grade(package, tmp_path / "out", settings)))
+    assert taken(report) == loses, words(report)
 
 
 @pytest.mark.parametrize("name", LAUNCHED)
