@@ -192,15 +192,6 @@ def unknown(name: str, known: Collection[str], what: str) -> str:
     return f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}"
 
 
-def value(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
-    """Return the value of a mapping's key, or an item of a list; None if there is none."""
-    if isinstance(node, yaml.MappingNode):
-        return next((value for name, value in node.value if name.value == key), None)
-    if isinstance(node, yaml.SequenceNode) and isinstance(key, int):
-        return next(iter(node.value[key : key + 1]), None)
-    return None
-
-
 def line_of(node: yaml.Node) -> int:
     """Return the line in which a node begins, counted from 1."""
     return int(node.start_mark.line) + 1

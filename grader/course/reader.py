@@ -120,21 +120,19 @@ def loaded(folder: Path) -> Course:
     reader, places, wrong = _Reader(), ("solution", "notebooks"), list[str]()
     needs = f"A course needs {COURSE} and {CONTRACT}."
     root = yaml_reader.read(folder / COURSE, needs)
-    named = yaml_reader.value(root, "package")
-    package = str(named.value) if isinstance(named, yaml.ScalarNode) else ""
     parts: dict[str, Any] = {}
     with yaml_reader.noted(wrong):
         fields = reader.fields(root, root, ("title", "package", "rubric"), "a course", ("language", *places))
-        parts = {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
-        parts["title"] = reader.text(fields["title"])
+        parts |= {name: reader.text(fields[name]) for name in ("title", "package")}
+        parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
         if "language" in fields:
             known = words.languages()
             parts["language"] = reader.one_of(fields["language"], known, "a language that the kit has words in")
     with yaml_reader.noted(wrong):
         contract = yaml_reader.read(folder / CONTRACT, needs)
-        parts |= reader.contract(contract, package) if package else {}
+        parts |= reader.contract(contract, parts["package"]) if parts else {}
     yaml_reader.require_none(wrong)
-    course = Course(folder=folder, package=package, **parts)
+    course = Course(folder=folder, **parts)
     for type_ in course.interfaces:
         if not (file := course.contract / course.interface_file(type_)).is_file():
             raise GraderError(f"{folder / CONTRACT} names the interface {type_}, and there is no {file}. Write it.")

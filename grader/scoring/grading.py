@@ -224,8 +224,7 @@ def losses(score: RequirementScore) -> tuple[Loss, ...]:
 
 def foremost(score: RequirementScore) -> CheckResult | None:
     """Return the lost check that a reader of this requirement should see first, None if nothing was lost."""
-    lost = (result for result in score.results if result.outcome is not Outcome.PASSED)
-    return min(lost, key=lambda result: _FIRST.index(result.outcome), default=None)
+    return min(score.lost, key=lambda result: _FIRST.index(result.outcome), default=None)
 
 
 def price_of_flags(card: Scorecard) -> str:

@@ -74,6 +74,11 @@ class RequirementScore:
         """Return what happens to it where it has no points yet."""
         return say(WITHHELD) if self.outcome is Outcome.WITHHELD else self.requirement.waits
 
+    @property
+    def lost(self) -> tuple[CheckResult, ...]:
+        """Return the results that cost points or need a person, in order."""
+        return tuple(result for result in self.results if result.outcome is not Outcome.PASSED)
+
 
 @dataclass(frozen=True)
 class CriterionScore:
