@@ -103,11 +103,6 @@ def test_german_has_its_own_plural():
     assert [say_count("{n} trial", "{n} trials", n) for n in (0, 1, 2)] == ["0 Versuche", "1 Versuch", "2 Versuche"]
 
 
-@pytest.mark.usefixtures("german")
-def test_a_text_without_a_translation_stays_as_it_is():
-    assert say("eigener Satz einer Kursleiterin mit {x}", x=1) == "eigener Satz einer Kursleiterin mit 1"
-
-
 class Veiled(gettext.NullTranslations):
     """A language in which the letters of every text from the catalogue are dots; fields and tags stay."""
 
