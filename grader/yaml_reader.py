@@ -125,9 +125,9 @@ class YamlReader:
         Fields that have a default may be missing.
         """
         fields = dataclasses.fields(kind)  # type: ignore[arg-type]  # mypy has no name for the type of dataclasses
-        optional = {f.name for f in fields if f.default is not f.default_factory}  # both are MISSING where none is
+        optional = tuple(f.name for f in fields if f.default is not f.default_factory)  # both are MISSING without one
         needed = tuple(f.name for f in fields if f.name not in optional)
-        given = self.fields(node, node, needed, what, tuple(optional))
+        given = self.fields(node, node, needed, what, optional)
         return kind(**{name: read.get(name, self.text)(value) for name, value in given.items()})
 
     def items(self, node: yaml.Node) -> list[yaml.Node]:

@@ -30,7 +30,7 @@ class Check:
 
     id: str
     points: float
-    level: str
+    level: str = "core"
 
     @property
     def module(self) -> str:
@@ -208,7 +208,7 @@ class _Reader(YamlReader):
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))
-        name = self._id(given)
+        name = self._id(given["id"])
         requirements = self.every(given["requirements"], lambda item: self._requirement(item, name))
         levels = self.fields(given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion")
         return Criterion(
@@ -222,7 +222,7 @@ class _Reader(YamlReader):
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
         needed, optional = ("id", "text"), ("section", "points", "title", "advanced", "checks", "held_back", "hunt")
         given = self.fields(node, node, needed, "a requirement", optional)
-        name = self._id(given)
+        name = self._id(given["id"])
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
         held_back = "held_back" in given and self.one_of(given["held_back"], _TRUE, "a value of `held_back`") == "true"
         hunt = 0
@@ -252,31 +252,34 @@ class _Reader(YamlReader):
         return say(" ".join(self.text(node).split()))
 
     def _check(self, node: yaml.Node) -> Check:
-        given = self.fields(node, node, ("id", "points"), "a check", ("level",))
-        name = self._id(given)
+        return self.record(Check, node, "a check", id=self._check_id, points=self._points, level=self._level)
+
+    def _check_id(self, node: yaml.Node) -> str:
+        name = self._id(node)
         if name == HUNT:
-            self.fail(given["id"], "write `hunt: {cases: 300, points: 2}` beside `checks` instead")
+            self.fail(node, "write `hunt: {cases: 300, points: 2}` beside `checks` instead")
         if self._checks is not None and name not in self._checks:
             module = name.partition("::")[0]
             same = [each for each in self._checks if each.partition("::")[0] == module]
-            self.require_known(name, given["id"], sorted(same or self._checks), "a check of the kit")
-        return Check(name, self._points(given["points"]), self._level(given))
+            self.require_known(name, node, sorted(same or self._checks), "a check of the kit")
+        return name
 
     def _hunt(self, node: yaml.Node, requirement: str) -> tuple[int, Check]:
         """Return the number of cases of a hunt, and the check that gives all of its points or none."""
         given = self.fields(node, node, ("cases", "points"), "a hunt", ("level",))
         if not (cases := self.text(given["cases"])).isdecimal() or int(cases) < 1:
             self.fail(given["cases"], f"{cases} is not a number of cases")
-        return int(cases), Check(f"{HUNT}[{requirement}]", self._points(given["points"]), self._level(given))
+        level = self._level(given["level"]) if "level" in given else "core"
+        return int(cases), Check(f"{HUNT}[{requirement}]", self._points(given["points"]), level)
 
-    def _level(self, given: dict[str, yaml.Node]) -> str:
-        return self.one_of(given["level"], ("core", "advanced"), "a level") if "level" in given else "core"
+    def _level(self, node: yaml.Node) -> str:
+        return self.one_of(node, ("core", "advanced"), "a level")
 
-    def _id(self, given: dict[str, yaml.Node]) -> str:
-        name = self.text(given["id"])
+    def _id(self, node: yaml.Node) -> str:
+        name = self.text(node)
         if name in self._lines:
-            self.fail(given["id"], f"{name} is listed twice, first in line {self._lines[name]}")
-        self._lines[name] = line_of(given["id"])
+            self.fail(node, f"{name} is listed twice, first in line {self._lines[name]}")
+        self._lines[name] = line_of(node)
         return name
 
     def _points(self, node: yaml.Node) -> float:
