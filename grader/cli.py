@@ -8,11 +8,12 @@ import importlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from grader import KIT
+from grader.course import Course, find, passed_over
 from grader.errors import (
     EXIT_GRADED,
     EXIT_INTERRUPTED,
@@ -25,7 +26,8 @@ from grader.errors import (
 from grader.host import namespaces, shortage, tempdir
 from grader.processes import supervised
 from grader.progress import Progress
-from grader.settings import Reuse
+from grader.scoring.rubric import Rubric
+from grader.settings import Reuse, Settings
 from grader.words import mark, say
 
 
@@ -52,7 +54,6 @@ def _supervised(options: argparse.Namespace) -> int:
         words, status = str(error), EXIT_OUR_FAULT
     from grader import building
     from grader.building import cache
-    from grader.course import find
 
     with contextlib.suppress(GraderError):  # the work was done in a process of its own, which alone chose the language
         find(getattr(options, "course", None))
@@ -95,15 +96,12 @@ def _name_course_passed_over(options: argparse.Namespace) -> None:
     Raises:
         UsageError: the verb is one for authors of courses, who would change or release another course.
     """
-    with contextlib.suppress(ImportError):  # of `doctor`, on a host on which nothing is installed yet
-        from grader.course import passed_over
-
-        if (getattr(options, "out", None) or Path()).joinpath("class.yaml").is_file():
-            return  # a class remembers its course
-        if note := passed_over():
-            if "for_authors" in options:
-                raise UsageError(note)
-            print("grader: " + note, file=sys.stderr)
+    if (getattr(options, "out", None) or Path()).joinpath("class.yaml").is_file():
+        return  # a class remembers its course
+    if note := passed_over():
+        if "for_authors" in options:
+            raise UsageError(note)
+        print("grader: " + note, file=sys.stderr)
 
 
 _OTHERS = {
@@ -142,7 +140,8 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     _add_check(verbs)
     _add_submit(verbs)
     _add_handout(verbs)
-    _add_doctor(verbs)
+    doctor = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
+    doctor.set_defaults(run=_doctor)
     if _exists("grader.authoring.release"):
         _add_release(verbs)
     named = next((word for word in words if not word.startswith("-")), "")
@@ -188,14 +187,11 @@ def _add_grade(verbs: Any) -> None:
         "--explain", action="store_true", help="build, and then print what a grading would do instead of doing it"
     )
     parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
-    add_course(parser)
-    seconds = _number(1, 3600, "seconds")
-    parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
+    _add_common(parser)
+    parser.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
         "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"
     )
-    _add_seed_and_cache(parser)
-    _add_fresh(parser)
     parser.set_defaults(run=_grade, interrupted=mark("nothing was written."))
 
 
@@ -213,26 +209,22 @@ def _add_check(verbs: Any) -> None:
         help="its id in the rubric (default: all); for an unknown one the ids are listed",
     )
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
-    add_course(parser)
-    _add_seed_and_cache(parser)
-    _add_fresh(parser)
+    _add_common(parser)
     parser.set_defaults(run=_check, interrupted=mark("nothing was written."))
 
 
-def add_course(parser: argparse.ArgumentParser) -> None:
-    """Add the option that chooses the course; `grader.course.find` reads it."""
+def _add_course(parser: argparse.ArgumentParser) -> None:
     words = "the folder of the course (default: $ROS2_COURSE, else the kit's own; never the current folder by itself)"
     parser.add_argument("--course", type=Path, metavar="DIR", help=words)
 
 
-def _add_fresh(parser: argparse.ArgumentParser) -> None:
-    words = "run everything again, even what has not changed since an earlier grading with this kit and seed"
-    parser.add_argument("--fresh", action="store_true", help=words)
-
-
-def _add_seed_and_cache(parser: argparse.ArgumentParser) -> None:
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verbs that grade; `_settings` reads them."""
+    _add_course(parser)
     parser.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise (default 0)")
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    words = "run everything again, even what has not changed since an earlier grading with this kit and seed"
+    parser.add_argument("--fresh", action="store_true", help=words)
 
 
 def _add_submit(verbs: Any) -> None:
@@ -267,7 +259,7 @@ def _add_release(verbs: Any) -> None:
         help="one of the course's lanes (default: whole): its notebooks, in which the cells that it leaves out are "
         "folded, and beside the zip a rubric of what it asks for",
     )
-    add_course(parser)
+    _add_course(parser)
     parser.set_defaults(run=_release, for_authors=True)
 
 
@@ -275,32 +267,30 @@ def _add_handout(verbs: Any) -> None:
     parser = verbs.add_parser("handout", help="write the assignment for students, from the rubric, as Markdown")
     parser.add_argument("--out", type=Path, help="the file (default: standard output)")
     parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
-    add_course(parser)
+    _add_course(parser)
     parser.set_defaults(run=_handout)
 
 
-def _add_doctor(verbs: Any) -> None:
-    parser = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
-    parser.set_defaults(run=_doctor)
+def _seconds(text: str) -> float:
+    with contextlib.suppress(ValueError):
+        if 1 <= (value := float(text)) <= 3600:
+            return value
+    raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds from 1 to 3600")
 
 
-def _number(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
-    """Return a reader of a number from `lowest` to `highest`."""
+def _settings(options: argparse.Namespace, course: Course, whole: Rubric, progress: Progress, **more: Any) -> Settings:
+    from grader import building
 
-    def read(text: str) -> float:
-        with contextlib.suppress(ValueError):
-            if lowest <= (value := float(text)) <= highest:
-                return value
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of {unit} from {lowest:g} to {highest:g}")
-
-    return read
+    return Settings(
+        rubric=whole, course=course, cache=options.cache or building.cache_folder(), seed=options.seed,
+        reuse=Reuse.unless(options.fresh), progress=progress.say, **more,
+    )  # fmt: skip
 
 
 def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
-    from grader import building, pipeline, report
+    from grader import pipeline, report
     from grader.checks import checks_run
-    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
@@ -310,16 +300,9 @@ def _grade(options: argparse.Namespace) -> int:
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = Progress()
-    settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or course.rubric, checks_run.known(course)),
-        course=course,
-        cache=options.cache or building.cache_folder(),
-        seed=options.seed,
-        build_seconds=options.build_timeout,
-        package_path=options.package_path or "",
-        reuse=Reuse.unless(options.fresh),
-        progress=progress.say,
-    )
+    whole = rubric.load(options.rubric or course.rubric, checks_run.known(course))
+    more = {"build_seconds": options.build_timeout, "package_path": options.package_path or ""}
+    settings = _settings(options, course, whole, progress, **more)
     try:
         if options.explain:
             listed = pipeline.explain(options.submission, settings)
@@ -345,8 +328,7 @@ def _grade(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from grader import building, pipeline
-    from grader.course import find
+    from grader import pipeline
     from grader.report import console
     from grader.scoring import rubric
     from grader.scoring.grading import at_hand_in, points
@@ -355,8 +337,7 @@ def _check(options: argparse.Namespace) -> int:
     whole = rubric.load(course.rubric)
     known = {requirement.id for requirement in whole.requirements}
     if unknown := [name for name in options.requirements if name not in known]:
-        ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria if c.requirements]
-        ids = ", ".join(f"{first}{say(' to ')}{last}" for first, last in ends)
+        ids = ", ".join(filter(None, (criterion.span for criterion in whole.criteria)))
         words = mark("no requirement is called {names}; the rubric has {ids}.")
         raise UsageError(say(words, names=", ".join(unknown), ids=ids))
     wanted = [r for r in whole.requirements if r.id in (options.requirements or known)]
@@ -369,15 +350,7 @@ def _check(options: argparse.Namespace) -> int:
     if not judged:
         return EXIT_GRADED
     progress = Progress()
-    settings = pipeline.Settings(
-        rubric=whole,
-        course=course,
-        cache=options.cache or building.cache_folder(),
-        seed=options.seed,
-        requirements=tuple(judged),
-        reuse=Reuse.unless(options.fresh),
-        progress=progress.say,
-    )
+    settings = _settings(options, course, whole, progress, requirements=tuple(judged))
     with tempfile.TemporaryDirectory(prefix="check-") as scratch:
         grading = pipeline.grade(options.package.resolve(), Path(scratch), settings)
     progress.done()
@@ -404,7 +377,6 @@ def _submit(options: argparse.Namespace) -> int:
 
 def _release(options: argparse.Namespace) -> int:
     from grader.authoring.release import release
-    from grader.course import find
     from grader.course.reader import VARIABLE
 
     course = find(options.course)
@@ -416,7 +388,7 @@ def _release(options: argparse.Namespace) -> int:
 
 def _handout(options: argparse.Namespace) -> int:
     from grader.checks import checks_run
-    from grader.course import find, handout
+    from grader.course import handout
     from grader.scoring import rubric
 
     course = find(options.course)

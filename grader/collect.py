@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from grader import building, progress
@@ -36,28 +34,37 @@ _BUILDING = mark("building the package")
 _CONTRACT, BUILD = mark("the contract's build"), mark("the package's build")
 
 
-def collect(submission: Submission, folder: Path, settings: Settings) -> Evidence:
+def collect(subject: Subject) -> Evidence:
     """Build the submission where that is needed, ask every source that serves a wanted requirement, and merge.
-
-    `folder` is an empty one, for what the jobs write.
 
     Raises:
         GraderError: this host cannot build or run the submission.
     """
-    found = _Found(kept_evidence(settings), settings.progress)
-    with ExitStack() as closing:
-        subject = Subject(submission, settings, folder, closing)
-        text = _asked(Phase.TEXT, subject)
-        built, contract = found.of(text, builds(subject)).get(BUILD, (None, None))
-        asked = _asked(Phase.DATA, subject)
-        if built is not None and built.facts.ok:
-            subject = replace(subject, built=built, contract=contract)
-            asked |= _asked(Phase.RUN, subject)
-        found.of(asked)
-        if left := {path: file for each in found.collected.values() for path, file in each.left.items()}:
-            found.of(_asked(Phase.TEXT, replace(subject, left=left)))
-    facts = built.facts if built is not None else Build.not_tried(settings.course.package)
-    return _merged(submission, facts, found)
+    found = _Found(kept_evidence(subject.settings), subject.settings.progress)
+    text = _asked(Phase.TEXT, subject)
+    built, contract = found.of(text, builds(subject)).get(BUILD, (None, None))
+    subject, asked = _after_build(subject, built, contract)
+    found.of(asked)
+    if left := {path: file for each in found.collected.values() for path, file in each.left.items()}:
+        found.of(_asked(Phase.TEXT, replace(subject, left=left)))
+    package = subject.settings.course.package
+    build = built.facts if built is not None else Build(ok=False, package=package, types_package=package)
+    fields: dict[str, Any] = {}
+    flags = [*subject.submission.flags, *build.flags]
+    for collected in filter(None, (found.collected.get(source.name) for source in SOURCES)):
+        for name, facts in collected.facts.items():  # two sources have trials
+            fields[name] = {**fields.get(name, {}), **facts} if isinstance(facts, dict) else facts
+        flags += collected.flags
+    return Evidence(intake=subject.submission.intake, build=build, flags=flags, kept=found.since, **fields)
+
+
+def _after_build(subject: Subject, built: Built | None, contract: Built | None) -> tuple[Subject, dict[str, Asked]]:
+    """Return the subject with its build, and what the sources want done beside or after that."""
+    asked = _asked(Phase.DATA, subject)
+    if built is not None and built.facts.ok:
+        subject = replace(subject, built=built, contract=contract)
+        asked |= _asked(Phase.RUN, subject)
+    return subject, asked
 
 
 @dataclass(frozen=True)
@@ -96,21 +103,16 @@ def builds(subject: Subject) -> list[Job[Any]]:
     return [contract, package]
 
 
-def explain(submission: Submission, folder: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
+def explain(subject: Subject) -> list[tuple[Job[Any], str]]:
     """Return the jobs of a grading, each with the time at which its kept result was made, "" if it would be done.
 
     The submission is built, if need be; nothing else is done.
     """
-    kept = kept_evidence(settings)
-    with ExitStack() as closing:
-        subject = Subject(submission, settings, folder, closing)
-        before, later = _asked(Phase.TEXT, subject), _asked(Phase.DATA, subject)
-        listed = [*_jobs(before), *builds(subject)]
-        built, contract = jobs.run(builds(subject), kept, settings.progress).results.get(BUILD, (None, None))
-        if built is not None and built.facts.ok:
-            later |= _asked(Phase.RUN, replace(subject, built=built, contract=contract))
-        listed += _jobs(later)
-        return [(job, (jobs.find(job, kept) or ("", ""))[1]) for job in listed]
+    kept = kept_evidence(subject.settings)
+    before = [*_jobs(_asked(Phase.TEXT, subject)), *builds(subject)]
+    done = jobs.run(builds(subject), kept, subject.settings.progress).results
+    _, later = _after_build(subject, *done.get(BUILD, (None, None)))
+    return [(job, (jobs.find(job, kept) or ("", ""))[1]) for job in (*before, *_jobs(later))]
 
 
 def _asked(phase: Phase, subject: Subject) -> dict[str, Asked]:
@@ -172,14 +174,3 @@ def _build(submission: Submission, contract: Built, settings: Settings) -> tuple
         contract_texts=contract.facts.interface_texts,
     )
     return replace(built, facts=facts), contract
-
-
-def _merged(submission: Submission, facts: Build, found: _Found) -> Evidence:
-    fields: dict[str, Any] = {}
-    flags = [*submission.flags, *facts.flags]
-    for source in SOURCES:
-        if collected := found.collected.get(source.name):
-            for name, facts_ in collected.facts.items():  # two sources have trials
-                fields[name] = {**fields.get(name, {}), **facts_} if isinstance(facts_, dict) else facts_
-            flags += collected.flags
-    return Evidence(intake=submission.intake, build=facts, flags=flags, kept=found.since, **fields)

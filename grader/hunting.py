@@ -6,7 +6,7 @@ import argparse
 import json
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,15 +15,12 @@ from grader import building, collect, pipeline
 from grader.checks import build_log
 from grader.course import Course, find
 from grader.errors import GraderError, SubmissionError, UsageError
-from grader.host import submission_user, tempdir
 from grader.hunt import report, search
-from grader.hunt.search import AT_ONCE, Runner, of_build
-from grader.intake.submission import open_submission
+from grader.hunt.search import Runner, of_build
 from grader.processes import jobs, supervised
 from grader.progress import Progress
 from grader.scoring import rubric
 from grader.settings import Settings
-from grader.source import Subject
 from grader.trials.promises import LIVES, Run, first_broken, hunts, unjudged
 from grader.words import mark, say, say_count
 
@@ -31,17 +28,15 @@ CASES = 300
 
 
 @contextmanager
-def runner(package: Path, settings: Settings, at_once: int = AT_ONCE) -> Iterator[Runner]:
-    """Build a package, or take its build, and yield what runs cases on it, `at_once` of them together.
+def runner(package: Path, settings: Settings) -> Iterator[Runner]:
+    """Build a package, or take its build, and yield what runs cases on it.
 
     Raises:
         SubmissionError: it cannot be read, or does not build.
         GraderError: this host cannot build or run it.
     """
     pipeline.require_host(settings)
-    with tempdir.folder("hunt") as folder, submission_user.readable_by_sandboxes(), ExitStack() as closing:
-        submission = open_submission(package, folder / "submission", settings.course, package=settings.package_path)
-        subject = Subject(submission, settings, folder, closing)
+    with pipeline.taken_in(package, settings) as subject:
         built, contract = jobs.run(collect.builds(subject), progress=settings.progress).results[collect.BUILD]
         if not built.facts.ok:
             said = build_log.find_error(built.facts.log_tail).said or say("`colcon build` failed")
@@ -49,7 +44,7 @@ def runner(package: Path, settings: Settings, at_once: int = AT_ONCE) -> Iterato
                 say("{package} does not build: {error}", package=package.name, error=said),
                 say("Build it first; `grader check` shows the whole message."),
             )
-        yield of_build(replace(subject, built=built, contract=contract), at_once)
+        yield of_build(replace(subject, built=built, contract=contract))
 
 
 def add(verbs: Any) -> None:

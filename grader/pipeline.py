@@ -30,9 +30,10 @@ from grader.scoring.grading import Grading, Refusal
 from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.settings import Settings
+from grader.source import Subject
 from grader.words import say
 
-__all__ = ["EVIDENCE", "Settings", "check_ids", "explain", "grade", "judge", "observe"]
+__all__ = ["EVIDENCE", "Settings", "explain", "grade", "judge", "observe"]
 
 EVIDENCE = report.EVIDENCE
 
@@ -94,10 +95,19 @@ def explain(source: Path, settings: Settings) -> list[tuple[Job[Any], str]]:
         SubmissionError, GraderError: as by `grade`.
     """
     require_host(settings)
-    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
-        submission = open_submission(source, folder / "submission", settings.course, package=settings.package_path)
+    with taken_in(source, settings) as subject:
+        return explain_jobs(subject)
+
+
+@contextmanager
+def taken_in(source: Path, settings: Settings, leave_out: Path | None = None) -> Iterator[Subject]:
+    """Take a submission in, without a folder inside of it to `leave_out`; what jobs use is closed in the end."""
+    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes(), ExitStack() as closing:
+        submission = open_submission(
+            source, folder / "submission", settings.course, package=settings.package_path, leave_out=leave_out
+        )
         (folder / "work").mkdir()
-        return explain_jobs(submission, folder / "work", settings)
+        yield Subject(submission, settings, folder / "work", closing)
 
 
 def require_host(settings: Settings) -> None:
@@ -144,7 +154,7 @@ def judge(
     With `keep_verdict` what the checks found of the same evidence is taken and kept as the evidence is.
     """
     known = {result.id for result in earlier}
-    to_run = [check for check in check_ids(settings) if check not in known]
+    to_run = [check.id for requirement in settings.wanted for check in requirement.checks if check.id not in known]
     found = evidence.load(folder)
     job = Job(
         "the checks", Where.HOST, list[CheckResult], lambda: checks_run.run(settings.course, folder, to_run),
@@ -153,11 +163,6 @@ def judge(
     )  # fmt: skip
     done = jobs.run([job], kept_evidence(settings) if keep_verdict else NOTHING_KEPT)
     return _scored(found, settings, [*earlier, *done.results[job.name]])
-
-
-def check_ids(settings: Settings) -> list[str]:
-    """Return the ids of the checks of the wanted requirements."""
-    return [check.id for requirement in settings.wanted for check in requirement.checks]
 
 
 def _scored(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
@@ -211,17 +216,12 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
 
 def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool = True) -> Evidence:
     """Take the submission in, collect the evidence, and add what made it. It will go to `out`."""
-    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
-        settings.progress(say("taking in {name}", name=printable(source.resolve().name)))
-        reports = out if source.resolve() in out.resolve().parents else None  # they are not part of it
-        submission = open_submission(
-            source, folder / "submission", settings.course,
-            package=settings.package_path, leave_out=reports,
-        )  # fmt: skip
+    settings.progress(say("taking in {name}", name=printable(source.resolve().name)))
+    reports = out if source.resolve() in out.resolve().parents else None  # they are not part of it
+    with taken_in(source, settings, reports) as subject:
         if not overwrite:
-            _require_own(out, source, submission.intake.sha256)
-        (folder / "work").mkdir()
-        found = collect(submission, folder / "work", settings)
+            _require_own(out, source, subject.submission.intake.sha256)
+        found = collect(subject)
     made = {
         "seed": str(settings.seed),
         "course": name_of(settings.course),
@@ -231,16 +231,12 @@ def _collected(source: Path, out: Path, settings: Settings, *, overwrite: bool =
         "source": report.fingerprint(source),
         "sources": ", ".join(each.name for each in SOURCES if each.serves(settings) & settings.checked),
     }
-    found = replace(found, origin=made | provenance.environment())
-    if said := namespaces.notice():
-        found = replace(found, intake=replace(found.intake, notes=[said, *found.intake.notes]))
-    if namespaces.sandbox_disabled():
-        found = replace(found, flags=[Flag("no sandbox", said), *found.flags])
-    elif submission_user.runs_as_root():
-        found = replace(
-            found, intake=replace(found.intake, notes=[say(submission_user.RUNS_AS_ROOT), *found.intake.notes])
-        )
-    return found
+    said, disabled = namespaces.notice(), namespaces.sandbox_disabled()
+    as_root = say(submission_user.RUNS_AS_ROOT) if not disabled and submission_user.runs_as_root() else ""
+    notes = [*filter(None, (as_root, said)), *found.intake.notes]
+    flags = [*([Flag("no sandbox", said)] if disabled else []), *found.flags]
+    intake = replace(found.intake, notes=notes)
+    return replace(found, origin=made | provenance.environment(), intake=intake, flags=flags)
 
 
 def _only(whole: Rubric, wanted: set[str]) -> Rubric:

@@ -30,11 +30,9 @@ _SEVERAL_LINES = frozenset(
 _TAILS = frozenset({"log_tail", "output_tail"})
 
 
-def printable(text: str, most: int = 200) -> str:
-    """Return `text` with every character escaped that is not visible: control characters, bidi marks, surrogates."""
-    shown = "".join(
-        char if char.isprintable() else char.encode("unicode_escape").decode("ascii") for char in text[: most + 1]
-    )
+def printable(text: str, most: int = NAME_LIMIT) -> str:
+    """Return `text` as one line of at most `most` characters, with invisible characters escaped."""
+    shown = _visible(text[: most + 1])
     return shown if len(shown) <= most else shown[: most - 1] + "…"
 
 
@@ -72,7 +70,7 @@ def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
     if isinstance(fact, trusted):
         return fact
     if isinstance(fact, str):
-        return _safe(fact, name)
+        return lines(fact, tail=name in _TAILS) if name in _SEVERAL_LINES else one_line(fact)
     if dataclasses.is_dataclass(fact) and not isinstance(fact, type):
         values = {f.name: getattr(fact, f.name) for f in dataclasses.fields(fact) if f.init}
         return dataclasses.replace(fact, **{key: _shown(v, key, trusted) for key, v in values.items()})
@@ -81,10 +79,6 @@ def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
     if isinstance(fact, list | tuple):
         return type(fact)(_shown(item, name, trusted) for item in fact)
     return fact
-
-
-def _safe(text: str, field: str) -> str:
-    return lines(text, tail=field in _TAILS) if field in _SEVERAL_LINES else one_line(text)
 
 
 def _cut(text: str, limit: int, *, tail: bool = False) -> str:
@@ -102,11 +96,5 @@ def _visible(text: str) -> str:
         category = unicodedata.category(character)
         marks = marks + 1 if category in ("Mn", "Me") else 0
         hidden = category in _UNSEEN or marks > MARKS_LIMIT
-        result.append(_spelt(character) if hidden else character)
+        result.append(character.encode("unicode_escape").decode("ascii") if hidden else character)
     return "".join(result)
-
-
-def _spelt(character: str) -> str:
-    code = ord(character)
-    named = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}.get(character)
-    return named or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}")

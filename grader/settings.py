@@ -39,7 +39,6 @@ class Settings:
         cache: the folder for builds.
         course: the assignment that is graded, by default the kit's own.
         build_seconds: the limit for `colcon build`.
-        test_seconds: the limit for each of the package's own test modules.
         mutation_budget_s: the time to spend on mutants, as wall time of a quiet machine.
         requirements: judge only these; by default all that have checks.
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
@@ -54,7 +53,6 @@ class Settings:
     course: Course = field(default_factory=kits_own)
     seed: int = 0
     build_seconds: float = 300.0
-    test_seconds: float = MODULE_TIMEOUT_S
     mutation_budget_s: float = MUTATION_BUDGET_S
     requirements: tuple[str, ...] = ()
     package_path: str = ""

@@ -54,13 +54,8 @@ def raised(output: str) -> tuple[str, str]:
 
     The output may be that of `ros2 launch`.
     """
-    *_, last = [None, *_RAISED.finditer(without_ignored(without_prefixes(output)))]
+    *_, last = [None, *_RAISED.finditer(without_ignored(_PREFIX.sub("", output)))]
     return (last[1][:200], next(reversed(_places(last[0])), "")) if last is not None else ("", "")
-
-
-def without_prefixes(output: str) -> str:
-    """Return the output of `ros2 launch` without the node's name before each line."""
-    return _PREFIX.sub("", output)
 
 
 def tail(output: str, most: int) -> str:

@@ -6,6 +6,7 @@ Parameter files of ROS are read as rcl reads them, which is not as PyYAML does.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import difflib
 import io
 import re
@@ -26,16 +27,17 @@ _LISTED = 12  # names; more are not read
 FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def compose(path: Path, text: str) -> yaml.Node | None:
-    """Return the YAML in `text` as nodes, which know their file and line; None if there is nothing in it.
+def compose(path: Path, text: str) -> yaml.Node:
+    """Return the YAML in `text` as nodes, which know their file and line; the null of YAML if there is nothing in it.
 
     Raises:
         GraderError: it is not YAML.
     """
+    nothing = yaml.ScalarNode("tag:yaml.org,2002:null", "", yaml.Mark(str(path), 0, 0, 0, None, 0))
     with contextlib.suppress(yaml.YAMLError):
-        return yaml.compose(_File(path, text), FAST_LOADER)
+        return yaml.compose(_File(path, text), FAST_LOADER) or nothing
     try:  # again, for an error with the right line
-        return yaml.compose(_File(path, text), yaml.SafeLoader)
+        return yaml.compose(_File(path, text), yaml.SafeLoader) or nothing
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
         raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
@@ -51,16 +53,25 @@ class _File(io.StringIO):
         self.name = str(path)
 
 
-def read(path: Path) -> yaml.Node | None:
-    """Return the YAML in a file as nodes; None if there is nothing in it.
+def text(path: Path, advice: str = "") -> str:
+    """Return the text of a file.
+
+    Raises:
+        GraderError: it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read ({error}).", advice) from error
+
+
+def read(path: Path, advice: str = "") -> yaml.Node:
+    """Return the YAML in a file as nodes.
 
     Raises:
         GraderError: it cannot be read, or is not YAML.
     """
-    try:
-        return compose(path, path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}).") from error
+    return compose(path, text(path, advice))
 
 
 @contextlib.contextmanager
@@ -79,10 +90,7 @@ def require_none(mistakes: list[str]) -> None:
 
 
 class YamlReader:
-    """Walks the nodes of one file. Its methods raise GraderError for what is not as it should be."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    """Walks the nodes of files. Its methods raise GraderError for what is not as it should be."""
 
     def mapping(self, node: yaml.Node, allowed: tuple[str, ...] = ()) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
         """Yield a mapping's keys as text, their nodes and their values; the mistakes of all keys are named at once."""
@@ -94,9 +102,7 @@ class YamlReader:
         wrong: list[str] = []
         for key, _ in node.value:
             with noted(wrong):
-                name = self.text(key)
-                if allowed:
-                    self.require_known(name, key, allowed, "allowed here")
+                name = self.one_of(key, allowed, "allowed here") if allowed else self.text(key)
                 if name in seen:
                     self.fail(key, f"{name} is written twice; join the two")
                 seen.add(name)
@@ -112,6 +118,17 @@ class YamlReader:
             if name not in found:
                 self.fail(where, f"{name!r} is missing; {what} needs {', '.join(needed)}")
         return found
+
+    def record(self, kind: type[T], node: yaml.Node, what: str, **read: Callable[[yaml.Node], object]) -> T:
+        """Return a dataclass, each field of the mapping's value of that name by what `read` has for it, else a text.
+
+        Fields that have a default may be missing.
+        """
+        fields = dataclasses.fields(kind)  # type: ignore[arg-type]  # mypy has no name for the type of dataclasses
+        optional = tuple(f.name for f in fields if f.default is not f.default_factory)  # both are MISSING without one
+        needed = tuple(f.name for f in fields if f.name not in optional)
+        given = self.fields(node, node, needed, what, optional)
+        return kind(**{name: read.get(name, self.text)(value) for name, value in given.items()})
 
     def items(self, node: yaml.Node) -> list[yaml.Node]:
         """Return the items of a list."""
@@ -175,15 +192,6 @@ def unknown(name: str, known: Collection[str], what: str) -> str:
     return f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}"
 
 
-def value(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
-    """Return the value of a mapping's key, or an item of a list; None if there is none."""
-    if isinstance(node, yaml.MappingNode):
-        return next((value for name, value in node.value if name.value == key), None)
-    if isinstance(node, yaml.SequenceNode) and isinstance(key, int):
-        return next(iter(node.value[key : key + 1]), None)
-    return None
-
-
 def line_of(node: yaml.Node) -> int:
     """Return the line in which a node begins, counted from 1."""
     return int(node.start_mark.line) + 1
@@ -196,7 +204,6 @@ _TRUE = ("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"
 _FALSE = ("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
 _INT = re.compile(r"([-+]?)(?:0[xX]([0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))")
 _DOUBLE = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf|infinity|nan))")
-_HEX_DOUBLE = re.compile(r"[-+]?0[xX][0-9a-fA-F]+(?:\.[0-9a-fA-F]*)?(?:[pP][-+]?\d+)?")
 _DOTTED = {sign + word for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")} | {".nan", ".NaN", ".NAN"}
 _RUN_TOGETHER = re.compile(r"\s*([\w.]+):([^\s:/=].*)")
 _DEEPEST = 100
@@ -220,10 +227,8 @@ class ParameterBlock:
     values: dict[str, yaml.Node]
 
 
-def scalar(text: str, *, plain: bool = True) -> Scalar:
-    """Return a value with the type that rcl gives it; `plain` is whether it has no quotation marks."""
-    if not plain:
-        return text
+def scalar(text: str) -> Scalar:
+    """Return a value that is written without quotation marks with the type that rcl gives it."""
     if text in _TRUE or text in _FALSE:
         return text in _TRUE
     if (found := _INT.fullmatch(text)) and len(text) < 30:
@@ -234,9 +239,6 @@ def scalar(text: str, *, plain: bool = True) -> Scalar:
             return number
     if text in _DOTTED:
         return float(text.replace(".", ""))
-    if _HEX_DOUBLE.fullmatch(text):
-        with contextlib.suppress(OverflowError):
-            return float.fromhex(text)
     if _DOUBLE.fullmatch(text):
         double = float(text)
         return text if double in (float("inf"), float("-inf")) and "n" not in text.lower() else double
@@ -245,7 +247,7 @@ def scalar(text: str, *, plain: bool = True) -> Scalar:
 
 def scalar_of(node: yaml.ScalarNode) -> Scalar:
     """Return the value of a node with the type that rcl gives it."""
-    return scalar(node.value, plain=not node.style)
+    return str(node.value) if node.style else scalar(node.value)
 
 
 def parameter_blocks(text: str) -> list[ParameterBlock]:
@@ -255,24 +257,10 @@ def parameter_blocks(text: str) -> list[ParameterBlock]:
         ParameterFileError: rcl refuses the file.
     """
     try:
-        if "*" in text:
-            for event in yaml.parse(text, FAST_LOADER):
-                if isinstance(event, yaml.AliasEvent):
-                    line = event.start_mark.line + 1 if event.start_mark else 1
-                    raise ParameterFileError(
-                        line, f"rcl knows no alias such as `*{event.anchor}`", "write the value out"
-                    )
         trees = list(yaml.compose_all(text, FAST_LOADER))
     except yaml.YAMLError as error:
         raise _not_yaml(text, error) from error
-    blocks: list[ParameterBlock] = []
-    for tree in trees:
-        if isinstance(tree, yaml.SequenceNode):
-            cure = f"name: / {PARAMETERS}: / parameter: value, each further indented"
-            raise ParameterFileError(line_of(tree), "it is a list", cure)
-        if tree is not None:
-            blocks += _blocks(tree, ())
-    return blocks
+    return [block for tree in trees if tree is not None for block in _blocks(tree, ())]
 
 
 def _not_yaml(text: str, error: yaml.YAMLError) -> ParameterFileError:
@@ -291,6 +279,9 @@ def _not_yaml(text: str, error: yaml.YAMLError) -> ParameterFileError:
 
 def _blocks(tree: yaml.Node, above: tuple[yaml.Node, ...]) -> Iterator[ParameterBlock]:
     """Yield the blocks of a mapping below the keys `above`."""
+    if isinstance(tree, yaml.SequenceNode) and not above:
+        cure = f"name: / {PARAMETERS}: / parameter: value, each further indented"
+        raise ParameterFileError(line_of(tree), "it is a list", cure)
     if not isinstance(tree, yaml.MappingNode) or len(above) > _DEEPEST:
         raise _no_block(tree, above)
     for key, value in tree.value:

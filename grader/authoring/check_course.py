@@ -74,9 +74,7 @@ def known_bad(path: Path, course: Course, worth: Mapping[str, float | None]) -> 
     Raises:
         GraderError: it names what does not exist, does not fit the solution, or loses more than there is.
     """
-    reader, root = YamlReader(path), yaml_reader.read(path)
-    if root is None:
-        raise GraderError(f"{path} is empty; a known-bad edit needs file, old, new, loses")
+    reader, root = YamlReader(), yaml_reader.read(path)
     given = reader.fields(root, root, ("file", "old", "new", "loses"), "a known-bad edit")
     edit: Edit | None = None
     loses: dict[str, float] = {}
@@ -273,7 +271,7 @@ class _Reading:
         root = yaml_reader.read(path) if path.is_file() else None
         if root is None:
             return
-        reader = YamlReader(path)
+        reader = YamlReader()
         parts = reader.fields(root, root, (), "", ("notebooks", "needs", "later", "stand_ins", "edits", "lanes"))
         wrong: list[str] = []
         for part in ("needs", "stand_ins"):

@@ -78,7 +78,7 @@ def release(out: Path, course: Course, *, solutions: bool = True, lane: str = la
         words = f"with the solved files of {which}, so `start_at` works; --without-solutions leaves them out"
     if lane != lanes.WHOLE:
         profile = out.with_suffix(".rubric.yaml")
-        profile.write_text(profile_of(lane, rubric.text(course.rubric)), encoding="utf-8")
+        profile.write_text(profile_of(lane, course.rubric.read_text(encoding="utf-8")), encoding="utf-8")
         words += f"; the notebooks are those of the lane {lane}, and {profile.name} is the rubric of what it asks for"
     return f"{counted(len(files), 'file')}, {out.stat().st_size / 1e6:.1f} MB; {words}"
 
@@ -114,7 +114,7 @@ def contents(course: Course, *, solutions: bool = True, lane: str = lanes.WHOLE)
         if lane != lanes.WHOLE and path.suffix == ".ipynb":
             found[name] = _in_lane(path, lane)
         elif path == course.rubric:
-            found[name] = held_back.rubric_for_students(rubric.text(path), whole, course).encode()
+            found[name] = held_back.rubric_for_students(path.read_text(encoding="utf-8"), whole, course).encode()
     found["docs/handout.md"] = handout.render(whole, course).encode()
     found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()

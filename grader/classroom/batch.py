@@ -203,7 +203,7 @@ def _prepared(
         if unknown := sorted(set(options.only) - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
-        text = rubric.text(path)
+        text = path.read_text(encoding="utf-8")
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
         actions, todo = {}, []
         for entry, known in zip(found.entries, now.entries, strict=True):

@@ -131,7 +131,7 @@ def rescore(
         course = named(facts.course)
         source = new_rubric or folder.path / RUBRIC
         whole = rubric.load(source, checks_run.known(course))
-        text = rubric.text(source)
+        text = source.read_text(encoding="utf-8")
         records = [record for entry in facts.entries if (record := folder.record(entry.id)) is not None]
         graded = [record for record in records if record.status is Status.GRADED]
         wanted = tuple(requirement.id for requirement in whole.requirements if requirement.checks)

@@ -109,7 +109,7 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
         GraderError: it cannot be read, or names something that the class or the rubric does not have.
     """
     root = yaml_reader.read(path) if path.exists() else None
-    return _Reader(path, tuple(submissions), people, rubric).read(root) if root else Decisions()
+    return _Reader(tuple(submissions), people, rubric).read(root) if root else Decisions()
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
@@ -154,8 +154,7 @@ def _undecided(doubt: Doubt, decisions: Decisions) -> Doubt | None:
 
 
 class _Reader(YamlReader):
-    def __init__(self, path: Path, submissions: Sequence[str], people: Sequence[Person], rubric: Rubric) -> None:
-        super().__init__(path)
+    def __init__(self, submissions: Sequence[str], people: Sequence[Person], rubric: Rubric) -> None:
         self._submissions = submissions
         self._worth = {requirement.id: requirement.points for requirement in rubric.requirements}
         self._people = people

@@ -8,7 +8,7 @@ import jinja2
 
 from grader.course import packages
 from grader.course.model import Course
-from grader.scoring.rubric import Criterion, Requirement, Rubric
+from grader.scoring.rubric import Requirement, Rubric
 from grader.words import say
 
 
@@ -28,22 +28,19 @@ def render(rubric: Rubric, course: Course) -> str:
         template.render(
             rubric=rubric,
             course=course,
-            ids={criterion.id: _span(criterion) for criterion in rubric.criteria},
+            ids={criterion.id: criterion.span for criterion in rubric.criteria},
             interfaces=interfaces,
             parameters={name: node.defaults for name, node in course.nodes.items()},
             level=level,
             notebook=notebook,
-            imports=[_import(module, p) for p in packages.offered() for module in p.modules],
+            imports=[
+                f"`{module}` {p.version}" if module == p.name else f"`{module}` ({p.name} {p.version})"
+                for p in packages.offered()
+                for module in p.modules
+            ],
             ros=packages.of_ros(course),
         )
         + "\n"
-    )
-
-
-def _import(module: str, package: packages.Package) -> str:
-    """Return "`numpy` 2.4.6", or "`yaml` (pyyaml 6.0.3)" where the package has another name than its module."""
-    return (
-        f"`{module}` {package.version}" if module == package.name else f"`{module}` ({package.name} {package.version})"
     )
 
 
@@ -54,12 +51,6 @@ def _said(frame: Path) -> tuple[str, str, None] | None:
     return "\n".join(map(say, frame.read_text(encoding="utf-8").split("\n"))), str(frame), None
 
 
-def _span(criterion: Criterion) -> str:
-    """Return "Q1 to Q6", a criterion's first and last requirement; "" if it has none."""
-    ends = [*criterion.requirements[:1], *criterion.requirements[-1:]]
-    return say(" to ").join(dict.fromkeys(requirement.id for requirement in ends))
-
-
 def fields(text: str) -> str:
     """Return an interface's fields without its comments."""
     lines = (line.partition("#")[0].rstrip() for line in text.splitlines())
@@ -68,15 +59,11 @@ def fields(text: str) -> str:
 
 def level(requirement: Requirement) -> str:
     """Return "core", "advanced", or how many points are which; and whether it is judged at hand-in only."""
-    return f"{_level(requirement)}, {requirement.waits}" if requirement.held_back else _level(requirement)
-
-
-def _level(requirement: Requirement) -> str:
-    if not requirement.advanced:
-        return say("core")
-    core = requirement.points - requirement.advanced
-    both = say("core {core:g}, advanced {advanced:g}", core=core, advanced=requirement.advanced)
-    return both if core else say("advanced")
+    core, advanced = requirement.points - requirement.advanced, requirement.advanced
+    words = say("core {core:g}, advanced {advanced:g}", core=core, advanced=advanced)
+    if not core or not advanced:
+        words = say("advanced") if advanced else say("core")
+    return f"{words}, {requirement.waits}" if requirement.held_back else words
 
 
 def notebook(requirement: Requirement) -> str:

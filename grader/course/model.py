@@ -267,7 +267,8 @@ def role(path: str, package: str) -> str:
     name = parts[-1]
     if parts[0] == package and len(parts) > 1:
         return "module"
-    if parts[0] in ("test", "tests") or (len(parts) == 1 and _is_collected(name)):
+    collected = name == "conftest.py" or re.fullmatch(r"(?s)test_.*\.py|.*_test\.py", name)
+    if parts[0] in ("test", "tests") or (len(parts) == 1 and collected):
         return "test"
     if parts == ("setup.py",):
         return "setup"
@@ -276,8 +277,3 @@ def role(path: str, package: str) -> str:
     # Python without `.py` was recognised by its first line, which makes it a program.
     in_scripts = parts[0] in ("scripts", "bin", "examples", "tools", "demo")
     return "script" if in_scripts or not name.endswith(".py") else "module"
-
-
-def _is_collected(name: str) -> bool:
-    """Return whether pytest collects a file of this name."""
-    return name == "conftest.py" or (name.startswith("test_") and name.endswith(".py")) or name.endswith("_test.py")

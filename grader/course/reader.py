@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import ast
-import dataclasses
 import importlib
 import os
 import re
 import sys
-from collections.abc import Iterable
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
@@ -30,9 +29,8 @@ VARIABLE = "ROS2_COURSE"
 """The environment variable with the folder of the course, where no `--course` names it."""
 INSTALLED = "grader/course/installed.txt"
 """In a kit that was made for a course of one's own: the folder of the course, seen from the kit's."""
-_GOAL = tuple(field.name for field in dataclasses.fields(GoalFields))
 _ROLES = ("subscribes", "publishes", "services", "actions")
-_OTHERS = ("config", "answers_on", "answers_every", "ahead", "parameters")
+_FIELDS = {"answers_every": "answers_every_s", "ahead": "ahead_deg"}  # of a Node, where they have other names
 
 
 @cache
@@ -119,24 +117,25 @@ def load(folder: Path) -> Course:
 @cache
 def loaded(folder: Path) -> Course:
     """Return the course in a folder, given by its resolved path, read once in a process; see `load`."""
-    path, root = _compose(folder / COURSE)
-    reader, places, wrong = _Reader(path), ("solution", "notebooks"), list[str]()
-    named = yaml_reader.value(root, "package")
-    package = str(named.value) if isinstance(named, yaml.ScalarNode) else ""
+    reader, places, wrong = _Reader(), ("solution", "notebooks"), list[str]()
+    needs = f"A course needs {COURSE} and {CONTRACT}."
+    root = yaml_reader.read(folder / COURSE, needs)
     parts: dict[str, Any] = {}
     with yaml_reader.noted(wrong):
         fields = reader.fields(root, root, ("title", "package", "rubric"), "a course", ("language", *places))
-        parts = {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
-        parts["title"] = reader.text(fields["title"])
-        parts |= {"language": reader.language(fields["language"])} if "language" in fields else {}
+        parts |= {name: reader.text(fields[name]) for name in ("title", "package")}
+        parts |= {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
+        if "language" in fields:
+            known = words.languages()
+            parts["language"] = reader.one_of(fields["language"], known, "a language that the kit has words in")
     with yaml_reader.noted(wrong):
-        path, contract = _compose(folder / CONTRACT)
-        parts |= _Reader(path).contract(contract, package) if package else {}
+        contract = yaml_reader.read(folder / CONTRACT, needs)
+        parts |= reader.contract(contract, parts["package"]) if parts else {}
     yaml_reader.require_none(wrong)
-    course = Course(folder=folder, package=package, **parts)
+    course = Course(folder=folder, **parts)
     for type_ in course.interfaces:
         if not (file := course.contract / course.interface_file(type_)).is_file():
-            raise GraderError(f"{path} names the interface {type_}, and there is no {file}. Write it.")
+            raise GraderError(f"{folder / CONTRACT} names the interface {type_}, and there is no {file}. Write it.")
     return course
 
 
@@ -159,22 +158,8 @@ def module_names(*folders: Path) -> list[str]:
     return [f"{package}.{name}" for name in names]
 
 
-def _compose(path: Path) -> tuple[Path, yaml.Node]:
-    try:
-        root = yaml_reader.compose(path, path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}). A course needs {COURSE} and {CONTRACT}.") from error
-    if root is None:
-        raise GraderError(f"{path} is empty. Compare it with that of the kit's own course.")
-    return path, root
-
-
 class _Reader(YamlReader):
     """Makes the parts of a course."""
-
-    def language(self, node: yaml.Node) -> str:
-        """Return the code of a language that the kit has words in."""
-        return self.one_of(node, words.languages(), "a language that the kit has words in")
 
     def place(self, folder: Path, node: yaml.Node) -> Path:
         """Return a path that is written relative to the course's folder, if it is there."""
@@ -189,52 +174,45 @@ class _Reader(YamlReader):
         fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
         layout = self.texts(fields["layout"])
         interfaces = self.texts(fields["interfaces"]) if "interfaces" in fields else ()
-        nodes = {}
+        path = partial(self.one_of, known=layout, what="a path of the layout")
+        nodes: dict[str, Node] = {}
         wrong: list[str] = []
-        with yaml_reader.noted(wrong):
-            for name, key, value in self.mapping(fields["nodes"]):
-                with yaml_reader.noted(wrong):
-                    nodes[name] = self._node(name, key, value, package, layout, interfaces)
+        for name, key, value in self.mapping(fields["nodes"]):
+            with yaml_reader.noted(wrong):
+                self.require_known(f"{package}/{name}.py", key, layout, "a path of the layout")
+                test = f"test/test_{name}.py"
+                found = self._node(value, path, interfaces)
+                nodes[name] = Node(name, f"{package}/{name}.py", test if test in layout else "", **found)
         yaml_reader.require_none(wrong)
-        found: dict[str, Any] = {"nodes": nodes, "layout": layout, "interfaces": interfaces}
-        if "launch" in fields:
-            found["launch"] = {}
-            for path, key, value in self.mapping(fields["launch"]):
-                self.require_known(path, key, layout, "a path of the layout")
-                started = (self.one_of(item, nodes, "a node of the contract") for item in self.items(value))
-                found["launch"][path] = tuple(started)
-        if "functions" in fields:
-            functions = self.fields(fields["functions"], fields["functions"], ("module", "names"), "functions")
-            module = self.one_of(functions["module"], layout, "a path of the layout")
-            found["functions"] = Functions(module, self.texts(functions["names"]))
-        if "goal" in fields:
-            goal = self.fields(fields["goal"], fields["goal"], _GOAL, "a goal")
-            found["goal"] = GoalFields(**{name: self.text(value) for name, value in goal.items()})
-        if "demonstration" in fields:
-            found["demonstration"] = self.one_of(fields["demonstration"], layout, "a path of the layout")
-        if "words" in fields:
-            found["words"] = self.texts(fields["words"])
-        return found
 
-    def _node(
-        self, name: str, key: yaml.Node, value: yaml.Node, package: str,
-        layout: tuple[str, ...], interfaces: tuple[str, ...],
-    ) -> Node:  # fmt: skip
-        fields = self.fields(value, key, (), "a node", (*_ROLES, *_OTHERS))
-        roles = {role: self._types(fields[role], interfaces) for role in _ROLES if role in fields}
-        module = f"{package}/{name}.py"
-        self.require_known(module, key, layout, "a path of the layout")
-        config = self.one_of(fields["config"], layout, "a path of the layout") if "config" in fields else ""
-        answers_on, topics = fields.get("answers_on"), roles.get("publishes", {})
-        answer = self.one_of(answers_on, topics, "a topic that it publishes") if answers_on else ""
-        every_s = self._number(fields["answers_every"]) if "answers_every" in fields else 0.05
-        ahead = self._number(fields["ahead"]) if "ahead" in fields else 90.0
-        test = f"test/test_{name}.py"
-        parameters = self.mapping(fields["parameters"]) if "parameters" in fields else ()
-        return Node(
-            name, module, test if test in layout else "", config, answer, every_s, ahead,
-            parameters={name: self._parameter(key, value) for name, key, value in parameters}, **roles,
-        )  # fmt: skip
+        def launched(node: yaml.Node) -> dict[str, tuple[str, ...]]:
+            node_of = partial(self.one_of, known=nodes, what="a node of the contract")
+            return {path(key): tuple(map(node_of, self.items(value))) for _, key, value in self.mapping(node)}
+
+        readers: dict[str, Callable[[yaml.Node], Any]] = {
+            "launch": launched,
+            "functions": lambda node: self.record(Functions, node, "functions", module=path, names=self.texts),
+            "goal": lambda node: self.record(GoalFields, node, "a goal"),
+            "demonstration": path,
+            "words": self.texts,
+        }
+        others = {name: readers[name](value) for name, value in fields.items() if name in readers}
+        return {"nodes": nodes, "layout": layout, "interfaces": interfaces, **others}
+
+    def _node(self, node: yaml.Node, path: Callable[[yaml.Node], str], interfaces: tuple[str, ...]) -> dict[str, Any]:
+        readers: dict[str, Callable[[yaml.Node], Any]] = {
+            **dict.fromkeys(_ROLES, partial(self._types, interfaces=interfaces)),
+            "config": path,
+            "answers_on": self.text,
+            "answers_every": self._number,
+            "ahead": self._number,
+            "parameters": lambda node: {name: self._parameter(value) for name, _, value in self.mapping(node)},
+        }
+        fields = self.fields(node, node, (), "a node", tuple(readers))
+        found = {_FIELDS.get(name, name): readers[name](value) for name, value in fields.items()}
+        if "answers_on" in fields:
+            self.one_of(fields["answers_on"], found.get("publishes", {}), "a topic that it publishes")
+        return found
 
     def _types(self, node: yaml.Node, interfaces: tuple[str, ...]) -> dict[str, str]:
         found = {}
@@ -244,16 +222,12 @@ class _Reader(YamlReader):
                 self.require_known(found[name], value, interfaces, "one of the course's interfaces")
         return found
 
-    def _parameter(self, key: yaml.Node, value: yaml.Node) -> Parameter:
-        fields = self.fields(value, key, ("default",), "a parameter", ("meaning", "telltale", "refuses", "drawn"))
-        default = fields["default"]
-        return Parameter(
-            self.text(default) if default.tag.endswith(":str") else self._number(default),
-            self.text(fields["meaning"]) if "meaning" in fields else "",
-            self._number(fields["telltale"]) if "telltale" in fields else None,
-            tuple(map(self._number, self.items(fields["refuses"]))) if "refuses" in fields else (),
-            self.text(fields["drawn"]) if "drawn" in fields else "",
-        )
+    def _parameter(self, node: yaml.Node) -> Parameter:
+        return self.record(
+            Parameter, node, "a parameter", telltale=self._number,
+            default=lambda value: self.text(value) if value.tag.endswith(":str") else self._number(value),
+            refuses=lambda values: tuple(map(self._number, self.items(values))),
+        )  # fmt: skip
 
     def _number(self, node: yaml.Node) -> float:
         try:

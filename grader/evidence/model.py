@@ -164,11 +164,11 @@ class Build:
     """
 
     ok: bool
-    cached: bool
-    wall_seconds: float
-    exit_code: int | None
-    timed_out: bool
-    log_tail: str
+    cached: bool = False
+    wall_seconds: float = 0.0
+    exit_code: int | None = None
+    timed_out: bool = False
+    log_tail: str = ""
     executables: list[str] = field(default_factory=list)
     shared_files: list[str] = field(default_factory=list)
     type_hashes: dict[str, str] = field(default_factory=dict)
@@ -180,14 +180,6 @@ class Build:
     package: str = ""
     types_package: str = ""
     misplaced: dict[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def not_tried(cls, package: str) -> Build:
-        """Return the facts of a package that was not built because no wanted requirement needs it."""
-        return cls(
-            ok=False, cached=False, wall_seconds=0.0, exit_code=None, timed_out=False, log_tail="",
-            package=package, types_package=package,
-        )  # fmt: skip
 
 
 @dataclass(frozen=True)

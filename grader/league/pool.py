@@ -70,8 +70,6 @@ def read(course: Course) -> list[Package]:
 
 
 def _edit(path: Path, solution: Path) -> Edit:
-    reader, root = YamlReader(path), yaml_reader.read(path)
-    if root is None:
-        raise GraderError(f"{path} is empty; an edit of the solution needs file, old, new")
+    reader, root = YamlReader(), yaml_reader.read(path)
     given = reader.fields(root, root, ("file", "old", "new"), "an edit of the solution")
     return package_edits.read(reader, given, solution)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +12,6 @@ from pathlib import Path
 import yaml
 
 from grader import KIT, yaml_reader
-from grader.errors import GraderError
 from grader.words import say, spoken
 from grader.yaml_reader import YamlReader, line_of
 
@@ -22,6 +21,7 @@ HUNT = "check_hunt::test_keeps_its_promises"
 """The check that judges a hunt; for each requirement it is another, with the requirement's id in brackets."""
 FLAGS = ("note", "withhold")
 """What integrity flags do by a rubric: nothing to the points, or keep what they concern until a person decides."""
+_TRUE = ("true", "false")
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Check:
 
     id: str
     points: float
-    level: str
+    level: str = "core"
 
     @property
     def module(self) -> str:
@@ -85,6 +85,12 @@ class Criterion:
     points: float
     levels: dict[str, str]
     requirements: tuple[Requirement, ...]
+
+    @property
+    def span(self) -> str:
+        """Return its first and last requirement, "Q1 to Q6"; "" if it has none."""
+        ends = (*self.requirements[:1], *self.requirements[-1:])
+        return say(" to ").join(dict.fromkeys(requirement.id for requirement in ends))
 
 
 @dataclass(frozen=True)
@@ -146,10 +152,7 @@ class Rubric:
         Raises:
             KeyError: there is no such requirement.
         """
-        for requirement in self.requirements:
-            if requirement.id == name:
-                return requirement
-        raise KeyError(name)
+        return {requirement.id: requirement for requirement in self.requirements}[name]
 
 
 def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
@@ -158,42 +161,24 @@ def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
     Raises:
         GraderError: the file cannot be read, names something unknown, or its points do not add up.
     """
-    return _loaded(path, text(path), None if checks is None else frozenset(checks), spoken())
+    text = yaml_reader.text(path, "Compare it with the kit's own.")
+    return _loaded(path, text, None if checks is None else frozenset(checks), spoken())
 
 
 @lru_cache(32)
 def _loaded(path: Path, read: str, checks: frozenset[str] | None, _language: str) -> Rubric:
     """Return the rubric in `path` with the text `read`, in the language in use. Reading one takes 10 ms."""
-    root = yaml_reader.compose(path, read)
-    if not isinstance(root, yaml.MappingNode):
-        raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
-    reader = _Reader(path, checks)
-    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(read.encode()).hexdigest())
-    if problems := [f"line {reader.points_lines[name]}: {words}" for name, words in _problems(rubric)]:
-        raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
-    return rubric
-
-
-def text(path: Path) -> str:
-    """Return a rubric's text.
-
-    Raises:
-        GraderError: the file cannot be read.
-    """
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read as a rubric ({error}). Compare it with the kit's own.") from error
+    return replace(
+        _Reader(checks).rubric(yaml_reader.compose(path, read)), sha256=hashlib.sha256(read.encode()).hexdigest()
+    )
 
 
 class _Reader(YamlReader):
-    """Makes the parts of a rubric. `points_lines` has the lines of their points, by id."""
+    """Makes the parts of a rubric."""
 
-    def __init__(self, path: Path, checks: Collection[str] | None) -> None:
-        super().__init__(path)
+    def __init__(self, checks: Collection[str] | None) -> None:
         self._checks = checks
         self._lines: dict[str, int] = {}
-        self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
         optional = ("scale", "league", "dropped", "flags")
@@ -207,14 +192,11 @@ class _Reader(YamlReader):
         return Rubric(title, version, criteria, scale, league, dropped=dropped, withholds=withholds)
 
     def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
-        steps: list[Step] = []
-        for item in self.items(node):
-            given = self.fields(item, item, ("grade", "percent"), "a step of the scale")
-            steps.append(Step(self.text(given["grade"]), self._points(given["percent"])))
-            if len(steps) > 1 and steps[-1].percent >= steps[-2].percent:
-                self.fail(
-                    item, f"{steps[-1].grade} needs less than the {steps[-2].percent:g} percent of the step before"
-                )
+        items = self.items(node)
+        steps = [self.record(Step, item, "a step of the scale", percent=self._points) for item in items]
+        for item, before, step in zip(items[1:], steps, steps[1:], strict=False):
+            if step.percent >= before.percent:
+                self.fail(item, f"{step.grade} needs less than the {before.percent:g} percent of the step before")
         if not steps or steps[-1].percent != 0:
             self.fail(node, "a scale ends with the grade for 0 percent, so that every total has one")
         return tuple(steps)
@@ -226,13 +208,13 @@ class _Reader(YamlReader):
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "levels", "requirements"), "a criterion", ("points",))
-        name = self._id(given)
+        name = self._id(given["id"])
         requirements = self.every(given["requirements"], lambda item: self._requirement(item, name))
         levels = self.fields(given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion")
         return Criterion(
             id=name,
             title=self._said(given["title"]),
-            points=self._points(given["points"]) if "points" in given else _sum(requirements),
+            points=self._sum(requirements, given, "points, its requirements"),
             levels={level: self._said(words) for level, words in levels.items()},
             requirements=requirements,
         )
@@ -240,9 +222,9 @@ class _Reader(YamlReader):
     def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
         needed, optional = ("id", "text"), ("section", "points", "title", "advanced", "checks", "held_back", "hunt")
         given = self.fields(node, node, needed, "a requirement", optional)
-        name = self._id(given)
+        name = self._id(given["id"])
         checks = self.every(given["checks"], self._check) if "checks" in given else ()
-        held_back = "held_back" in given and self._is_true(given["held_back"], "held_back")
+        held_back = "held_back" in given and self.one_of(given["held_back"], _TRUE, "a value of `held_back`") == "true"
         hunt = 0
         if "hunt" in given and held_back:
             self.fail(given["hunt"], f"{name} is held back, and students have the promises that a hunt is about")
@@ -251,15 +233,15 @@ class _Reader(YamlReader):
             checks = (*checks, check)
         if not checks and "points" not in given:
             self.fail(node, f"{name} has no checks to sum its points from; write its `points`")
-        advanced = [check for check in checks if check.level == "advanced"]
+        advanced = [check for check in checks if check.level == "advanced"] if checks else None
         return Requirement(
             id=name,
             criterion=criterion,
-            points=self._points(given["points"]) if "points" in given else _sum(checks),
+            points=self._sum(checks or None, given, "points, its checks"),
             text=self._said(given["text"]),
             section=self.text(given["section"]) if "section" in given else "",
             checks=checks,
-            advanced=self._points(given["advanced"]) if "advanced" in given else _sum(advanced),
+            advanced=self._sum(advanced, given, "advanced points, its checks", "advanced"),
             title=self._said(given["title"]) if "title" in given else name,
             held_back=held_back,
             hunt=hunt,
@@ -269,36 +251,35 @@ class _Reader(YamlReader):
         """Return a text in the language in use."""
         return say(" ".join(self.text(node).split()))
 
-    def _is_true(self, node: yaml.Node, key: str) -> bool:
-        return self.one_of(node, ("true", "false"), f"a value of `{key}`") == "true"
-
     def _check(self, node: yaml.Node) -> Check:
-        given = self.fields(node, node, ("id", "points"), "a check", ("level",))
-        name = self._id(given)
+        return self.record(Check, node, "a check", id=self._check_id, points=self._points, level=self._level)
+
+    def _check_id(self, node: yaml.Node) -> str:
+        name = self._id(node)
         if name == HUNT:
-            self.fail(given["id"], "write `hunt: {cases: 300, points: 2}` beside `checks` instead")
+            self.fail(node, "write `hunt: {cases: 300, points: 2}` beside `checks` instead")
         if self._checks is not None and name not in self._checks:
             module = name.partition("::")[0]
             same = [each for each in self._checks if each.partition("::")[0] == module]
-            self.require_known(name, given["id"], sorted(same or self._checks), "a check of the kit")
-        return Check(name, self._points(given["points"]), self._level(given))
+            self.require_known(name, node, sorted(same or self._checks), "a check of the kit")
+        return name
 
     def _hunt(self, node: yaml.Node, requirement: str) -> tuple[int, Check]:
         """Return the number of cases of a hunt, and the check that gives all of its points or none."""
         given = self.fields(node, node, ("cases", "points"), "a hunt", ("level",))
         if not (cases := self.text(given["cases"])).isdecimal() or int(cases) < 1:
             self.fail(given["cases"], f"{cases} is not a number of cases")
-        return int(cases), Check(f"{HUNT}[{requirement}]", self._points(given["points"]), self._level(given))
+        level = self._level(given["level"]) if "level" in given else "core"
+        return int(cases), Check(f"{HUNT}[{requirement}]", self._points(given["points"]), level)
 
-    def _level(self, given: dict[str, yaml.Node]) -> str:
-        return self.one_of(given["level"], ("core", "advanced"), "a level") if "level" in given else "core"
+    def _level(self, node: yaml.Node) -> str:
+        return self.one_of(node, ("core", "advanced"), "a level")
 
-    def _id(self, given: dict[str, yaml.Node]) -> str:
-        name = self.text(given["id"])
+    def _id(self, node: yaml.Node) -> str:
+        name = self.text(node)
         if name in self._lines:
-            self.fail(given["id"], f"{name} is listed twice, first in line {self._lines[name]}")
-        self._lines[name] = line_of(given["id"])
-        self.points_lines[name] = line_of(given.get("points", given["id"]))
+            self.fail(node, f"{name} is listed twice, first in line {self._lines[name]}")
+        self._lines[name] = line_of(node)
         return name
 
     def _points(self, node: yaml.Node) -> float:
@@ -307,25 +288,14 @@ class _Reader(YamlReader):
             self.fail(node, f"{points:g} is not a number of points")
         return points
 
-
-def _sum(parts: Iterable[Check | Requirement]) -> float:
-    return round(math.fsum(part.points for part in parts), 9)
-
-
-def _problems(rubric: Rubric) -> list[tuple[str, str]]:
-    """Return whose points do not add up, and why."""
-    problems = []
-    for criterion in rubric.criteria:
-        total = sum(r.points for r in criterion.requirements)
-        if abs(total - criterion.points) > 1e-9:
-            words = f"{criterion.id} has {criterion.points:g} points, its requirements {total:g}"
-            problems.append((criterion.id, words))
-    for requirement in rubric.requirements:
-        for kind, points, counted in (
-            ("", requirement.points, requirement.checks),
-            ("advanced ", requirement.advanced, [c for c in requirement.checks if c.level == "advanced"]),
-        ):
-            total = sum(check.points for check in counted)
-            if requirement.checks and abs(total - points) > 1e-9:
-                problems.append((requirement.id, f"{requirement.id} has {points:g} {kind}points, its checks {total:g}"))
-    return problems
+    def _sum(
+        self, parts: Sequence[Check | Requirement] | None, given: dict[str, yaml.Node], what: str, key: str = "points"
+    ) -> float:
+        """Return the points of all parts, which those that are written have to be; of None whatever is written."""
+        total = round(math.fsum(part.points for part in parts or ()), 9)
+        if key not in given:
+            return total
+        points = self._points(given[key])
+        if parts is not None and abs(total - points) > 1e-9:
+            self.fail(given[key], f"{self.text(given['id'])} has {points:g} {what} {total:g}; correct the points")
+        return points

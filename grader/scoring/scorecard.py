@@ -126,7 +126,12 @@ def score(rubric: Rubric, results: Iterable[CheckResult], flagged: Collection[st
     for result in results:
         found.setdefault(result.id, []).append(result)
     held = frozenset(flagged) if rubric.withholds else frozenset()
-    return _total(tuple(_score_criterion(criterion, found, held) for criterion in rubric.criteria))
+
+    def scored(requirement: Requirement) -> RequirementScore:
+        score = _score_requirement(requirement, found)
+        return _withheld(score) if requirement.id in held else score
+
+    return _total(tuple(_sum_up(each, tuple(map(scored, each.requirements))) for each in rubric.criteria))
 
 
 def _total(criteria: tuple[CriterionScore, ...]) -> Scorecard:
@@ -140,20 +145,15 @@ def _total(criteria: tuple[CriterionScore, ...]) -> Scorecard:
 
 def decided(card: Scorecard, points: Mapping[str, float]) -> Scorecard:
     """Return the scorecard with other points, by people, for the requirements that are named."""
-    criteria = []
-    for criterion in card.criteria:
-        scores = tuple(
-            _decided(score, points[score.requirement.id]) if score.requirement.id in points else score
-            for score in criterion.requirements
-        )
-        criteria.append(_sum_up(criterion.criterion, scores))
-    return _total(tuple(criteria))
 
+    def decide(score: RequirementScore) -> RequirementScore:
+        if (given := points.get(score.requirement.id)) is None:
+            return score
+        worth = score.requirement.points
+        outcome = _outcome((), given, worth)
+        return replace(score, points=_tidy(given), max=_tidy(worth), outcome=outcome, withheld=0.0)
 
-def _decided(score: RequirementScore, points: float) -> RequirementScore:
-    worth = score.requirement.points
-    outcome = _outcome((), points, worth)
-    return replace(score, points=_tidy(points), max=_tidy(worth), outcome=outcome, withheld=0.0)
+    return _total(tuple(_sum_up(each.criterion, tuple(map(decide, each.requirements))) for each in card.criteria))
 
 
 def earned(check: Check, result: CheckResult) -> float:
@@ -171,11 +171,6 @@ def level(points: float, maximum: float) -> str:
     if maximum <= 0:
         return ""
     return next(name for name, least in LEVELS if points >= least * maximum - 1e-9)
-
-
-def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]], held: frozenset[str]) -> CriterionScore:
-    scores = (_score_requirement(requirement, found) for requirement in criterion.requirements)
-    return _sum_up(criterion, tuple(_withheld(s) if s.requirement.id in held else s for s in scores))
 
 
 def _withheld(score: RequirementScore) -> RequirementScore:

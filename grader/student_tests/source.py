@@ -61,12 +61,12 @@ def own_tests(subject: Subject, workers: WorkerPool | None = None) -> Job[SuiteR
 
         return run_suite(
             package, subject.install, modules, settings.course,
-            seconds=settings.test_seconds, workers=workers, progress=progress,
+            workers=workers, progress=progress,
         )  # fmt: skip
 
     return Job(
         OWN_TESTS, Where.SANDBOX, SuiteRun, run, turn=Turn.CHAIN, lasting=_lasting,
-        decided_by=(subject.handed_in, subject.seen_by_nodes, str(settings.test_seconds)),
+        decided_by=(subject.handed_in, subject.seen_by_nodes),
         serves=served(settings, StudentTestRuns.name),
     )  # fmt: skip
 

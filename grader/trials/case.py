@@ -219,10 +219,7 @@ def read(path: Path, course: Course) -> Case:
     Raises:
         GraderError: it cannot be read, or something in it is not as it should be; file and line are named.
     """
-    try:
-        return of_text(path, path.read_text(encoding="utf-8"), course)
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}).") from error
+    return of_text(path, yaml_reader.text(path), course)
 
 
 def of_text(path: Path, text: str, course: Course) -> Case:
@@ -232,9 +229,7 @@ def of_text(path: Path, text: str, course: Course) -> Case:
         GraderError: something in it is not as it should be; file and line are named.
     """
     root = yaml_reader.compose(path, text)
-    if root is None:
-        raise GraderError(f"{path} is empty. A case needs node and steps.")
-    _Reading(YamlReader(path), course).check(root)
+    _Reading(YamlReader(), course).check(root)
     try:
         plain = SafeConstructor().construct_document(root)
         json.dumps(plain)  # which has no dates, as YAML has

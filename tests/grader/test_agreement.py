@@ -83,7 +83,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
         folder = tmp_path / "-".join(["work", *requirements])
         folder.mkdir()
         chosen = replace(settings, cache=tmp_path / "cache", reuse=Reuse.KEPT, requirements=requirements)
-        return collect.collect(submission, folder, chosen)
+        return collect.collect(Subject(submission, chosen, folder))
 
     together = collected()
     for requirement in settings.rubric.requirements:

@@ -23,7 +23,7 @@ from grader import KIT, cli
 from grader.authoring import check_course, notebook_run, notebook_source
 from grader.classroom import gradebook, overview
 from grader.classroom.class_folder import ClassFolder
-from grader.course import handout, kits_own, load, name_of
+from grader.course import handout, kits_own, load
 from grader.course.reader import VARIABLE, modules
 from grader.evidence import Sample, Touch, Trial
 from grader.intake import package_edits
@@ -53,12 +53,6 @@ WEAKER = {"waits_before_a_bed": 72.5, "forgets_its_battery": 70.0, "takes_its_ti
 def test_its_files_have_no_mistake():
     assert check_course.mistakes(FOLDER) == []
     assert sum(criterion.points for criterion in WHOLE.criteria) == 100
-
-
-def test_the_kits_own_course_is_the_one_with_the_rubric_at_the_top():
-    assert kits_own().rubric == KIT / "rubric.yaml"
-    assert name_of(kits_own()) == ""
-    assert name_of(COURSE) == str(FOLDER)
 
 
 def test_each_check_is_failed_by_some_edit():
@@ -244,11 +238,8 @@ def test_a_class_of_four_is_ranked(tmp_path: Path):
     points = {row.submission: float(row.total or 0) for _, row, _ in league}
     assert points == {"solution": 100.0} | {name.replace("_", "-"): left for name, left in WEAKER.items()}
     assert [rank for rank, *_ in league] == [1, 2, 3, 4]
-    time, clearance, distance = league[0][2]
-    assert time is not None
+    time, clearance, distance = (figure or 0.0 for figure in league[0][2])
     assert 30.0 < time < 60.0
-    assert clearance is not None
     assert clearance >= 0.1
-    assert distance is not None
     assert 13.0 < distance < 18.0
     assert json.loads((folder.path / "submissions" / "solution" / "report.json").read_text())["complete"]

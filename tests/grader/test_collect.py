@@ -59,7 +59,7 @@ def settings(tmp_path: Path) -> Settings:
 def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Replace the build; the list that is returned grows by one for each."""
     builds: list[str] = []
-    facts = replace(Build.not_tried(PACKAGE), ok=True, flags=[Flag("build", "second")])
+    facts = Build(ok=True, package=PACKAGE, types_package=PACKAGE, flags=[Flag("build", "second")])
 
     def build(_: Submission, contract: collect.Built, __: Settings) -> tuple[collect.Built, collect.Built]:
         builds.append("built")
@@ -68,6 +68,15 @@ def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     monkeypatch.setattr(collect.building, "build_contract", lambda *_: collect.Built(facts, tmp_path))
     monkeypatch.setattr(collect, "_build", build)
     return builds
+
+
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Replace the sources by one that drives for F4 and one that reads for Q1; each adds its name when it was done."""
+    names: list[str] = []
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), names)
+    monkeypatch.setattr(collect, "SOURCES", (drive, Answers("read", Phase.TEXT, "Q1", Collected(), names)))
+    return names
 
 
 def test_a_requirement_of_the_text_alone_needs_no_build_and_one_that_something_must_run_for_does():
@@ -84,7 +93,7 @@ def test_code_of_the_builds_own_that_ran_is_read_with_the_rest(
     read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
     drive = Answers("trials", Phase.RUN, "F4", Collected(left=left), done)
     monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
+    collect.collect(Subject(submission, replace(settings, requirements=("F4", "Q1")), tmp_path))
     assert sorted(done) == (["read", "read", "trials"] if left else ["read", "trials"])
     assert read.subject is not None
     assert read.subject.left == left
@@ -96,12 +105,8 @@ def test_every_requirement_is_served_by_a_source_but_what_the_build_shows():
     assert served <= {r.id for r in RUBRIC.requirements}
 
 
-def test_only_sources_of_wanted_requirements_are_done(monkeypatch, submission, settings, built, tmp_path: Path):
-    done: list[str] = []
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
-    monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("Q1",)))
+def test_only_sources_of_wanted_requirements_are_done(done, submission, settings, built, tmp_path: Path):
+    collect.collect(Subject(submission, replace(settings, requirements=("Q1",)), tmp_path))
     assert (done, built) == (["read"], [])
 
 
@@ -111,7 +116,7 @@ def test_facts_and_flags_are_merged_in_the_order_of_the_sources(monkeypatch, sub
     last = Answers("last", Phase.TEXT, "Q1", Collected({}, (Flag("text", "fourth"),)), done)
     first = Answers("first", Phase.RUN, "F14", Collected({"functions": answers}, (Flag("run", "third"),)), done)
     monkeypatch.setattr(collect, "SOURCES", (first, last))
-    found = collect.collect(submission, tmp_path, replace(settings, requirements=("F14", "Q1")))
+    found = collect.collect(Subject(submission, replace(settings, requirements=("F14", "Q1")), tmp_path))
     assert [flag.what for flag in found.flags] == ["first", "second", "third", "fourth"]
     assert found.functions == answers
 
@@ -120,16 +125,12 @@ def test_a_job_of_two_sources_is_done_once(monkeypatch, submission, settings, bu
     done: list[str] = []
     sources = [Answers("tests", Phase.RUN, "T3", Collected(), done) for _ in range(2)]
     monkeypatch.setattr(collect, "SOURCES", tuple(sources))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("T3",)))
+    collect.collect(Subject(submission, replace(settings, requirements=("T3",)), tmp_path))
     assert done == ["tests"]
 
 
-def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission, settings, built, tmp_path: Path):
-    done: list[str] = []
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
-    monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    listed = collect.explain(submission, tmp_path, replace(settings, requirements=("F4",)))
+def test_the_jobs_are_listed_and_only_the_build_is_done(done, submission, settings, built, tmp_path: Path):
+    listed = collect.explain(Subject(submission, replace(settings, requirements=("F4",)), tmp_path))
     assert [job.name for job, _ in listed] == ["read", "the contract's build", "the package's build", "drive"]
     assert (done, built) == ([], ["built"])
     words = console.jobs(listed)
@@ -137,15 +138,11 @@ def test_the_jobs_are_listed_and_only_the_build_is_done(monkeypatch, submission,
     assert "the package's build                     to do; after the contract's build" in words
 
 
-def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
-    done: list[str] = []
-    broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
+def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, done, submission, settings, tmp_path: Path):
+    broken = collect.Built(Build(ok=False, package=PACKAGE, types_package=PACKAGE), tmp_path)
     monkeypatch.setattr(collect.building, "build_contract", lambda *_: broken)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
-    drive = Answers("drive", Phase.RUN, "F4", Collected(), done)
-    read = Answers("read", Phase.TEXT, "Q1", Collected(), done)
-    monkeypatch.setattr(collect, "SOURCES", (drive, read))
-    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
+    collect.collect(Subject(submission, replace(settings, requirements=("F4", "Q1")), tmp_path))
     assert done == ["read"]
 
 
@@ -156,4 +153,4 @@ def test_an_error_of_this_host_in_a_source_ends_the_grading(monkeypatch, submiss
 
     monkeypatch.setattr(collect, "SOURCES", (Breaks("drive", Phase.RUN, "F4", Collected(), []),))
     with pytest.raises(OSError, match="disk full"):
-        collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
+        collect.collect(Subject(submission, replace(settings, requirements=("F4",)), tmp_path))

@@ -19,7 +19,7 @@ VALUES: dict[str, object] = {
     "off": False, "TRUE": True, "tRUE": "tRUE", "null": "null", "~": "~", ".inf": math.inf, "-.inf": -math.inf,
     "infinity": math.inf, "'1.0'": "1.0", "'false'": "false", "0,25": "0,25", "1.0,": "1.0,", "1.0;": "1.0;",
     "0.25m": "0.25m", "50%": "50%",
-    "99999999999999999999": 1e20, "1e400": "1e400", "0x1p3": 8.0, "1.5d": "1.5d", "&a 1.0": 1.0, "\t1.0": 1.0,
+    "99999999999999999999": 1e20, "1e400": "1e400", "1.5d": "1.5d", "&a 1.0": 1.0, "\t1.0": 1.0,
     "|\n      text": "text\n",
 }  # fmt: skip
 """What is written for a value, and what a node gets."""

@@ -41,6 +41,13 @@ def inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.fixture
+def begins(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Put back what `begin` sets."""
+    for name in (*os.environ, WORKSPACE):
+        monkeypatch.setenv(name, os.environ.get(name, str(tmp_path / "ws")))
+
+
 @pytest.mark.parametrize("verb", [["check", "Q5"], ["grade", ".", "--out", "../out", "--rubric", "../none"]])
 def test_a_course_that_a_submission_brings_is_named_in_one_line_and_not_used(
     verb: list[str], inside: Path, capsys: pytest.CaptureFixture[str]
@@ -58,11 +65,10 @@ def test_a_course_in_a_submission_is_named_in_its_report(inside: Path, tmp_path:
     assert "course.yaml is not used: no course comes from a submission." in intake.notes
 
 
+@pytest.mark.usefixtures("begins")
 def test_a_notebook_in_somebody_elses_workspace_says_so_and_uses_the_kits_course(
-    inside: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    inside: Path, capsys: pytest.CaptureFixture[str]
 ):
-    for name in (*os.environ, WORKSPACE):
-        monkeypatch.setenv(name, os.environ.get(name, str(tmp_path / "ws")))  # put back what `begin` sets
     notebook.begin("00")
     assert f"{inside}/course.yaml is not used." in capsys.readouterr().out
     assert find() is kits_own()
@@ -82,13 +88,12 @@ def test_an_authors_verb_in_the_folder_of_a_course_says_what_to_type(
     assert kits_own().rubric.read_bytes() == before
 
 
+@pytest.mark.usefixtures("begins")
 def test_a_course_named_as_seen_from_here_is_the_same_after_begin_has_gone_elsewhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     mine = course_command.lay_out(tmp_path / "mine")
     monkeypatch.chdir(tmp_path)
-    for name in (*os.environ, WORKSPACE):
-        monkeypatch.setenv(name, os.environ.get(name, str(tmp_path / "ws")))
     monkeypatch.setenv(VARIABLE, "mine")
     notebook.begin("01")
     assert find() is mine

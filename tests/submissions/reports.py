@@ -13,6 +13,12 @@ def lost(report: Graded) -> set[str]:
     return {r["id"] for r in report["requirements"] if r["outcome"] != "not_graded" and r["points"] < r["max"]}
 
 
+def taken(report: Graded) -> dict[str, float]:
+    """Return the points that a complete report takes, by requirement."""
+    assert report["complete"], words(report)
+    return {r["id"]: round(r["max"] - r["points"], 2) for r in report["requirements"] if r["id"] in lost(report)}
+
+
 def words(report: Graded) -> str:
     """Return everything that the report says of what went wrong."""
     return json.dumps(report["requirements"], ensure_ascii=False)

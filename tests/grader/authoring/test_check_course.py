@@ -47,7 +47,7 @@ def test_the_courses_that_the_kit_has_are_in_order(course: Path):
         ("trials/patrol.py", '["B3"], world=', '["B3"], wrld=', "trials/patrol.py, line N: TypeError: wrld is not an option of @trial. Did you mean world?"),
         # ids and points
         ("rubric.yaml", "id: B2", "id: B1", "rubric.yaml, line N: B1 is listed twice, first in line"),
-        ("rubric.yaml", "title: Stops at the end", "points: 20", "rubric.yaml does not add up: line N: B3 has 20 points, its checks 15"),
+        ("rubric.yaml", "title: Stops at the end", "points: 20", "rubric.yaml, line N: B3 has 20 points, its checks 15"),
         ("rubric.yaml", "_wall::test_stops_before_the_wall", "_wall::test_stops_at_the_wall", "rubric.yaml, line N: check_wall::test_stops_at_the_wall is not a check of the kit. Did you mean check_wall::test_stops_before_the_wall?"),
         ("rubric.yaml", "#The end of the hall", "#The end of a hall", "rubric.yaml, line N: no notebook in notebooks has the section of B3, 01_guard#The end of a hall"),
         # checks

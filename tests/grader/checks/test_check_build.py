@@ -12,7 +12,7 @@ from grader.evidence import Build, Manifest, Quality
 
 BUILDS = find("check_build::test_colcon_build_succeeds")
 EXECUTABLES = find("check_build::test_executables_are_installed")
-BUILT = replace(Build.not_tried(PACKAGE), ok=True, exit_code=0)
+BUILT = Build(ok=True, package=PACKAGE, types_package=PACKAGE, exit_code=0)
 BOTH = {"robot_controller": "bin", "sensor_processor": "bin"}
 
 

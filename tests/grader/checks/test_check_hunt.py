@@ -50,7 +50,7 @@ def test_a_broken_promise_gets_none_and_is_said_with_the_case():
         (hunted(BROKEN, ready=False, ended=Reason(Kind.NOT_UP, "robot_controller", seconds=20.0)), Kind.NOT_UP),
         (hunted(Hunt(0, trial="hunt_F4"), ended=Reason(Kind.WAITED, seconds=300.0)), Kind.WAITED),
         (hunted(Hunt(300, trial="hunt_F4"), ended=Reason(Kind.OBSERVER_CRASHED)), Kind.OBSERVER_CRASHED),
-        (judging.evidence_with(build=Build.not_tried("p")), Kind.NOT_BUILT),
+        (judging.evidence_with(build=Build(ok=False, package="p", types_package="p")), Kind.NOT_BUILT),
     ],
     ids=["no node", "waits", "brings observers down", "no build"],
 )

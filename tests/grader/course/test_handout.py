@@ -5,7 +5,7 @@ from __future__ import annotations
 from helpers.course import COURSE
 
 from grader import KIT
-from grader.course import handout
+from grader.course import handout, load
 from grader.scoring import rubric
 
 
@@ -36,3 +36,12 @@ def test_the_interfaces_and_the_readings_of_the_requirements_are_in_the_handout(
     text = handout.render(rubric.load(KIT / "rubric.yaml"), COURSE)
     assert "float32 battery_level\ngeometry_msgs/Vector3 linear_acceleration" in text
     assert [words for words in READINGS if words not in text] == []
+
+
+def test_the_handout_lists_what_a_package_may_import():
+    found = load(KIT / "grader" / "authoring" / "template_course")
+    page = handout.render(rubric.load(found.rubric), found)
+    assert "`numpy` 2." in page
+    assert "`yaml` (pyyaml" in page
+    assert "`geometry_msgs`" in page
+    assert "launch" not in page, "the course has no launch files"

@@ -101,7 +101,7 @@ def test_a_wrong_use_is_refused(hunt: Hunt, arguments: list[str], said: str, cap
     ("text", "said"),
     [
         ("node: robot_controller\nsteps:\n- wiat: 1.0\n", "line 3: wiat is not allowed here. Did you mean wait?"),
-        ("", "is empty. A case needs node and steps."),
+        ("", "line 1: 'node' is missing; a case needs node, steps"),
     ],
 )
 def test_a_file_with_a_mistake_is_named(

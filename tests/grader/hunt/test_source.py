@@ -43,7 +43,7 @@ def hunting(**hunted: int) -> Rubric:
 def collects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Collects:
     """Return a function that hunts in a package whose trials `make` makes; it returns evidence, and the cases run."""
     (tmp_path / "install").mkdir()
-    built = Built(replace(Build.not_tried(COURSE.package), ok=True), tmp_path / "install")
+    built = Built(Build(ok=True, package=COURSE.package, types_package=COURSE.package), tmp_path / "install")
     submission = Submission(Intake("team07.zip", "ab", "p", "."), tmp_path, tmp_path, None, ())
 
     def collect(make: Callable[[Case], Trial], seed: int = 0, **hunted: int) -> tuple[Collected, list[Case]]:

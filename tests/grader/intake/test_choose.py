@@ -179,6 +179,8 @@ def test_a_name_in_package_xml_that_is_a_path_is_not_used(handed_in: Path, into:
             {"package.xml": XML.format("arm"), "src/a.cpp": "int main(){}"},
             "with a node in Python, only arm.",
         ),
+        ({"package.xml": XML.format("arm"), "msg/A.msg": "int32 a"}, "with a node in Python, only arm."),
+        ({"package.xml": XML.format("arm"), "launch/a.launch.py": "", "setup.py": ""}, "nodes in Python"),
         ({"05_moving.ipynb": "{}", "README.md": ""}, "contains only notebooks"),
         ({n: t for n, t in PACKAGE.items() if n != "package.xml"}, "contains no package.xml"),
         ({"team.rar": "Rar!", "README.md": ""}, "archive that was not opened (team.rar)"),

@@ -76,7 +76,7 @@ WAIT = "node: guard\nsteps:\n- wait: 1.0\n"
         (WAIT, ""),
         (WAIT.replace("wait", "wiat"), "cases/mine.yaml, line 3: wiat is not allowed here. Did you mean wait?"),
         (WAIT + "- [", "cases/mine.yaml, line 4: expected the node content"),
-        ("", "cases/mine.yaml is empty."),
+        ("", "cases/mine.yaml, line 1: 'node' is missing"),
         (WAIT + "# " + 10_000 * "x", "cases/mine.yaml is not a file of at most 10000 bytes."),
         (WAIT + 30 * "- wait: 1.0\n", "has 31 steps and takes 31 s of simulated time; at most 100 and 30 s count."),
         (WAIT + 100 * "- cancel: null\n", "has 101 steps"),

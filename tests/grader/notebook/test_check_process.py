@@ -19,7 +19,7 @@ READS_STANDARD_INPUT = "0 0x0 "  # read(2) and its first argument, as in /proc/P
 def test_all_settings_reach_the_process():
     """Three of them did not: the seed, and the limits for the build and for tests."""
     asked = Settings(
-        load(RUBRIC), Path("/c"), seed=7, build_seconds=1.0, test_seconds=2.0, mutation_budget_s=3.0,
+        load(RUBRIC), Path("/c"), seed=7, build_seconds=1.0, mutation_budget_s=3.0,
         requirements=("F1",), package_path="p", best_effort=True, reuse=Reuse.ANEW,
     )  # fmt: skip
     usual = Settings(asked.rubric, Path("/d"))

@@ -48,12 +48,6 @@ def refused(path, checks=None):
     return str(error.value)
 
 
-STEMS = {
-    "01_anatomy", "02_interfaces", "03_numbers_of_motion", "04_seeing", "05_moving_safely", "06_services",
-    "07_going_there", "08_settings_and_launch", "09_tests_that_notice", "10_show_and_hand_in",
-}  # fmt: skip
-
-
 def test_the_kits_rubric_has_the_contracts_requirements_points_and_levels():
     rubric = load(RUBRIC)
     points = {"functionality": 40, "code_quality": 25, "ros2_integration": 20, "testing": 15}
@@ -61,14 +55,6 @@ def test_the_kits_rubric_has_the_contracts_requirements_points_and_levels():
     assert [f"{r.id}:{r.points:g}" for r in rubric.requirements] == POINTS.split()
     advanced = {r.id: r.advanced for r in rubric.requirements if r.advanced}
     assert advanced == {"F4": 1, "F5": 1, "F11": 1, "F12": 1, "I4": 1, "I6": 1, "Q4": 1, "T3": 3}
-
-
-def test_the_kits_rubric_names_a_notebook_section_for_each_requirement():
-    for requirement in load(RUBRIC).requirements:
-        stem, _, title = requirement.section.partition("#")
-        assert stem in STEMS
-        assert title
-        assert requirement.title
 
 
 def test_a_rubric_is_read_in_its_order(write):
@@ -136,7 +122,7 @@ def change(data, where, key, value):
     ("where", "key", "value", "says"),
     [
         ("check", "points", 2, "line 18: F1 has 3 points, its checks 4"),
-        ("requirement", "points", 4, "f has 5 points, its requirements 6"),
+        ("requirement", "points", 4, "F1 has 4 points, its checks 3"),
         ("criterion", "points", 6, "line 8: f has 6 points, its requirements 5"),
         ("requirement", "advanced", 1, "F1 has 1 advanced points, its checks 2"),
         ("check", "id", "test_a::test_two", "test_a::test_two is listed twice, first in line"),
@@ -145,6 +131,7 @@ def change(data, where, key, value):
         ("requirement", "hunt", {"cases": 0, "points": 1}, "0 is not a number of cases"),
         ("requirement", "hunt", {"cases": "60 s", "points": 1}, "60 s is not a number of cases"),
         ("requirement", "hunt", {"cases": 300}, "'points' is missing; a hunt needs cases, points"),
+        ("requirement", "held_back", "yes, please", "yes, please is not a value of `held_back`"),
         ("check", "level", "cor", "cor is not a level. Did you mean core? There are: core, advanced."),
         ("check", "points", -1, "-1 is not a number of points"),
         ("check", "points", float("nan"), ".nan is not a number of points"),
@@ -167,7 +154,7 @@ def test_a_mistake_is_named_with_its_line(write, where, key, value, says):
     path = write(change(small(), where, key, value))
     message = refused(path)
     assert says in message
-    assert re.match(re.escape(str(path)) + r"(, line \d+: | does not add up: line \d+: )", message)
+    assert re.match(re.escape(str(path)) + r", line \d+: ", message)
 
 
 def test_the_line_is_the_mistakes_own(write):
@@ -199,9 +186,9 @@ def test_every_check_of_the_kits_own_course_is_in_its_rubric():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "is not a rubric"),
-        ("[]", "is not a rubric"),
-        ("just words", "is not a rubric"),
+        ("", "line 1: 'title' is missing; a rubric needs title, version, criteria"),
+        ("[]", "line 1: a mapping is expected here"),
+        ("just words", "line 1: a mapping is expected here"),
         ("title: A\nx: {title: [", "line 2: "),
         ("title: A\nversion: 1\n", "line 1: 'criteria' is missing; a rubric needs title, version, criteria"),
         ("title: \x00", "is not YAML"),
@@ -212,7 +199,7 @@ def test_what_is_no_rubric_is_refused(write, text, says):
 
 
 def test_a_missing_rubric_is_refused(tmp_path):
-    assert "cannot be read as a rubric" in refused(tmp_path / "none.yaml")
+    assert "Compare it with the kit's own." in refused(tmp_path / "none.yaml")
 
 
 GERMAN = [{"grade": "1.0", "percent": 95}, {"grade": "4.0", "percent": 50}, {"grade": "5.0", "percent": 0}]

@@ -96,7 +96,7 @@ def test_a_case_is_what_the_file_says(tmp_path: Path):
         ("- remove: pole", "- remove: pol", "line 10: pol is not an obstacle of a step above. Did you mean pole?"),
         ("safety_margin: 0.25", "safety_margin: [1, 2]", "line 11: a plain text or number is expected here"),
         ("seed: 2", "seed: 2.5", "line 13: a whole number is expected here"),
-        (GOOD, "", "is empty. A case needs node and steps."),
+        (GOOD, "", "line 1: 'node' is missing; a case needs node, steps"),
         ("- wait: 0.5", "- wait: [0.5", "Correct the YAML"),
     ],
 )  # fmt: skip

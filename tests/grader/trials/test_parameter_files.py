@@ -58,7 +58,7 @@ def test_a_value_that_does_not_fit_its_tag_leaves_the_file_alone(tmp_path: Path,
     assert parameter_files.write_changed(tmp_path / "config", tmp_path / "out", COURSE.telltales)[1] == {}
 
 
-@pytest.mark.parametrize("written", ["2e1", "20.", "0x1.4p4"])
+@pytest.mark.parametrize("written", ["2e1", "20."])
 def test_a_number_is_what_rcl_takes_for_one(tmp_path: Path, written: str):
     """PyYAML reads `2e1` as a text, and I5 said that no file sets the parameter."""
     parameters, values = changed(tmp_path, FILE.format(rate=written))

@@ -62,7 +62,10 @@ def subject(tmp_path: Path) -> Subject:
         (tmp_path / name / "install").mkdir(parents=True)
         building.cache.write_checksum(tmp_path / name / "install")
     own, contract = (
-        Built(replace(evidence.Build.not_tried(PACKAGE), ok=True), tmp_path / name / "install")
+        Built(
+            evidence.Build(ok=True, package=PACKAGE, types_package=PACKAGE),
+            tmp_path / name / "install",
+        )
         for name in ("own", "contract")
     )
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("F4",))
