@@ -71,8 +71,8 @@ class Runner:
         return trial
 
 
-def of_build(subject: Subject, at_once: int = AT_ONCE) -> Runner:
-    """Return what runs cases on a subject's build, `at_once` of them together, until the subject is closed."""
+def of_build(subject: Subject) -> Runner:
+    """Return what runs cases on a subject's build, some of them together, until the subject is closed."""
     assert subject.contract is not None
     settings, folder = subject.settings, subject.folder / "cases"
     folder.mkdir()
@@ -80,7 +80,7 @@ def of_build(subject: Subject, at_once: int = AT_ONCE) -> Runner:
         settings.course, install=subject.install, contract=subject.contract.install, folder=folder,
         seed=0, package=subject.submission.package, ros_name=subject.ros_name, best_effort=settings.best_effort,
     )  # fmt: skip
-    threads = subject.closing.enter_context(ThreadPoolExecutor(at_once))
+    threads = subject.closing.enter_context(ThreadPoolExecutor(AT_ONCE))
     subject.closing.callback(threads.shutdown, cancel_futures=True)
     return Runner(subject.closing.enter_context(observing), threads)
 
