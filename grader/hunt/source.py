@@ -48,7 +48,7 @@ class Hunts(Source):
                 decided_by=(*started_by(subject), str(requirement.hunt)),
                 lasting=lambda result: result[0].broken is not None or not result[1],
                 after=found[-1].name if found else "",
-                turn=Turn.PLACE, serves=frozenset({requirement.id}),
+                turn=Turn.CORE, serves=frozenset({requirement.id}),
                 says=say(_SAYS, requirement=requirement.id, cases=requirement.hunt),
             ))  # fmt: skip
         return Asked(found, lambda results: _collected({r.id: results[f"hunt {r.id}"] for r in hunted}))

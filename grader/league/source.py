@@ -41,7 +41,7 @@ class LeagueCases(Source):
                 partial(run_cases, package, cases, subject.folder / name.replace(" ", "-"), settings),
                 decided_by=(package.content, *(case.text for case in cases)),
                 lasting=lambda runs: not any(run.problem for run in runs),
-                turn=Turn.PLACE, serves=self.serves(settings),
+                turn=Turn.CORE, serves=self.serves(settings),
                 says=say("the handed-in cases on package {name}", name=name.removeprefix(self.name).strip()),
             )
             for name, package in zip(names, packages, strict=True) if cases

@@ -17,7 +17,7 @@ from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector, choose
 from grader.mutation.source_text import MODULE, Change, is_too_complex, parse
 from grader.processes import jobs
-from grader.processes.jobs import Turn, Where
+from grader.processes.jobs import Where
 from grader.settings import MUTATION_BUDGET_S
 from grader.source import Asked, Collected, Source, Subject
 from grader.student_tests import package_modules
@@ -61,7 +61,7 @@ class Mutants(Source):
             return Collected({"mutation": found}, (_told_apart(found),) if found.convicted else ())
 
         job = jobs.Job(
-            _MUTANTS, Where.SANDBOX, Mutation, run, after=OWN_TESTS, turn=Turn.CHAIN,
+            _MUTANTS, Where.SANDBOX, Mutation, run, after=OWN_TESTS,
             lasting=lambda found: not found.convicted, serves=self.serves(settings),
             decided_by=(subject.handed_in, subject.seen_by_nodes, str(settings.mutation_budget_s)),
             says=say("mutating the package to see whether its own tests notice"),

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Generic, TypeVar
@@ -16,9 +15,8 @@ from grader.words import mark
 
 T = TypeVar("T")
 
-_PLACES_PER_CORE = 2  # more than one, because every process waits at times
-_RESERVED = 1  # by each job of the chain
-_TRIALS_AT_ONCE, _BESIDE_AT_ONCE = 4, 2
+# With two trials a core they spoil each other's caches: a whole grading took a fifth more CPU time, and wall time.
+_TRIALS_AT_ONCE, _BESIDE_AT_ONCE = min(os.cpu_count() or 1, 4), 2
 
 
 class Where(Enum):
@@ -30,16 +28,11 @@ class Where(Enum):
 
 
 class Turn(Enum):
-    """When a job may use the cores.
-
-    A package's own tests and then its mutants are one long chain of work; trials are many short pieces. A grading ends
-    soonest if the chain never waits for a core and the trials use what it leaves free.
-    """
+    """When a job may use the cores."""
 
     AT_ONCE = "begins at once"
-    CHAIN = "begins at once, and one place on the cores is its own"
-    PLACE = "waits for a free place on the cores"
-    BESIDE = "mostly waits by itself, so it needs no place"
+    CORE = "waits for one of the cores"
+    BESIDE = "mostly waits by itself, so it needs no core"
 
 
 @dataclass(frozen=True)
@@ -94,21 +87,19 @@ def run(
             found[job.name] = result
     results = {name: result for name, (result, _) in found.items()}
     left = [job for job in jobs if job.name not in found]
-    places = _Places(_PLACES_PER_CORE * (os.cpu_count() or 1))
     begun: dict[str, Future[None]] = {}
 
     def do(job: Job[Any]) -> None:
         if job.after in begun:
             begun[job.after].result()
-        with places.of(job.turn):
-            if job.says:
-                progress(job.says)
-            result = results[job.name] = job.work(*([results[job.after]] if job.after else []))
+        if job.says:
+            progress(job.says)
+        result = results[job.name] = job.work(*([results[job.after]] if job.after else []))
         if job.lasting(result):
             kept.keep(result, job.name, *job.decided_by)
 
     with ExitStack() as stack:
-        at_once = {Turn.PLACE: min(places.count, _TRIALS_AT_ONCE), Turn.BESIDE: _BESIDE_AT_ONCE}
+        at_once = {Turn.CORE: _TRIALS_AT_ONCE, Turn.BESIDE: _BESIDE_AT_ONCE}
         pools = {turn: stack.enter_context(ThreadPoolExecutor(at_once.get(turn, len(left)) or 1)) for turn in Turn}
         for job in left:
             begun[job.name] = pools[job.turn].submit(do, job)
@@ -123,29 +114,3 @@ def run(
 def find(job: Job[T], kept: Kept) -> tuple[T, str] | None:
     """Return what is kept of a job, and the local time of when it was done; None if nothing is."""
     return kept.find(job.kind, job.name, *job.decided_by)
-
-
-class _Places:
-    """Places on the cores. There is always one, whatever is reserved."""
-
-    def __init__(self, count: int) -> None:
-        self.count = count
-        self._taken = self._reserved = 0
-        self._changed = threading.Condition()
-
-    @contextmanager
-    def of(self, turn: Turn) -> Iterator[None]:
-        """Wait for the place that a job of this turn needs, and hold it until the block ends."""
-        taken, reserved = int(turn is Turn.PLACE), _RESERVED * (turn is Turn.CHAIN)
-        with self._changed:
-            if taken:
-                self._changed.wait_for(lambda: self._taken < max(self.count - self._reserved, 1))
-            self._taken += taken
-            self._reserved += reserved
-        try:
-            yield
-        finally:
-            with self._changed:
-                self._taken -= taken
-                self._reserved -= reserved
-                self._changed.notify_all()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from grader.course import Course
 from grader.evidence import Flag, StudentTests, TestModule
-from grader.processes.jobs import Job, Turn, Where
+from grader.processes.jobs import Job, Where
 from grader.settings import MODULE_TIMEOUT_S
 from grader.source import Asked, Collected, Source, Subject, served
 from grader.student_tests import package_modules
@@ -65,7 +65,7 @@ def own_tests(subject: Subject, workers: WorkerPool | None = None) -> Job[SuiteR
         )  # fmt: skip
 
     return Job(
-        OWN_TESTS, Where.SANDBOX, SuiteRun, run, turn=Turn.CHAIN, lasting=_lasting,
+        OWN_TESTS, Where.SANDBOX, SuiteRun, run, lasting=_lasting,
         decided_by=(subject.handed_in, subject.seen_by_nodes),
         serves=served(settings, StudentTestRuns.name),
     )  # fmt: skip

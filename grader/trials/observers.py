@@ -188,7 +188,7 @@ def jobs(observers: Observers, plans: Iterable[TrialPlan]) -> list[tuple[TrialPl
     groups = {group[0].name: group for group in of_one_node(list(plans))}
     for first in _mixed([group[0] for group in groups.values()]):
         others = groups[first.name][1:]
-        turn = Turn.BESIDE if first.real_time or first.mostly_waits else Turn.PLACE
+        turn = Turn.BESIDE if first.real_time or first.mostly_waits else Turn.CORE
         found.append((first, Job(
             job_name(first.name), Where.NETWORK, evidence.Trial, partial(observers.run, first, others),
             turn=turn, says=_says(first),

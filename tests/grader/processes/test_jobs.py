@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -57,51 +56,26 @@ def test_a_job_waits_only_for_the_one_that_it_comes_after(work: Work, turn: Turn
     tried = threading.Event()
     trial = work.job("trial", lambda: tried.wait(60.0) and "", turn=turn)
     chain = [
-        work.job("tests", turn=Turn.CHAIN),
-        work.job("mutants", lambda _: tried.set(), after="tests", turn=Turn.CHAIN),
+        work.job("tests"),
+        work.job("mutants", lambda _: tried.set(), after="tests"),
     ]
     run([trial, *chain])
     assert work.done[0] == "tests"
     assert tried.is_set()
 
 
-class WouldWaitError(Exception):
-    """No place is free."""
+def test_no_more_trials_run_at_once_than_there_are_cores(work: Work, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(jobs, "_TRIALS_AT_ONCE", 2)
+    both, two = threading.Barrier(2), threading.Semaphore(2)
 
+    def trial() -> str:
+        assert two.acquire(blocking=False)
+        both.wait(60.0)
+        two.release()
+        return ""
 
-@pytest.mark.parametrize(("reserved", "free"), [(0, 4), (1, 3), (3, 1), (4, 1)])
-def test_the_chain_reserves_places_but_one_is_always_free(monkeypatch: pytest.MonkeyPatch, reserved: int, free: int):
-    places = jobs._Places(4)
-
-    def wait_for(condition: Callable[[], bool]) -> None:
-        if not condition():
-            raise WouldWaitError
-
-    monkeypatch.setattr(places._changed, "wait_for", wait_for)
-    counts = []
-    for _ in range(2):  # what a block has held is free after it
-        with ExitStack() as stack, suppress(WouldWaitError):
-            for _ in range(reserved):
-                stack.enter_context(places.of(Turn.CHAIN))
-            counts.append(0)
-            while True:
-                stack.enter_context(places.of(Turn.PLACE))
-                counts[-1] += 1
-    assert counts == [free, free]
-
-
-def test_who_waits_goes_on_when_a_place_is_free():
-    places, went_on = jobs._Places(1), threading.Event()
-
-    def take() -> None:
-        with places.of(Turn.PLACE):
-            went_on.set()
-
-    thread = threading.Thread(target=take, daemon=True)
-    with places.of(Turn.PLACE):
-        thread.start()
-        assert not went_on.is_set()
-    assert went_on.wait(60.0)
+    run([work.job(str(number), trial, turn=Turn.CORE) for number in range(6)])
+    assert len(work.done) == 6
 
 
 def test_what_is_kept_is_not_done_again_and_when_it_was_is_said(work: Work, kept: Kept):
