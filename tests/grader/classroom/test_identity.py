@@ -211,6 +211,12 @@ def test_where_two_have_one_short_name_only_the_number_decides(tmp_path):
     assert unknown.doubts[0].kind is DoubtKind.AMBIGUOUS
 
 
+def test_a_short_name_of_another_order_is_not_the_persons(tmp_path):
+    """`weili` is Li Wei; Wei Li would be `liwei`."""
+    result = found(tmp_path, ["weili_5_9_a.zip"], [Person("s1", "Wei Li", sortable="Li, Wei")])
+    assert owners(result) == {"0": []}
+
+
 def test_a_participants_number_of_moodle_is_no_number_of_canvas(tmp_path):
     """A roster of Moodle beside an export of Canvas gave the submission of account 101 to participant 101."""
     result = found(tmp_path, ["ekbo_101_9_a.zip"], [replace(JANE, lms="moodle"), Person("s2", "Bo Ek")])
