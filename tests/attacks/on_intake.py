@@ -10,6 +10,8 @@ import tarfile
 import zipfile
 from pathlib import Path
 
+from helpers.archives import member
+
 from grader.course import kits_own
 from grader.intake.package_edits import put
 from grader.selftest.attacks.attack import Attack, Pack, attack
@@ -43,17 +45,12 @@ def _tarred(*more: tuple[tarfile.TarInfo, bytes]) -> Pack:
         target = folder / "team.tar.gz"
         with tarfile.open(target, "w:gz") as archive:
             archive.add(package, PACKAGE)
-            for member, data in more:
-                archive.addfile(member, io.BytesIO(data))
+            for info, data in more:
+                info.size = len(data)
+                archive.addfile(info, io.BytesIO(data))
         return target
 
     return pack
-
-
-def _member(name: str, kind: bytes = tarfile.REGTYPE, link: str = "", size: int = 0) -> tarfile.TarInfo:
-    member = tarfile.TarInfo(name)
-    member.type, member.linkname, member.size = kind, link, size
-    return member
 
 
 def _linked(package: Path, _folder: Path) -> Path:
@@ -148,9 +145,9 @@ ATTACKS: tuple[Attack, ...] = (
     attack(
         "tar_links_to_the_host", "A tar has symbolic and hard links to the host, and writes through them.",
         number=19, needs="F14", flag="link",
-        pack=_tarred((_member(f"{PACKAGE}/out", tarfile.SYMTYPE, "/tmp"), b""),
-                     (_member(f"{PACKAGE}/out/evil-canary", size=1), b"x"),
-                     (_member(f"{PACKAGE}/hard", tarfile.LNKTYPE, "/etc/shadow"), b"")),
+        pack=_tarred((member(f"{PACKAGE}/out", tarfile.SYMTYPE, "/tmp"), b""),
+                     (member(f"{PACKAGE}/out/evil-canary"), b"x"),
+                     (member(f"{PACKAGE}/hard", tarfile.LNKTYPE, "/etc/shadow"), b"")),
         stopped="members are written one by one below a folder of the grader's, and links are not followed",
     ),
     attack(
@@ -186,7 +183,7 @@ ATTACKS: tuple[Attack, ...] = (
     attack(
         "devices", "A tar has devices and pipes.",
         number=20, needs="F14", flag="special",
-        pack=_tarred((_member(f"{PACKAGE}/null", tarfile.CHRTYPE), b""), (_member(f"{PACKAGE}/pipe", tarfile.FIFOTYPE), b"")),
+        pack=_tarred((member(f"{PACKAGE}/null", tarfile.CHRTYPE), b""), (member(f"{PACKAGE}/pipe", tarfile.FIFOTYPE), b"")),
         stopped="only folders and regular files are taken in",
     ),
     attack(

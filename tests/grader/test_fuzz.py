@@ -72,11 +72,6 @@ YAML = pieces(
     "  ", "&a ", "*a", "!!python/object/apply:os.system ['true']", "!!binary ", "? ", "| ", ">", "'", '"', "#", "%", "@",
     ".nan", "1e999", "0x", "2001-01-01", "<<: ", "---\n", "...\n", "\t", "null", "\u2028",
 )  # fmt: skip
-WORLD = pieces(
-    "name: ", "x\n", "seed: 1\n", "size: [10, 10]\n", "walls: ", "obstacles:\n", "  - box: {center: [1, 1], size: [1, 1]}\n",
-    "  - circle: {center: [1, 2], radius: ", "0.5}\n", ".inf", ".nan", "-1", "start: {x: 0, y: 0, yaw: 0}\n", "goals: []\n",
-    "[", "]", "{", "}", ": ", "&a ", "*a", "!!python/name:os.system ", "- ", "\n", "1e400", "[[0, 0], [1, 1]]\n",
-)  # fmt: skip
 
 
 def parameters(data: bytes | str) -> None:
@@ -133,7 +128,7 @@ READERS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], None]]] = {
     "package.xml": (XML | st.binary(max_size=80), package_xml),
     "test_results.xml": (XML | st.binary(max_size=80), results_report),
     "parameter files": (YAML | st.binary(max_size=80), parameters),
-    "world files": (WORLD | YAML, world),
+    "world files": (YAML, world),
     "the bench's files": (LINES, bench_files),
     "type descriptions": (LINES | JSON.map(json.dumps), type_description),
     "evidence": (JSON.map(json.dumps) | st.text(max_size=20), saved_evidence),

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers import running
 from helpers.terminal import Terminal, desk
 from submissions.edits import REFERENCE
 
 from grader import KIT
-from grader.host import procfs
 
 GRADER = "python -P -m grader.cli"
 PHASES = (
@@ -59,26 +59,13 @@ def interrupt(terminal: Terminal, line: str, phase: str) -> str:
     return said.splitlines()[-1]
 
 
-def left_running(folder: Path) -> list[str]:
-    """Return the command lines, of any process, that name a folder."""
-    found = []
-    for pid in procfs.descendants(1):
-        try:
-            words = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except OSError:
-            continue
-        if str(folder) in words:
-            found.append(words)
-    return found
-
-
 @pytest.mark.parametrize("phase", PHASES)
 def test_ctrl_c_ends_a_grading(terminal: Terminal, tmp_path: Path, temporary: Path, phase: str):
     said = interrupt(terminal, f"{GRADER} grade {REFERENCE} --out out", phase)
     assert said == "grader: interrupted; nothing was written."
     assert sorted(path.name for path in tmp_path.iterdir()) == ["temporary"]
     assert list(temporary.iterdir()) == []
-    assert left_running(temporary) == []
+    assert running(str(temporary)) == []
 
 
 def test_ctrl_c_keeps_an_earlier_report(terminal: Terminal, tmp_path: Path):
@@ -107,7 +94,7 @@ def test_ctrl_c_ends_a_batch_and_the_same_command_goes_on(terminal: Terminal, tm
     said = interrupt(terminal, f"{GRADER} batch in --jobs 1 --out class", "team01 trial ")
     assert said == "grader: interrupted; what is finished is kept. The same command goes on from there. 1 are left."
     assert list(temporary.iterdir()) == []
-    assert left_running(temporary) == []
+    assert running(str(temporary)) == []
     assert [path.name for path in (tmp_path / "class" / "submissions").iterdir()] == ["empty"]
     terminal.start(f"{GRADER} batch in --jobs 1 --out class")
     assert "empty" not in terminal.wait_for("1/2; team01")

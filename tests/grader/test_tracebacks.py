@@ -58,12 +58,3 @@ def test_last_words_name_the_line_of_the_package_where_there_is_one(output: str,
 def test_a_dump_of_all_threads_shows_the_innermost_line_of_the_package():
     assert tracebacks.hanging_place(TEXTS["HANG"]) == "ros2_robot_controller/speed_server.py:41, in `_on_set_speed`"
     assert tracebacks.hanging_place(CRASH) == ""
-
-
-def test_what_garbage_collection_complains_of_is_no_traceback_of_the_nodes():
-    assert tracebacks.without_ignored(f"bye\n{COLLECTED}") == "bye\n"
-    assert tracebacks.without_ignored(COLLECTED + CRASH) == CRASH
-    assert tracebacks.ignored(COLLECTED) == (
-        "Exception ignored in: <function Executor.__del__ at 0x7f12> ... "
-        "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested"
-    )

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 
 from grader import KIT, cli, notebook
 from grader.authoring import course_command
@@ -27,17 +28,15 @@ def inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A submission that brings a course, with the user in it."""
     monkeypatch.delenv(VARIABLE, raising=False)
     folder = tmp_path / "ros2_robot_controller"
-    for name, text in {
+    brings = {
         "package.xml": "<package format='3'><name>ros2_robot_controller</name></package>",
         "README.md": "# Nothing\n",
         "course.yaml": "title: Mine\npackage: ros2_robot_controller\nrubric: rubric.yaml\n",
         "rubric.yaml": "title: Mine\n",
         "checks/check_readme.py": RUNS,
         "trials/idle.py": RUNS,
-    }.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    monkeypatch.chdir(folder)
+    }
+    monkeypatch.chdir(write(folder, brings))
     return folder
 
 

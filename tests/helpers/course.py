@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from grader.course import kits_own, role
+from grader.course import kits_own
 
 COURSE = kits_own()
 PACKAGE, INTERFACES_PACKAGE = COURSE.package, COURSE.interfaces_package
@@ -14,11 +14,6 @@ LAYOUT, CONTRACT, INTERFACES = COURSE.layout, COURSE.contract, COURSE.interfaces
 NODES = tuple(COURSE.nodes)
 NODE_TESTS, LAUNCH_FILES = tuple(node.test for node in COURSE.nodes.values()), tuple(COURSE.launch)
 PARAMETERS = {name: node.defaults for name, node in COURSE.nodes.items()}
-
-
-def role_of(path: str) -> str:
-    """Return what a file of the course's package is for."""
-    return role(path, PACKAGE)
 
 
 def copied(folder: Path, rubric: str = "", more: str = "") -> Path:

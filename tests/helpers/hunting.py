@@ -75,3 +75,12 @@ def _is_slow(run: Run) -> Broken | None:
 
 
 SLOW = Promise("is_slow", "It is slow.", _is_slow, ("F1",))
+
+
+def moves(_case: Case) -> Trial:
+    """Return a trial in which the robot moves before it is asked to."""
+    return driven(0.25)
+
+
+def stands(_case: Case) -> Trial:
+    return driven(0.0)

@@ -12,6 +12,7 @@ from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.pytest_plugin import concluded
 from grader.course import Course
 from grader.evidence import Build, Evidence, Intake, Manifest, Quality, Reason, SourceFile, Trial
+from grader.scoring.rubric import RUBRIC, load
 from grader.scoring.scorecard import CheckResult, Outcome
 from helpers.course import COURSE
 
@@ -80,3 +81,21 @@ def ask(check: Check, evidence: Evidence, course: Course = COURSE) -> Judged:
     result = concluded(judge, CheckResult("check", Outcome.ERROR, 0.0), error)
     reached = result.outcome is not Outcome.NOT_REACHED
     return Judged(result.fraction, result.seen or result.because, result.try_, reached, result.reason)
+
+
+def judged(evidence: Evidence) -> list[CheckResult]:
+    """Return the results of the kit's checks that these facts suffice for, all of one trial; the others pass."""
+    results = []
+    for check in load(RUBRIC).checks:
+        try:
+            said = ask(find(check.id), evidence)
+        except Exception:  # as in the grader: an error of the check itself costs nothing
+            results.append(CheckResult(check.id, Outcome.PASSED, 1.0))
+            continue
+        how = Outcome.NOT_REACHED if not said.reached else Outcome.PARTIAL if said.share else Outcome.FAILED
+        seen, because = (said.seen, "") if said.reached else ("", said.seen)
+        trial = "idle_robot_controller"
+        results.append(
+            CheckResult(check.id, how, said.share, seen=seen, because=because, trial=trial, reason=said.reason)
+        )
+    return results

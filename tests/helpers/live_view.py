@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from typing import Any
 
 from sim import Box, Seen, Simulator, Twist, Wall, World
@@ -16,13 +14,6 @@ ROOM = World(name="room", obstacles=(Wall((3.0, -2.0), (3.0, 2.0), name="wall"),
 
 def ahead(_: Seen) -> Twist:
     return Twist(0.4, 0.0)
-
-
-def wait_for(condition: Callable[[], object], seconds: float = 120.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "timed out"
-        time.sleep(0.005)
 
 
 class Browser:

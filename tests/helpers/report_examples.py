@@ -34,6 +34,7 @@ from grader.scoring.grading import Decision, Final, HandIn
 from grader.scoring.rubric import Rubric, load
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from helpers import beside
+from helpers.judging import trial
 
 SMALL: str = beside(__file__)["SMALL"]
 
@@ -100,13 +101,6 @@ TOUCHED = CheckResult(
 )
 
 
-def small_rubric(folder: Path) -> Rubric:
-    """Return the small rubric, read from a file as any other."""
-    path = folder / "rubric.yaml"
-    path.write_text(SMALL)
-    return load(path)
-
-
 def results(rubric: Rubric, *others: CheckResult) -> list[CheckResult]:
     """Return a pass for every check of the rubric, except where `others` say otherwise."""
     instead = {other.id: other for other in others}
@@ -135,14 +129,10 @@ def drive_at_a_wall(*, stop_t: float = math.inf) -> Trial:
     end = min(stop_t, touch_t)
     ticks = [round(0.05 * i, 2) for i in range(161)]
     xs = {t: speed * min(t, end) for t in ticks}
-    return Trial(
-        name="drive_at_a_wall",
-        node="robot_controller",
+    return trial(
+        "drive_at_a_wall",
         world="wall_ahead",
         seed=7,
-        ready=True,
-        pace="lockstep",
-        ended=None,
         commands=[Command(t, speed if t < stop_t else 0.0, 0.0) for t in ticks[::2]],
         samples=[
             Sample(t, x, 0.0, 0.0, speed if t < end else 0.0, 0.0, x, 0.0, 0.0, wall - hull - x) for t, x in xs.items()
@@ -162,14 +152,10 @@ def drive_to_a_goal() -> Trial:
         Sample(t, 1.5 * math.sin(a), 1.5 * (1 - math.cos(a)), a, v, 0.2, 0.0, 0.0, 0.0, 9.0)
         for t, a, v in zip(ticks, angles, moving, strict=True)
     ]
-    return Trial(
-        name="go_beside",
-        node="robot_controller",
+    return trial(
+        "go_beside",
         world="open_field",
         seed=7,
-        ready=True,
-        pace="lockstep",
-        ended=None,
         commands=[Command(t, v, 0.2) for t, v in zip(ticks, moving, strict=True)],
         samples=samples,
         scans=[ScanSummary(t, math.inf, math.inf, math.inf) for t in ticks],
@@ -180,7 +166,7 @@ def drive_to_a_goal() -> Trial:
 
 def good(rubric: Rubric) -> Grading:
     """Return a grading in which everything passed."""
-    trials = {trial.name: trial for trial in (drive_at_a_wall(stop_t=3.8), drive_to_a_goal())}
+    trials = {one.name: one for one in (drive_at_a_wall(stop_t=3.8), drive_to_a_goal())}
     tests = StudentTests(
         modules=[TestModule("test/test_robot_controller.py", False, 31, 31, passed=31)],
         coverage=[FileCoverage("ros2_robot_controller/robot_controller.py", 210, 208, 64, 62)],
@@ -236,7 +222,7 @@ def mediocre(rubric: Rubric) -> Grading:
     ours = CheckResult(
         "check_build::test_shared_files_are_installed", Outcome.ERROR, 0.0, seen="the check ended with KeyError"
     )
-    trials = {trial.name: trial for trial in (drive_at_a_wall(), drive_to_a_goal())}
+    trials = {one.name: one for one in (drive_at_a_wall(), drive_to_a_goal())}
     flags = [Flag("network", "tried to reach 93.184.216.34 port 443 during the build", "CMakeLists.txt")]
     intake = replace(INTAKE, notes=["The package lies one folder deeper than it should: team07/team07/src."])
     tests = StudentTests(note="pytest ran each module by itself.")

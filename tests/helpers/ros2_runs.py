@@ -7,13 +7,12 @@ import re
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from grader import KIT
+from helpers import until
 
 COMMAND = KIT / "grader" / "ros2"  # a folder that Python runs, as in the grader's sandbox
 FILES = KIT / "tests" / "grader" / "ros2" / "launch_files"
@@ -96,14 +95,6 @@ class Launcher:
         """Wait for the end and return the result."""
         out, err = self.process.communicate(timeout=60)
         return Run(self.process.returncode, out, err, events(self.record), self.prefix)
-
-
-def until(holds: Callable[[], Any], limit_s: float = 30.0) -> None:
-    """Wait until a condition holds."""
-    end = time.monotonic() + limit_s
-    while not holds():
-        assert time.monotonic() < end, "the condition was not met in time"
-        time.sleep(0.01)
 
 
 HEAD = """

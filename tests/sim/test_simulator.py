@@ -482,12 +482,7 @@ def test_another_seed_changes_only_the_noise() -> None:
 
 
 def test_the_course_robot_is_the_contracts() -> None:
-    beams = COURSE.lidar.beams
+    lidar = COURSE.lidar
     assert (COURSE.radius, COURSE.drive.max_v, COURSE.drive.max_omega) == (0.171, 0.5, 1.9)
-    assert (beams.count, COURSE.lidar.range_min, beams.range_max, COURSE.lidar.rate_hz) == (
-        360,
-        0.15,
-        12.0,
-        (10.0, 10.0),
-    )
-    assert COURSE.lidar.pose == Pose()
+    assert (lidar.beams.count, lidar.range_min, lidar.beams.range_max, lidar.rate_hz) == (360, 0.15, 12.0, (10.0, 10.0))
+    assert lidar.pose == Pose()

@@ -6,10 +6,13 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import dedent
 
 from helpers import beside
+from helpers.archives import write
 
 from grader.host import ros_env
+from grader.mutation.source_text import SourceText
 
 CONTROLLER, PROCESSOR, PROGRAM, THOROUGH = beside(__file__).values()
 
@@ -35,10 +38,12 @@ def make(folder: Path, files: Mapping[str, str], modules: Mapping[str, str] | No
         | {"scripts/robot_controller": PROGRAM}
         | dict(files)
     )
-    for name, text in texts.items():
-        path = package / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
+    write(package, texts)
     install = folder / "install"
     shutil.copytree(package / "ros2_robot_controller", install / ros_env.SITE_IN_PREFIX / "ros2_robot_controller")
     return Toy(package, install)
+
+
+def source(text: str) -> SourceText:
+    """Return the text of a module of a package, to be mutated."""
+    return SourceText("ros2_robot_controller/node.py", dedent(text))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from helpers.course import COURSE
 
 from grader import KIT, building, sandbox
@@ -26,18 +27,13 @@ REFERENCE = (KIT / "solution_pkg" / "ros2_robot_controller" / "CMakeLists.txt").
 
 def built(folder: Path, cmake: str, **files: str) -> colcon.Built:
     """Build a package with an interface, which this CMakeLists.txt need not generate, and other files."""
-    package = folder / "p"
     texts = {
         "package.xml": PACKAGE_XML,
         "msg/Word.msg": "string word\n",
         "CMakeLists.txt": f"cmake_minimum_required(VERSION 3.20)\nproject(p)\nfind_package(ament_cmake REQUIRED)\n"
         f"{cmake}\nament_package()\n",
     }
-    for name, text in (texts | files).items():
-        path = package / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return building.build([package], folder.parent / "cache", COURSE, main="p")
+    return building.build([write(folder / "p", texts | files)], folder.parent / "cache", COURSE, main="p")
 
 
 @pytest.mark.slow  # two builds

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers import course as spec
+from helpers.archives import write
 
 from grader.building import install_tree
 from grader.building.install_tree import Generated
@@ -25,29 +26,22 @@ def tree(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def written(root: Path, **files: str) -> None:
-    for name, text in files.items():
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-
-
 def test_what_rosidl_generates_is_known_by_its_text(tree: Path):
     made = Generated(
         modules={"srv/_set_speed.py": hashlib.sha256(CODE.encode()).hexdigest()},
         exports={"srv/__init__.py": "from p.srv._set_speed import SetSpeed\nfrom p.srv._other import Other\n"},
     )
     init = "from p.srv._set_speed import SetSpeed\n"
-    written(tree / "install" / SITE, **{"p/__init__.py": "", "p/srv/__init__.py": init, "p/srv/_set_speed.py": CODE})
+    write(tree / "install" / SITE, {"p/__init__.py": "", "p/srv/__init__.py": init, "p/srv/_set_speed.py": CODE})
     assert install_tree.not_generated(tree / "install", {"p": made}) == []
-    written(tree / "install" / SITE, **{"p/srv/__init__.py": init + "import os\n", "p/srv/_set_speed.py": OTHER})
+    write(tree / "install" / SITE, {"p/srv/__init__.py": init + "import os\n", "p/srv/_set_speed.py": OTHER})
     found = install_tree.not_generated(tree / "install", {"p": made})
     assert found == [f"{SITE}/p/srv/__init__.py", f"{SITE}/p/srv/_set_speed.py"]
 
 
 def test_nothing_else_may_be_in_a_folder_of_types(tree: Path):
     """Nobody lints, measures or mutates it there."""
-    written(tree / "install" / SITE, **{"p/msg/helpers.py": CODE, "p/msg/fast.so": "ELF", "p/msg/_a_s.c": "int a;"})
+    write(tree / "install" / SITE, {"p/msg/helpers.py": CODE, "p/msg/fast.so": "ELF", "p/msg/_a_s.c": "int a;"})
     found = install_tree.not_generated(tree / "install", {})
     assert found == [f"{SITE}/p/msg/fast.so", f"{SITE}/p/msg/helpers.py"]
 

@@ -7,9 +7,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from helpers import until
 from helpers.course import COURSE
 from helpers.judging import evidence_with
-from helpers.ros2_runs import until
 
 from grader import evidence
 from grader.checks import checks_run

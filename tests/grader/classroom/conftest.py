@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from helpers import recordings
+from helpers.archives import write
 from helpers.class_reports import Workers, judge, report
 from helpers.report_examples import REFUSED
 
@@ -48,10 +49,11 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
         )
         text = changed.pop("rubric", rubric.RUBRIC.read_text())
         (folder.path / RUBRIC).write_text(text)
+        rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         folder.write_facts(
             ClassFacts(
-                "Robots", "export.zip", "plain", hashlib.sha256(text.encode()).hexdigest(), "k", "0", "", 0,
-                entries, (EVA,), (), DEADLINE, late_rule, zero_missing=zero_missing,
+                "Robots", "export.zip", "plain", rubric_hash, "k", "0", "", 0, entries, (EVA,), (), DEADLINE, late_rule,
+                zero_missing=zero_missing,
             )
         )  # fmt: skip
         for name, status, why in (("team07", Status.GRADED, ""), ("boek", Status.REFUSED, "boek.zip is empty.")):
@@ -59,7 +61,6 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
             if status is Status.GRADED:
                 (made / "report.json").write_text(json.dumps(changed.get("report", report({"F4": 2.0}))))
             content = next(entry.content for entry in entries if entry.id == name)
-            rubric_hash = hashlib.sha256(text.encode()).hexdigest()
             folder.keep(made, Record(name, status, why, content, rubric_hash))
         if overrides:
             folder.overrides.write_text(overrides)
@@ -85,10 +86,7 @@ def workers(monkeypatch) -> Callable[[Callable[[Order], Ending]], Workers]:
 
 @pytest.fixture
 def source(tmp_path) -> Path:
-    for name in ("team01", "team02", "team03"):
-        (tmp_path / "source" / name).mkdir(parents=True)
-        (tmp_path / "source" / name / "readme").write_text(name)
-    return tmp_path / "source"
+    return write(tmp_path / "source", {f"{name}/readme": name for name in ("team01", "team02", "team03")})
 
 
 @pytest.fixture(scope="session")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.class_reports import GRADED, report
+from helpers.archives import write
+from helpers.class_reports import graded
 
 from grader import cli
 from grader.classroom import gradebook, overview
@@ -20,11 +20,6 @@ from grader.scoring import rubric
 ROSTER = "id,name,login\ns1,Jane Doe,team01\ns2,Bo Ek,team02\ns3,Eva Ost,team03\n"
 
 
-def graded(order: Order) -> Ending:
-    (Path(order.out) / "report.json").write_text(json.dumps(report({})))
-    return GRADED
-
-
 def first_run(tmp_path: Path, *options: str) -> int:
     (tmp_path / "roster.csv").write_text(ROSTER)
     return cli.main(
@@ -34,6 +29,13 @@ def first_run(tmp_path: Path, *options: str) -> int:
             *options,
         ]
     )
+
+
+@pytest.fixture
+def first(tmp_path, source, workers) -> None:
+    """A first run, in which all three submissions were graded."""
+    workers(graded)
+    assert first_run(tmp_path) == 0
 
 
 def again(tmp_path: Path, *options: str) -> int:
@@ -61,12 +63,10 @@ def test_a_second_run_without_options_graded_the_class_with_another_seed_and_no_
 
 @pytest.mark.parametrize("options", [["--seed", "8"], ["--rubric", "other.yaml"]])
 def test_what_makes_all_grades_void_is_refused_unless_everything_is_to_be_graded_anew(
-    tmp_path, source, workers, capsys, monkeypatch, options
+    tmp_path, first, workers, capsys, monkeypatch, options
 ):
     monkeypatch.chdir(tmp_path)
     Path("other.yaml").write_text(rubric.RUBRIC.read_text() + "# mine\n")
-    workers(graded)
-    first_run(tmp_path)
     before = (tmp_path / "class" / "class.yaml").read_bytes()
     capsys.readouterr()
     assert again(tmp_path, *options) == 2
@@ -77,11 +77,9 @@ def test_what_makes_all_grades_void_is_refused_unless_everything_is_to_be_graded
     assert second.orders == ["team01", "team02", "team03"]
 
 
-def test_what_changes_no_grade_counts_from_then_on_and_is_said(tmp_path, source, workers, capsys, monkeypatch):
+def test_what_changes_no_grade_counts_from_then_on_and_is_said(tmp_path, first, workers, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("other.csv").write_text(ROSTER.rsplit("s3")[0])
-    workers(graded)
-    first_run(tmp_path)
     second = workers(graded)
     capsys.readouterr()
     words = ["--deadline", "2026-11-22T23:59", "--late", "2 points per started day", "--roster", "other.csv"]
@@ -98,9 +96,7 @@ def test_what_changes_no_grade_counts_from_then_on_and_is_said(tmp_path, source,
 
 
 @pytest.mark.slow  # two runs of a class
-def test_the_rubric_of_the_class_counts_when_the_kit_has_another_one_by_now(tmp_path, source, workers, monkeypatch):
-    workers(graded)
-    first_run(tmp_path)
+def test_the_rubric_of_the_class_counts_when_the_kit_has_another_one_by_now(tmp_path, first, workers, monkeypatch):
     (tmp_path / "updated.yaml").write_text(rubric.RUBRIC.read_text() + "# of the next version\n")
     monkeypatch.setattr(rubric, "RUBRIC", tmp_path / "updated.yaml")
     second = workers(graded)
@@ -108,10 +104,8 @@ def test_the_rubric_of_the_class_counts_when_the_kit_has_another_one_by_now(tmp_
     assert second.orders == []
 
 
-def test_a_partial_export_turned_graded_people_into_nothing_handed_in(tmp_path, source, workers):
+def test_a_partial_export_turned_graded_people_into_nothing_handed_in(tmp_path, source, first):
     """The late hand-ins were exported on Monday, and everybody else had 0."""
-    workers(graded)
-    first_run(tmp_path)
     (tmp_path / "late").mkdir()
     (source / "team02").rename(tmp_path / "late" / "team02")
     assert again(tmp_path, str(tmp_path / "late")) == 0
@@ -128,10 +122,8 @@ def test_a_partial_export_turned_graded_people_into_nothing_handed_in(tmp_path, 
 
 @pytest.mark.slow  # three runs of a class
 def test_a_second_source_is_read_from_then_on_and_one_that_is_gone_costs_nobody_a_grade(
-    tmp_path, source, workers, capsys
+    tmp_path, source, first, workers, capsys
 ):
-    workers(graded)
-    first_run(tmp_path)
     late = tmp_path / "late.zip"
     with zipfile.ZipFile(late, "w") as archive:
         archive.writestr("team04/readme", "late")
@@ -167,13 +159,10 @@ def test_only_the_named_submissions_are_graded(tmp_path, source, workers, capsys
 
 
 @pytest.mark.slow  # three runs of a class
-def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, workers, monkeypatch, capsys):
-    workers(graded)
-    first_run(tmp_path)
+def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, first, workers, monkeypatch, capsys):
     monkeypatch.setattr(provenance, "kit_hash", lambda _course: "0123456789abcdef")
     second = workers(graded)
-    (source / "team04").mkdir()
-    (source / "team04" / "readme").write_text("new")
+    write(source, {"team04/readme": "new"})
     assert again(tmp_path) == 0
     assert second.orders == ["team04"]
     assert "3 kept from another kit: team01, team02, team03; --regrade grades them again" in capsys.readouterr().err
@@ -187,9 +176,7 @@ def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, worke
     assert f"graded by kit {old.kit[:8]}" in page
 
 
-def test_a_class_is_not_a_source(tmp_path, source, workers, capsys):
-    workers(graded)
-    first_run(tmp_path)
+def test_a_class_is_not_a_source(tmp_path, first, capsys):
     assert cli.main(["batch", str(tmp_path / "class")]) == 2
     assert f"Go on with it: grader batch --out {tmp_path / 'class'}" in capsys.readouterr().err
 
@@ -209,6 +196,5 @@ def test_a_doubt_that_was_accepted_does_not_stop_the_class_once_more(tmp_path, s
     assert not (tmp_path / "class" / "class.yaml").exists()
     assert cli.main([*words, "--despite-doubts"]) == 0
     assert again(tmp_path) == 0
-    (source / "team04").mkdir()
-    (source / "team04" / "readme").write_text("new")
+    write(source, {"team04/readme": "new"})
     assert again(tmp_path) == 3, "it is another doubt by now"

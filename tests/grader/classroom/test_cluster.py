@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import os
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from helpers import until
+from helpers.archives import write
 from helpers.class_reports import Silent
-from helpers.dask_cluster import dask_cluster, wait_until
 
 from grader import KIT
 from grader.classroom import batch, cluster
@@ -24,6 +28,39 @@ from grader.scoring import rubric
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]  # a cluster of three processes
 
 
+@contextmanager
+def dask_cluster(folder: Path, workers: int, *options: str) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Start a scheduler and workers by their own commands; yield the scheduler's address and the workers.
+
+    Their temporary files are in the folder `tmp`.
+    """
+    from distributed import Client
+
+    file = folder / "scheduler.json"
+    (folder / "tmp").mkdir()
+    environment = os.environ | {"PYTHONPATH": str(KIT), "TMPDIR": str(folder / "tmp")}
+    common = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file)]
+
+    def start(*words: str) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", *words, *common],
+            cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+
+    started = [start("scheduler", "--port", "0")]
+    started += [start("worker", "--nthreads", "1", *options) for _ in range(workers)]
+    try:
+        until(lambda: file.exists() and file.read_text().strip())
+        address = json.loads(file.read_text())["address"]
+        with Client(address, timeout=60) as client:
+            client.wait_for_workers(workers, timeout=120)
+        yield address, started[1:]
+    finally:
+        for process in reversed(started):
+            process.terminate()
+            process.wait(30)
+
+
 @pytest.fixture(scope="module")
 def scheduler(tmp_path_factory) -> Iterator[str]:
     """Return the address of a scheduler with two workers."""
@@ -33,9 +70,7 @@ def scheduler(tmp_path_factory) -> Iterator[str]:
 
 @pytest.mark.sandbox
 def test_submissions_travel_to_the_workers_and_results_come_back(scheduler, tmp_path):
-    for name in ("team01", "team02", "team03"):
-        (tmp_path / "source" / name).mkdir(parents=True)
-        (tmp_path / "source" / name / "notes.txt").write_text("no package")
+    write(tmp_path / "source", {f"{name}/notes.txt": "no package" for name in ("team01", "team02", "team03")})
     summary = batch.run(tmp_path / "source", tmp_path / "class", [], Options(scheduler=scheduler), Silent())
     assert (summary.entries, summary.refused, summary.errors) == (3, 3, 0)
     folder = ClassFolder(tmp_path / "class")
@@ -69,7 +104,7 @@ def grading(folder: Path) -> Iterator[tuple[Workforce, subprocess.Popen[bytes], 
     ):
         found.submit(order)
         # The grading's own process, and a sandbox that it has started.
-        wait_until("a sandbox is running", lambda: len(procfs.descendants(worker.pid)) > 3)
+        until(lambda: len(procfs.descendants(worker.pid)) > 3)
         assert left_by_gradings(folder)
         yield found, worker, set(procfs.descendants(worker.pid))
 
@@ -78,30 +113,18 @@ def left_by_gradings(folder: Path) -> list[str]:
     return [path.name for path in (folder / "tmp").iterdir() if path.name.startswith("batch-")]
 
 
-def alive(pids: set[int]) -> list[str]:
-    return [text for pid in pids if (text := command(pid))]
-
-
-def command(pid: int) -> str:
-    """Return a process's command, "" if it has ended."""
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
-    except OSError:
-        return ""
-
-
 @pytest.mark.sandbox
 def test_a_killed_worker_left_the_submission_in_its_temporary_folder(tmp_path):
     with grading(tmp_path) as (_, worker, below):
         worker.kill()
         worker.wait()
-        wait_until("all processes have ended", lambda: not alive(below))
-        wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))
+        until(lambda: not any(map(procfs.runs, below)))
+        until(lambda: not left_by_gradings(tmp_path))
 
 
 @pytest.mark.sandbox
 def test_ctrl_c_let_the_workers_grade_on_for_nobody(tmp_path):
     with grading(tmp_path) as (found, worker, _):
         found.stop()
-        wait_until("the grading has ended", lambda: not procfs.descendants(worker.pid))
-        wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))
+        until(lambda: not procfs.descendants(worker.pid))
+        until(lambda: not left_by_gradings(tmp_path))

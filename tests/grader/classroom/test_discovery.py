@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -106,9 +107,7 @@ def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
         "submission_1:\n  :submitters:\n  - :email: jane@uni.edu\n  :created_at: 2026-11-20 10:00:00 Z\n"
         "submission_2:\n  :submitters:\n  - :email: li@uni.edu\n  :created_at: 2026-11-20 12:00:00 Z\n"
     )
-    for number in (1, 2):
-        (tmp_path / f"submission_{number}").mkdir()
-        (tmp_path / f"submission_{number}" / "package.xml").write_text(str(number))
+    write(tmp_path, {f"submission_{number}/package.xml": str(number) for number in (1, 2)})
     found = discovery.find(tmp_path, [JANE, LI])
     (entry,) = found.entries
     assert (entry.id, entry.path.name) == ("team07", "submission_2")

@@ -17,6 +17,7 @@ from grader.errors import GraderError
 DECIDED = (
     'submissions:\n  team07:\n    points:\n      F4: {points: 3.5, why: "the wall stood in the start", by: "A. L."}\n'
 )
+EXTENDED = 'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had influenza", by: "A. L."}\n'
 
 
 def said(folder: ClassFolder, name: str = "team07") -> dict:
@@ -81,9 +82,7 @@ def test_the_figure_on_the_page_is_the_gradebooks(judged: ClassFolder):
 
 
 def test_a_members_extension_is_a_figure_of_their_own_and_no_reason_on_the_teams_page(judged: ClassFolder):
-    judged.overrides.write_text(
-        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had influenza", by: "A. L."}\n'
-    )
+    judged.overrides.write_text(EXTENDED)
     hand_ins.refresh(judged)
     measured = said(judged)["total"]
     (jane, full), (li, less) = finals(judged)
@@ -99,9 +98,7 @@ def test_the_only_member_reads_their_own_extension(judged: ClassFolder):
     facts = judged.facts()
     entries = (replace(facts.entries[0], people=facts.entries[0].people[:1]), *facts.entries[1:])
     judged.write_facts(replace(facts, entries=entries))
-    judged.overrides.write_text(
-        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had influenza", by: "A. L."}\n'
-    )
+    judged.overrides.write_text(EXTENDED)
     hand_ins.refresh(judged)
     known = said(judged)["hand_in"]
     assert known["deadline"] == "2026-11-20 23:59:00+00:00; extended to 2026-11-25 23:59:00+00:00"

@@ -210,12 +210,8 @@ def read_sheet(before: Path, after: Path, platform: str, outcome: Outcome) -> No
 
 
 def knows_teams(layout: str, roster: str) -> bool:
-    return (
-        roster == "own"
-        or layout == "gradescope"
-        or (layout, roster) == ("moodle groups", "sheet")
-        or ((layout, roster) == ("moodle 3 groups", "sheet"))
-    )
+    in_the_sheet = layout in ("moodle groups", "moodle 3 groups") and roster == "sheet"
+    return roster == "own" or layout == "gradescope" or in_the_sheet
 
 
 def expected(who: Student, layout: str, roster: str) -> str | None:

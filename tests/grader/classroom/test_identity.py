@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from submissions.hostile_class import Student, canvas_name, moodle_name
 
 from grader.classroom import discovery, matching, roster
 from grader.classroom.class_folder import ClassFacts, DoubtKind
@@ -29,6 +31,12 @@ def found(root: Path, names: list[str], people: list[Person]) -> ClassFacts:
             path /= "package.zip"
         path.write_text(str(number))
     return discovery.find(root, people)
+
+
+def submitted_by(root: Path, submitters: str) -> ClassFacts:
+    """Find Gradescope's only submission with these submitters, in a class of Jane."""
+    write(root, {"submission_metadata.yml": f"submission_1:\n  :submitters:\n{submitters}", "submission_1/a.py": ""})
+    return discovery.find(root, [JANE])
 
 
 def owners(result: ClassFacts) -> dict[str, list[str]]:
@@ -111,29 +119,18 @@ def test_a_number_that_the_name_contradicts_decides_nothing(tmp_path):
 
 
 def test_an_email_that_the_name_contradicts_decides_nothing(tmp_path):
-    (tmp_path / "submission_metadata.yml").write_text(
-        "submission_1:\n  :submitters:\n  - :name: Jane Doe\n    :email: other@uni.edu\n"
-    )
-    (tmp_path / "submission_1").mkdir()
-    result = discovery.find(tmp_path, [JANE])
+    result = submitted_by(tmp_path, "  - :name: Jane Doe\n    :email: other@uni.edu\n")
     assert result.entries[0].people == ()
     assert "the name is Jane Doe's, but e-mail other@uni.edu is not" in result.doubts[0].what
 
 
 def test_who_goes_by_another_name_is_known_by_id_or_email(tmp_path):
-    (tmp_path / "submission_metadata.yml").write_text(
-        "submission_1:\n  :submitters:\n  - :name: Janie D.\n    :email: JANE@uni.edu\n"
-    )
-    (tmp_path / "submission_1").mkdir()
-    assert discovery.find(tmp_path, [JANE]).entries[0].people == (JANE,)
+    result = submitted_by(tmp_path, "  - :name: Janie D.\n    :email: JANE@uni.edu\n")
+    assert result.entries[0].people == (JANE,)
 
 
 def test_a_submitter_whom_the_roster_does_not_have_is_a_doubt_though_the_others_are_known(tmp_path):
-    (tmp_path / "submission_metadata.yml").write_text(
-        "submission_1:\n  :submitters:\n  - :email: jane@uni.edu\n  - :name: Zed\n    :email: zed@uni.edu\n"
-    )
-    (tmp_path / "submission_1").mkdir()
-    result = discovery.find(tmp_path, [JANE])
+    result = submitted_by(tmp_path, "  - :email: jane@uni.edu\n  - :name: Zed\n    :email: zed@uni.edu\n")
     assert result.entries[0].people == (JANE,)
     assert [doubt.kind for doubt in result.doubts] == [DoubtKind.UNMATCHED]
 
@@ -224,15 +221,6 @@ def test_a_participants_number_of_moodle_is_no_number_of_canvas(tmp_path):
     """A roster of Moodle beside an export of Canvas gave the submission of account 101 to participant 101."""
     result = found(tmp_path, ["ekbo_101_9_a.zip"], [replace(JANE, lms="moodle"), Person("s2", "Bo Ek")])
     assert owners(result) == {"0": ["Bo Ek"]}
-
-
-def test_canvas_test_student_is_not_in_the_class(tmp_path):
-    path = tmp_path / "roster.csv"
-    path.write_text(
-        "Student,ID,SIS Login ID,Section,Robots (77)\n    Points Possible,,,,100\n"
-        '"Doe, Jane",101,jdoe,A,\n"Student, Test",888,5e1f7c,A,\n'
-    )
-    assert [(person.name, person.lms_id, person.id) for person in roster.load(path)] == [("Jane Doe", "101", "")]
 
 
 def test_a_student_called_test_student_stays_in_the_class(tmp_path):
@@ -336,38 +324,9 @@ def test_a_login_with_hyphens_is_not_a_name_with_spaces(tmp_path):
 # Any class.
 
 
-@dataclass(frozen=True)
-class Student:
-    """Somebody with a name, and the numbers that tell the platforms' accounts apart."""
-
-    number: int
-    given: str
-    family: str
-
-    def person(self, *, lms: str = "", numbers: bool = True) -> Person:
-        name = f"{self.given} {self.family}".strip()
-        number = str(self.number) if lms and numbers else ""
-        return Person(f"s{self.number}", name, lms_id=number, lms=lms if number else "", sortable=self.sortable)
-
-    @property
-    def sortable(self) -> str:
-        return f"{self.family}, {self.given}"
-
-
-def moodle_name(student: Student) -> str:
-    """Return what Moodle puts before a file: fullname, clean_filename (PARAM_FILE), spaces for underscores."""
-    kept = "".join(
-        char for char in f"{student.given} {student.family}" if char not in "&<>\"`|':\\/" and ord(char) > 31
-    )
-    return kept.replace("_", " ")
-
-
-def canvas_name(student: Student) -> str:
-    """Return what Canvas puts before a file: the sortable name in lower case, of that what Ruby calls a word."""
-    kept = (
-        c for c in student.sortable.lower() if unicodedata.category(c)[0] in "LM" or unicodedata.category(c) == "Nd"
-    )
-    return "".join(kept)
+def person(student: Student, *, lms: str = "", numbers: bool = True) -> Person:
+    number = str(student.n) if lms and numbers else ""
+    return Person(f"s{student.n}", student.name, lms_id=number, lms=lms if number else "", sortable=student.sortable)
 
 
 LETTERS = st.characters(codec="utf-8", categories=("L", "M", "Nd"), include_characters=" '-.\u2019")
@@ -383,14 +342,14 @@ CLASSES = st.lists(st.tuples(NAMES, NAMES), min_size=1, max_size=8).map(
 
 
 def hand_in(platform: str, student: Student) -> HandIn:
-    number = str(student.number)
+    number = str(student.n)
     claims = {
         "moodle": (
             Claim("lms_id", number, "moodle"),
             *(Claim(kind, moodle_name(student)) for kind in ("name", "team")),
         ),
         "canvas": (Claim("lms_id", number, "canvas"), Claim(SHORT, canvas_name(student))),
-        "plain": (Claim(ANY, f"{student.given} {student.family}"),),
+        "plain": (Claim(ANY, student.name),),
     }[platform]
     return HandIn(Path(number), student.given, (claims,))
 
@@ -408,13 +367,13 @@ def matched(hand_ins: list[HandIn], people: list[Person]) -> dict[str, set[Perso
 )
 def test_no_submission_is_ever_matched_with_another_person(students, numbers, platform, mixed):
     """For any class, with names in any script and namesakes; and the order of nothing matters."""
-    people = [student.person(lms="" if platform == "plain" else platform, numbers=numbers) for student in students]
+    people = [person(student, lms="" if platform == "plain" else platform, numbers=numbers) for student in students]
     hand_ins = [hand_in(platform, student) for student in students]
     before = matched(hand_ins, people)
-    for student, person in zip(students, people, strict=True):
-        assert before[str(student.number)] <= {person}
+    for student, who in zip(students, people, strict=True):
+        assert before[str(student.n)] <= {who}
         if numbers and platform != "plain":
-            assert before[str(student.number)] == {person}, "the platform's own number decides"
+            assert before[str(student.n)] == {who}, "the platform's own number decides"
     mixed.shuffle(people)
     mixed.shuffle(hand_ins)
     assert matched(hand_ins, people) == before
@@ -424,7 +383,7 @@ def test_no_submission_is_ever_matched_with_another_person(students, numbers, pl
 @given(students=CLASSES, kept=st.integers(min_value=1, max_value=255), platform=st.sampled_from(["moodle", "canvas"]))
 def test_who_is_not_in_the_roster_is_none_of_the_people_in_it(students, kept, platform):
     """With the platform's numbers in the roster: a namesake of somebody in it is still somebody else."""
-    people = [student.person(lms=platform) for student in students if kept >> (student.number - 11) & 1]
+    people = [person(student, lms=platform) for student in students if kept >> (student.n - 11) & 1]
     if people:
         for number, found_people in matched([hand_in(platform, student) for student in students], people).items():
-            assert {person.lms_id for person in found_people} <= {number}
+            assert {who.lms_id for who in found_people} <= {number}

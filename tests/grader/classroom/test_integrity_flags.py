@@ -16,11 +16,10 @@ from grader import evidence, pipeline
 from grader import report as report_room
 from grader.checks import checks_run
 from grader.classroom import gradebook, hand_ins, overview
-from grader.classroom.class_folder import RUBRIC, ClassFolder
+from grader.classroom.class_folder import ClassFolder
 from grader.classroom.gradebook import Row, State
 from grader.classroom.hand_ins import rescore
 from grader.classroom.platforms import canvas, github, gradescope, plain
-from grader.errors import GraderError
 from grader.evidence import Flag
 from grader.notebook import checking
 from grader.notebook.feedback import Note
@@ -237,10 +236,3 @@ def test_without_a_flag_nothing_is_said_of_flags(tmp_path: Path):
     (row,) = gradebook.of_one(report(), whole).rows
     assert "flag" not in gradescope.results(row, whole, report())["output"]
     assert "flag" not in github.summary(row, whole, report())
-
-
-def test_a_rubric_names_what_flags_do(tmp_path: Path):
-    path = tmp_path / RUBRIC
-    path.write_text(WITHHOLD.replace("flags: withhold", "flags: withold"))
-    with pytest.raises(GraderError, match="withold is not a value of `flags`"):
-        rubric.load(path)

@@ -14,7 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
-from helpers.archives import member
+from helpers.archives import member, write
 from helpers.class_reports import graded
 from submissions import hostile_class as hostile
 
@@ -118,10 +118,7 @@ def test_an_empty_folder_in_an_archive_is_a_hand_in(tmp_path):
 
 
 def test_a_loose_file_that_is_called_like_somebody_without_a_hand_in_stops_the_class(tmp_path):
-    (tmp_path / "e").mkdir()
-    for name in ("jdoe.zip", "Bo Ek.py", "grades.ods", ".boek"):
-        (tmp_path / "e" / name).write_text(name)
-    what = found(tmp_path / "e")
+    what = found(write(tmp_path / "e", dict.fromkeys(("jdoe.zip", "Bo Ek.py", "grades.ods", ".boek"), "x")))
     assert stops(what) == ["Bo Ek.py is neither an archive nor a folder.", ".boek is hidden."]
     assert what.ledger[0] == "plain: 4 entries = 1 with a hand-in + 3 left out: Bo Ek.py, grades.ods, .boek"
 
@@ -135,8 +132,7 @@ def test_who_handed_in_by_the_list_and_has_nothing_stops_the_class(tmp_path):
 
 def test_a_list_of_canvas_says_who_handed_in(tmp_path):
     people = (Person("s1", "Jane Doe", lms_id="11", lms="canvas"), Person("s2", "Bo Ek", lms_id="12", lms="canvas"))
-    (tmp_path / "e").mkdir()
-    (tmp_path / "e" / "doejane_11_900_a.zip").write_text("x")
+    write(tmp_path / "e", {"doejane_11_900_a.zip": "x"})
     rows = [{"user_id": 11, "submitted_at": "2026-11-20T22:58:01Z"}, {"user_id": 12, "submitted_at": None}]
     for at, expected in ((None, 0), ("2026-11-20T22:58:01Z", 1)):
         rows[1]["submitted_at"] = at
@@ -170,8 +166,7 @@ def test_a_link_inside_a_hand_in_stops_nobody(tmp_path):
 
 def test_a_file_that_cannot_be_read_is_that_persons_error(tmp_path, workers):
     """It ended the run with status 3 for all."""
-    (tmp_path / "e").mkdir()
-    (tmp_path / "e" / "boek.zip").write_text("x")
+    write(tmp_path / "e", {"boek.zip": "x"})
     (tmp_path / "e" / "jdoe.zip").symlink_to("/proc/self/mem")  # not even root reads its first byte
     what = found(tmp_path / "e")
     assert stops(what) == []
@@ -212,18 +207,14 @@ def test_the_limits_of_a_submission_are_not_those_of_a_class(tmp_path, monkeypat
 
 
 def test_ids_that_differ_by_zeros_at_the_beginning_are_named(tmp_path):
-    (tmp_path / "e").mkdir()
-    (tmp_path / "e" / "12345.zip").write_text("x")
-    (doubt,) = found(tmp_path / "e", (Person("0012345", "Jane Doe"),)).doubts[:1]
+    (doubt,) = found(write(tmp_path / "e", {"12345.zip": "x"}), (Person("0012345", "Jane Doe"),)).doubts[:1]
     assert "12345 is Jane Doe's id 0012345 but for zeros at its beginning" in doubt.what
     assert doubt.people == (Person("0012345", "Jane Doe"),)
 
 
 @pytest.mark.parametrize(("name", "offered"), [("Abgabe_jdoe_final", True), ("jdoe+boek", False), ("jdoes", False)])
 def test_a_name_with_one_login_of_the_roster_in_it_is_offered(tmp_path, name, offered):
-    (tmp_path / "e").mkdir()
-    (tmp_path / "e" / f"{name}.zip").write_text("x")
-    what = found(tmp_path / "e")
+    what = found(write(tmp_path / "e", {f"{name}.zip": "x"}))
     doubt = next(doubt for doubt in what.doubts if doubt.entry)
     assert (doubt.people == (JANE,)) is offered
     assert ("has the login jdoe of Jane Doe in it" in doubt.text) is offered
@@ -273,9 +264,8 @@ def test_a_state_without_a_time_says_who_handed_in(tmp_path):
 
 
 def test_a_hand_in_that_is_a_link_to_nowhere_is_not_nothing(tmp_path):
-    (tmp_path / "plain").mkdir()
+    write(tmp_path / "plain", {"boek.zip": "x"})
     (tmp_path / "plain" / "jdoe.zip").symlink_to("gone")
-    (tmp_path / "plain" / "boek.zip").write_text("x")
     assert stops(found(tmp_path / "plain")) == ["jdoe.zip is neither an archive nor a folder."]
     (tmp_path / "moodle").mkdir()
     (tmp_path / "moodle" / "Jane Doe_41_assignsubmission_file").symlink_to("gone")

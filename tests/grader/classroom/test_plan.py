@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from helpers import beside
+from helpers.archives import write
 from helpers.class_reports import graded
 
 from grader import cli
@@ -34,10 +35,8 @@ EXTENSION = """people:
 @pytest.fixture
 def export(tmp_path) -> list[str]:
     """Return the words of a `grader batch` over an export of Gradescope, with a resubmission, a team and a stranger."""
-    for number in range(1, 5):
-        (tmp_path / "export" / f"submission_{number}").mkdir(parents=True)
-        (tmp_path / "export" / f"submission_{number}" / "readme").write_text(str(number))
-    (tmp_path / "export" / "submission_metadata.yml").write_text(TEXTS["METADATA"])
+    handed_in = {f"submission_{number}/readme": str(number) for number in range(1, 5)}
+    write(tmp_path / "export", {"submission_metadata.yml": TEXTS["METADATA"], **handed_in})
     (tmp_path / "roster.csv").write_text(ROSTER)
     return [
         *("batch", str(tmp_path / "export"), "--roster", str(tmp_path / "roster.csv")),

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from helpers import judging
 from helpers.course import COURSE
-from helpers.judging import ask, evidence_with, find
+from helpers.judging import ask, evidence_with, find, judged
 from helpers.report_examples import grading
 
 from grader.evidence import (
@@ -29,7 +28,7 @@ from grader.evidence import (
 from grader.notebook.prerequisites import advice
 from grader.report import cause
 from grader.scoring.rubric import RUBRIC, load
-from grader.scoring.scorecard import CheckResult, Outcome, score
+from grader.scoring.scorecard import Outcome, score
 from grader.trials import catalog
 
 F2, F8 = "check_set_speed::test_drives_at_the_set_speed", "check_navigation::test_reaches_a_target_ahead"
@@ -73,23 +72,6 @@ EVIDENCE = {
 }
 
 
-def judged(evidence: Evidence) -> list[CheckResult]:
-    """Return the results of the checks that these few facts suffice for."""
-    results = []
-    for check in load(RUBRIC).checks:
-        try:
-            said = ask(find(check.id), evidence)
-        except Exception:  # as in the grader: an error of the check itself costs nothing
-            results.append(CheckResult(check.id, Outcome.PASSED, 1.0))
-            continue
-        how = Outcome.NOT_REACHED if not said.reached else Outcome.PARTIAL if said.share else Outcome.FAILED
-        because = "" if said.reached else said.seen
-        results.append(
-            CheckResult(check.id, how, said.share, seen=said.seen, because=because, trial=IDLE, reason=said.reason)
-        )
-    return results
-
-
 def consequences(evidence: Evidence) -> tuple[dict[str, str], set[str]]:
     """Return the advice for each check that was not reached, and the checks that the first cause explains."""
     results, rubric = judged(evidence), load(RUBRIC)
@@ -122,7 +104,7 @@ def test_a_requirement_that_the_students_own_exception_names_is_not_to_be_fixed_
     """`raise NotImplementedError("goals come later (F8)")` made the advice say "fix F8 first"."""
     output = f"Traceback (most recent call last):\n{PLACE}NotImplementedError: goals come later (F8)\n"
     evidence = everywhere(Reason(Kind.DIED, exit_code=1, seconds=1.0), process=replace(ITSELF, output_tail=output))
-    said = judging.ask(find(F2), evidence)
+    said = ask(find(F2), evidence)
     assert said.seen.endswith("goals come later (F8) (ros2_robot_controller/driver.py:7, in `go`)")
     assert advice(said.reason) == "the node ended by itself; its last output says where"
     results = judged(evidence)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.hunting import NODE, driven, replacing
+from helpers.hunting import NODE, driven, moves, replacing, stands
 
 from grader import cli, hunting
 from grader.errors import EXIT_INTERRUPTED
@@ -26,15 +26,6 @@ def hunt(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Hunt:
         return cli.main(["hunt", "--out", str(tmp_path / "hunt"), *arguments])
 
     return run
-
-
-def moves(_case: Case) -> Trial:
-    """Return a trial in which the robot moves before it is asked to."""
-    return driven(0.25)
-
-
-def stands(_case: Case) -> Trial:
-    return driven(0.0)
 
 
 def test_a_hunt_without_a_finding_says_how_many_cases_were_tried(hunt: Hunt, capsys: pytest.CaptureFixture[str]):

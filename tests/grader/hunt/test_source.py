@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import pytest
 from helpers.course import COURSE
-from helpers.hunting import NODE, FakeObservers, driven
+from helpers.hunting import NODE, FakeObservers, driven, moves, stands
 
 from grader import KIT
 from grader.building import Built
@@ -57,15 +57,6 @@ def collects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Collects:
     return collect
 
 
-def stands(_case: Case) -> Trial:
-    return driven(0.0)
-
-
-def moves(_case: Case) -> Trial:
-    """Return a trial in which the robot moves before it is asked to."""
-    return driven(0.25)
-
-
 def test_a_package_that_keeps_its_promises_is_tried_in_as_many_cases_as_the_rubric_says(collects: Collects):
     found, ran = collects(stands, F1=7)
     assert found.facts == {"hunts": {"F1": Hunt(7)}, "trials": {}}
@@ -80,10 +71,8 @@ def test_a_broken_promise_is_kept_with_its_trial_and_a_case_that_can_be_run_agai
     assert cast(Any, found.facts["trials"]).keys() == {hunt.trial} == {"hunt_F1"}
     (tmp_path / "case.yaml").write_text(hunt.broken.case)
     assert cases.read(tmp_path / "case.yaml", COURSE) in ran
-    result = (hunt, [moves(ran[0])])
-    assert (
-        from_json(to_json(result), cast(Any, tuple[Hunt, list[Trial]])) == result
-    )  # as it is kept for the next grading
+    result = (hunt, [moves(ran[0])])  # as it is kept for the next grading
+    assert from_json(to_json(result), cast(Any, tuple[Hunt, list[Trial]])) == result
 
 
 def test_the_same_seed_comes_to_the_same_and_another_one_tries_other_cases(collects: Collects):

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import bz2
 import contextlib
-import gzip
 import io
-import lzma
 import os
 import random
 import stat
@@ -17,7 +14,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-from helpers.archives import PACKAGE, member
+from helpers.archives import below, member, tarred, zipped
 from helpers.course import COURSE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -149,24 +146,12 @@ def test_any_folder_gives_a_submission_or_a_sentence(entries: list[tuple[list[st
 
 
 def _intact() -> dict[str, bytes]:
-    plain = io.BytesIO()
-    with tarfile.open(fileobj=plain, mode="w") as archive:
-        for name, text in PACKAGE.items():
-            info = member("pkg/" + name)
-            info.size = len(text)
-            archive.addfile(info, io.BytesIO(text.encode()))
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive_:
-        for name, text in PACKAGE.items():
-            archive_.writestr("pkg/" + name, text)
-    tar = plain.getvalue()
-    return {
-        "zip": packed.getvalue(),
-        "tar": tar,
-        "tar.gz": gzip.compress(tar),
-        "tar.bz2": bz2.compress(tar),
-        "tar.xz": lzma.compress(tar),
-    }
+    members = [(member(name), text.encode()) for name, text in below("pkg/").items()]
+    with tempfile.TemporaryDirectory() as folder:
+        made = {"zip": zipped(Path(folder, "a"), below("pkg/")).read_bytes()}
+        for form, mode in {"tar": "w", "tar.gz": "w:gz", "tar.bz2": "w:bz2", "tar.xz": "w:xz"}.items():
+            made[form] = tarred(Path(folder, "a"), members, mode).read_bytes()
+    return made
 
 
 INTACT = _intact()

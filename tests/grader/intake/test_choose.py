@@ -12,7 +12,7 @@ from helpers.course import COURSE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grader.errors import SubmissionError, UsageError
+from grader.errors import SubmissionError
 from grader.intake.submission import Submission, open_submission
 
 
@@ -110,13 +110,6 @@ def test_the_package_path_decides(handed_in: Path, into: Path, path: str):
 def test_the_package_path_reaches_into_an_archive_beside_a_package(handed_in: Path, into: Path):
     zipped(write(handed_in, below("ctl/")) / "new.zip", below("pkg/", CHANGED))
     assert open_submission(handed_in, into, COURSE, package="new/pkg").intake.package_path == "new/pkg"
-
-
-def test_a_package_path_that_does_not_exist_is_told_what_there_is(handed_in: Path, into: Path):
-    write(write(handed_in, below("v1/")), below("v2/", CHANGED))
-    with pytest.raises(UsageError) as error:
-        open_submission(handed_in, into, COURSE, package="v3")
-    assert str(error.value) == "There is no package at v3 in handed_in. It has packages at v1, v2."
 
 
 # -- where it is looked for --------------------------------------------------------------------------------------------

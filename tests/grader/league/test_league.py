@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import pytest
 from helpers import beside
+from helpers.archives import write
 from helpers.hunting import FakeObservers
 from helpers.judging import Judged, ask, evidence_with, find, trial
 
@@ -45,24 +46,17 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> Course:
     figures = "league:\n- {figure: caught, unit: packages, best: most}\n"
     whole.write_text(whole.read_text().replace("\ncriteria:\n", f"\n{figures}\ncriteria:\n") + TEXTS["ENTRY"])
     edits = {f"held_back/league/{name}": text for name, text in TEXTS["EDITS"].items()}
-    written(folder, {"hunts/guard.py": TEXTS["HUNTS"], **edits})
+    write(folder, {"hunts/guard.py": TEXTS["HUNTS"], **edits})
     # One that no case catches: it keeps every promise.
     shutil.copytree(folder / "solution" / "hall_guard", folder / "held_back/league/broken/secret_team")
     return load(folder)
-
-
-def written(folder: Path, files: dict[str, str]) -> Path:
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    return folder
 
 
 # -- what is handed in -------------------------------------------------------------------------------------------------
 
 
 def problem(folder: Path, course: Course, text: str) -> str:
-    ((said, case),) = league_cases.read(written(folder, {"cases/mine.yaml": text}), course)
+    ((said, case),) = league_cases.read(write(folder, {"cases/mine.yaml": text}), course)
     assert (case is None) == bool(said.problem)
     return said.problem
 
@@ -103,12 +97,12 @@ def test_each_mistake_in_a_case_is_named_with_its_line(tmp_path: Path, course: C
 
 def test_a_link_or_a_folder_is_no_case(tmp_path: Path, course: Course):
     (tmp_path / "cases" / "folder.yaml").mkdir(parents=True)
-    (tmp_path / "cases" / "link.yaml").symlink_to(written(tmp_path, {"elsewhere": WAIT}) / "elsewhere")
+    (tmp_path / "cases" / "link.yaml").symlink_to(write(tmp_path, {"elsewhere": WAIT}) / "elsewhere")
     assert [case for _, case in league_cases.read(tmp_path, course)] == [None, None]
 
 
 def test_only_the_first_five_files_count(tmp_path: Path, course: Course):
-    read = league_cases.read(written(tmp_path, {f"cases/{name}.yaml": WAIT for name in "abcdef"}), course)
+    read = league_cases.read(write(tmp_path, {f"cases/{name}.yaml": WAIT for name in "abcdef"}), course)
     assert [bool(case) for _, case in read] == [True] * 5 + [False]
     assert read[5][0].problem == "cases/f.yaml does not count: at most 5 files do."
 
@@ -128,7 +122,7 @@ def test_an_edit_that_does_not_fit_is_named_by_check_course(course: Course, tmp_
     folder = tmp_path / "hall_guard"
     shutil.copytree(course.folder, folder, ignore=shutil.ignore_patterns("__pycache__"))
     bad = "file: hall_guard/guard.py\nold: there is no such line\nnew: x\n"
-    written(folder, {"held_back/league/broken/secret_behind.yaml": bad})
+    write(folder, {"held_back/league/broken/secret_behind.yaml": bad})
     (mistake,) = check_course.mistakes(folder)
     assert mistake == (
         "held_back/league/broken/secret_behind.yaml, line 2: `old` occurs 0 times in hall_guard/guard.py of the "
@@ -258,7 +252,7 @@ def test_two_of_three_are_caught_by_a_submission_that_does_not_build(
     shutil.copytree(course.solution, package)
     (package / "setup.py").write_text("raise SystemExit('no')\n")
     cases = GOOD | {"cases/c_cart.yaml": TEXTS["UNFAIR"], "cases/d_slip.yaml": WAIT.replace("wait", "wiat")}
-    command = ["grade", str(written(package, cases)), "--course", str(course.folder), "--out", str(tmp_path / "out")]
+    command = ["grade", str(write(package, cases)), "--course", str(course.folder), "--out", str(tmp_path / "out")]
     assert cli.main(command) == 0
     said = json.loads((tmp_path / "out" / "report.json").read_text())
     (league,) = [each for each in said["requirements"] if each["id"] == "L1"]

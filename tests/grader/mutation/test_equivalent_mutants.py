@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from textwrap import dedent
 from typing import Any
 
 import pytest
 from helpers.course import COURSE
 from submissions import toy
+from submissions.toy import source
 
 from grader.mutation.equivalent_mutants import equivalent_mutants
 from grader.mutation.operators import mutants
-from grader.mutation.source_text import Change, SourceText
-
-
-def source(text: str) -> SourceText:
-    return SourceText("ros2_robot_controller/node.py", dedent(text))
+from grader.mutation.source_text import Change
 
 
 def behaviour(text: str) -> list[object]:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from textwrap import dedent
-
 import pytest
 from helpers.course import COURSE
+from submissions.toy import source
 
 from grader.mutation.operators import mutants
-from grader.mutation.source_text import SourceText, parse
-
-
-def source(text: str) -> SourceText:
-    return SourceText("ros2_robot_controller/node.py", dedent(text))
+from grader.mutation.source_text import parse
 
 
 def texts(text: str, operator: str = "") -> set[str]:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from textwrap import dedent
-
 import pytest
 from helpers.course import COURSE
+from submissions.toy import source
 
 from grader.mutation.equivalent_mutants import equivalent_mutants
 from grader.mutation.operators import mutants
-from grader.mutation.source_text import SourceText, parse
-
-
-def source(text: str) -> SourceText:
-    return SourceText("ros2_robot_controller/node.py", dedent(text))
-
+from grader.mutation.source_text import parse
 
 GUARDS = [
     "def f(a):\n    if TYPE_CHECKING:\n        return a + 1\n",

@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 
-from helpers.ros2_runs import until
+from helpers import until
 
 from grader.notebook import check_process
 from grader.processes import supervised

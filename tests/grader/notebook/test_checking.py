@@ -10,12 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers import recordings
+from helpers import recordings, running
 from helpers.course import COURSE, PACKAGE
 
 from grader import KIT, building, evidence, notebook, pipeline
 from grader.authoring.release import profile_of
-from grader.host import procfs
 from grader.notebook import check_process, checking, checkpoints, prerequisites
 from grader.notebook.feedback import Progress
 from grader.notebook.workspace import NOTEBOOK, Workspace
@@ -152,14 +151,7 @@ def test_an_interrupted_check_leaves_nothing_behind(package: Path, tmp_path: Pat
     assert ran.stdout.splitlines()[-1].startswith(at)
     assert ran.stderr.endswith("KeyboardInterrupt\n")
     assert list(temporary.iterdir()) == []
-    assert not [pid for pid in procfs.descendants(1) if str(temporary).encode() in command_line(pid)]
-
-
-def command_line(pid: int) -> bytes:
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:  # it has ended meanwhile
-        return b""
+    assert running(str(temporary)) == []
 
 
 # -- a package that cannot have all of a requirement yet ---------------------------------------------------------------

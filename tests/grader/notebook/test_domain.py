@@ -76,12 +76,12 @@ def test_no_domain_left_is_said_with_what_to_do(tmp_path: Path, monkeypatch: pyt
 # -- trials and test runs ----------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def without_namespaces(monkeypatch: pytest.MonkeyPatch):
+@pytest.fixture(autouse=True)
+def _without_namespaces(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(namespaces, "confinement", lambda: namespaces.Confinement.USERS)
 
 
-def test_two_gradings_on_one_machine_share_no_domain(without_namespaces: None):
+def test_two_gradings_on_one_machine_share_no_domain():
     """Eighteen domains were drawn without a look at who has them: a third of the trials met a stranger's robot."""
     with ExitStack() as both:
         held = [both.enter_context(dds_domain.free()) for _ in range(20)]
@@ -89,9 +89,7 @@ def test_two_gradings_on_one_machine_share_no_domain(without_namespaces: None):
         assert set(held[:18]) == set(dds_domain.HIGH)
 
 
-def test_a_trial_is_in_no_domain_of_a_notebook(
-    tmp_path: Path, without_namespaces: None, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_trial_is_in_no_domain_of_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     claimed = claim_domain(workspace(tmp_path, "student"))
     monkeypatch.setattr(dds_domain, "HIGH", range(0))
     monkeypatch.setattr(dds_domain, "LOW", range(claimed, claimed + 3))
@@ -99,9 +97,7 @@ def test_a_trial_is_in_no_domain_of_a_notebook(
         assert {one, other} == {claimed + 1, claimed + 2}
 
 
-def test_a_trial_takes_another_domain_than_the_one_before_unless_there_is_no_other(
-    without_namespaces: None, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_trial_takes_another_domain_than_the_one_before_unless_there_is_no_other(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(dds_domain, "LOW", range(0))
     with ExitStack() as others:
         for _ in range(17):
@@ -110,9 +106,7 @@ def test_a_trial_takes_another_domain_than_the_one_before_unless_there_is_no_oth
             assert last == 220
 
 
-def test_a_trial_waits_for_a_domain_and_does_not_wait_for_ever(
-    without_namespaces: None, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_trial_waits_for_a_domain_and_does_not_wait_for_ever(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(dds_domain, "LOW", range(0))
     monkeypatch.setattr(dds_domain, "HIGH", range(215, 216))
     waits = iter([None, None])

@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from helpers.course import PACKAGE, REFERENCE
 
 from grader import cli
@@ -51,9 +52,7 @@ def test_generated_files_are_left_out_and_a_students_own_log_stays(package: Path
         ".pytest_cache/x",
         "venv/pyvenv.cfg",
     )
-    for name in (*made, "old.zip", "log/notes.md"):
-        (package / name).parent.mkdir(parents=True, exist_ok=True)
-        (package / name).write_text("x")
+    write(package, dict.fromkeys((*made, "old.zip", "log/notes.md"), "x"))
     (package / "link").symlink_to(package / "package.xml")
     before = set(packing.submit(package, check=False).sizes)
     assert not before & {*made, "old.zip", "link"}

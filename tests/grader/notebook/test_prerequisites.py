@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from helpers.course import COURSE, PACKAGE
 
 from grader.evidence import Build, Kind, Reason
@@ -16,10 +17,7 @@ from grader.scoring import rubric
 
 def lay_out(folder: Path, notebook: str) -> Path:
     """Write the package as a notebook leaves it."""
-    for path, text in checkpoints.files_after(notebook).items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(text)
-    return folder
+    return write(folder, checkpoints.files_after(notebook))
 
 
 def gap(package: Path, requirement: str, notebook: str = "") -> tuple[str, str]:
@@ -66,10 +64,7 @@ def test_the_first_thing_that_is_missing_is_named_with_what_to_do(
 ) -> None:
     if left_by:
         lay_out(tmp_path, left_by)
-    for path, text in edits.items():
-        (tmp_path / path).parent.mkdir(exist_ok=True)
-        (tmp_path / path).write_text(text)
-    found = gap(tmp_path, requirement, notebook)
+    found = gap(write(tmp_path, edits), requirement, notebook)
     assert found[0] == seen
     assert found[1].startswith(try_)
 

@@ -16,6 +16,7 @@ import pytest
 from helpers import beside
 
 from grader import KIT
+from grader.host import procfs
 from grader.notebook import checkpoints, run_node
 from grader.notebook.workspace import VARIABLE, Workspace
 
@@ -41,25 +42,13 @@ def play(root: Path, script: str) -> Facts:
     return facts
 
 
-def is_gone(pid: int) -> bool:
-    """Return whether no process of that number is left, or only a zombie."""
-    status = Path(f"/proc/{pid}/stat")
-    try:
-        return status.read_text().rpartition(")")[2].split()[0] == "Z"
-    except OSError:
-        return True
-
-
 # -- without a working node --------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def empty(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     """The facts of a run in an empty workspace."""
-    return play(
-        tmp_path_factory.mktemp("empty") / "ws",
-        TEXTS["empty"],
-    )
+    return play(tmp_path_factory.mktemp("empty") / "ws", TEXTS["empty"])
 
 
 def test_without_a_package_the_robot_stands_still_and_one_line_says_why(empty: Facts) -> None:
@@ -93,10 +82,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     """The finished package's controller before a wall, with refusals, goals and Ctrl-C; and its sensor processor."""
     root = tmp_path_factory.mktemp("driven") / "ws"
     checkpoints.start_at(Workspace(root), "10")
-    return play(
-        root,
-        TEXTS["driven"],
-    )
+    return play(root, TEXTS["driven"])
 
 
 SLOW = pytest.mark.slow  # a package is built and driven for all of these
@@ -175,7 +161,7 @@ def test_what_is_over_leaves_no_robot_and_no_process(driven: Facts) -> None:
     assert not driven["left"]
     assert driven["replaced"] == "Run(robot_controller in 'open_field': closed)", "by a second run of the node"
     assert driven["abandoned"] == -9, "without references"
-    assert all(is_gone(driven[name]) for name in ("first", "second", "third")), "no node outlives the kernel"
+    assert not any(procfs.runs(driven[name]) for name in ("first", "second", "third")), "no node outlives the kernel"
 
 
 # -- failures ---------------------------------------------------------------------------------------------------------
@@ -186,10 +172,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     """One thing after another that goes wrong in the finished package's runs, in one kernel."""
     root = tmp_path_factory.mktemp("failing") / "ws"
     checkpoints.start_at(Workspace(root), "10")
-    return play(
-        root,
-        TEXTS["failing"],
-    )
+    return play(root, TEXTS["failing"])
 
 
 @SLOW
@@ -199,8 +182,7 @@ def test_a_reset_of_the_live_view_starts_the_node_anew(failing: Facts) -> None:
     assert failing["alive"], "although the thread that started it has ended"
     assert failing["after"] == pytest.approx(1.0)
     assert failing["samples"] == 21
-    assert is_gone(failing["first"])
-    assert is_gone(failing["second"])
+    assert not any(procfs.runs(failing[name]) for name in ("first", "second"))
 
 
 @SLOW
@@ -267,4 +249,4 @@ def test_a_node_dies_with_a_kernel_that_is_killed(tmp_path: Path) -> None:
         out, _ = kernel.communicate(timeout=240)
     node = json.loads(next(line for line in out.splitlines() if line.startswith("FACTS "))[6:])["node"]
     assert node
-    assert is_gone(node)
+    assert not procfs.runs(node)

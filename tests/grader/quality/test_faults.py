@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from helpers.course import COURSE, PACKAGE
 from helpers.quality_examples import parsed
 from submissions.edits import REFERENCE, apply
@@ -37,14 +38,11 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
     package = apply(None, folder)
     if not file:
         return package
-    path = package / file
     if not old:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(new)
-        return package
-    text = path.read_text()
+        return write(package, {file: new})
+    text = (package / file).read_text()
     assert old in text, f"{old} is not in {file}"
-    path.write_bytes(text.replace(old, new).encode())
+    (package / file).write_bytes(text.replace(old, new).encode())
     return package
 
 

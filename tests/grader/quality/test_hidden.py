@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from helpers.course import COURSE, PACKAGE
-from helpers.course import role_of as role
 from helpers.judging import Check, find
 from helpers.quality_examples import (
     CONTROLLER,
@@ -21,6 +20,7 @@ from helpers.quality_examples import (
 )
 
 from grader.checks import check_docstrings, check_habits, check_structure, check_style
+from grader.course import role
 from grader.evidence import Finding, Quality, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.parsed_module import parse
@@ -107,7 +107,7 @@ def test_a_program_without_py_is_read_as_a_script(tmp_path: Path, first: str):
     """It may print like any script, and needs docstrings and good habits like any script."""
     package = written(tmp_path, {"scripts/robot_controller": f"{first}\n{BAD}"})
     assert problems(package, "scripts/robot_controller") == EVERYTHING - {"print"}
-    assert role("scripts/robot_controller") == role("nodes/robot_controller") == "script"
+    assert {role(f"{folder}/robot_controller", PACKAGE) for folder in ("scripts", "nodes")} == {"script"}
 
 
 def test_a_program_without_py_is_linted(tmp_path: Path):
@@ -137,7 +137,7 @@ def test_other_files_are_not_python_programs(tmp_path: Path, files: dict[str, st
 
 def test_tests_are_tests_where_pytest_is_started():
     tests = ["test/test_a.py", "tests/unit/a_test.py", "test/conftest.py", "tests/helpers.py", "conftest.py"]
-    assert {role(path) for path in tests} == {"test"}
+    assert {role(path, PACKAGE) for path in tests} == {"test"}
 
 
 # -- what cannot be read ----------------------------------------------------------------------------------------------
@@ -221,7 +221,7 @@ def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: di
     package = reference(tmp_path, files=files)
     quality = facts(package, tests=True)
     unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package, COURSE) if found.problem]
-    quality = facts_of(quality, unread)
+    quality = replace(quality, files=[*quality.files, *unread])
     for check in Q1_TO_Q4:
         result: Judged = judged(check, quality)
         assert result.share == 0.0, check.__name__
@@ -240,10 +240,6 @@ def test_a_module_too_large_to_be_read_costs_more_than_its_start(tmp_path: Path,
         assert result.share <= judged(check, small).share, check.__name__
         assert result.share < 0.2
         assert f"{name} is larger than 256 KB" in result.seen
-
-
-def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:
-    return replace(quality, files=[*quality.files, *unread])
 
 
 def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from helpers.report_examples import small_rubric
+from helpers.report_examples import SMALL
 
-from grader.scoring.rubric import Rubric
+from grader.scoring.rubric import Rubric, load
 
 
 @pytest.fixture
 def rubric(tmp_path: Path) -> Rubric:
-    return small_rubric(tmp_path)
+    (tmp_path / "rubric.yaml").write_text(SMALL)
+    return load(tmp_path / "rubric.yaml")

@@ -7,11 +7,10 @@ from dataclasses import replace
 from helpers import judging, recordings
 from helpers.report_examples import BUILD, INTAKE, RUBRIC, drive_at_a_wall, good, grading, results
 
-from grader.checks.judge import Unjudged
 from grader.evidence import Evidence, Fault, Graph, Kind, ProcessEnd, Reason
 from grader.report import cause, html
 from grader.scoring.rubric import load
-from grader.scoring.scorecard import CheckResult, Outcome, score
+from grader.scoring.scorecard import CheckResult, Outcome
 
 DIED = Reason(Kind.DIED_EARLY, exit_code=1)
 TRACEBACK = """\
@@ -114,17 +113,7 @@ def test_a_hostile_traceback_is_made_safe_to_show(rubric):
 
 def test_a_build_that_fails_is_said_once_and_what_follows_is_folded():
     rubric, evidence = load(RUBRIC), recordings.load("does_not_compile")
-    found = []
-    for check in rubric.checks:
-        try:
-            judged = judging.ask(judging.find(check.id), evidence)
-        except Unjudged:  # by the package's text, which is not recorded
-            found.append(CheckResult(check.id, Outcome.PASSED, 1.0))
-            continue
-        how = Outcome.FAILED if judged.reached else Outcome.NOT_REACHED
-        seen, because = (judged.seen, "") if judged.reached else ("", judged.seen)
-        found.append(CheckResult(check.id, how, 0.0, seen=seen, because=because, reason=judged.reason))
-    made = grading(rubric, found, evidence, scorecard=score(rubric, found))
+    made = grading(rubric, judging.judged(evidence), evidence)
     sentence = str(cause.find(made))
     assert sentence.startswith("The package does not build: ")
     assert "FusedData.msg" in sentence

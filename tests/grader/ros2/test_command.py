@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from helpers.ros2_runs import COMMAND, environment, until
+from helpers import until
+from helpers.archives import write
+from helpers.ros2_runs import COMMAND, environment
 
 from grader.host import ros_env
 
@@ -80,14 +82,9 @@ SETUP = COMMAND / "setup.bash"
 
 def workspace_with_mine(root: Path, *, built: bool) -> Path:
     """Lay out a workspace with the package `mine`; a failed build leaves its prefix too, without the marker."""
-    for file in ("src/mine/package.xml", "install/setup.bash", "install/mine/share/mine/package.sh"):
-        (root / file).parent.mkdir(parents=True, exist_ok=True)
-        (root / file).touch()
-    if built:
-        marker = root / "install/mine/share/ament_index/resource_index/packages/mine"
-        marker.parent.mkdir(parents=True)
-        marker.touch()
-    return root
+    files = ["src/mine/package.xml", "install/setup.bash", "install/mine/share/mine/package.sh"]
+    files += ["install/mine/share/ament_index/resource_index/packages/mine"] if built else []
+    return write(root, dict.fromkeys(files, ""))
 
 
 @pytest.mark.parametrize("inside", ["", "ws"], ids=["here", "in ws, as from the kit's folder"])

@@ -8,10 +8,10 @@ import re
 import signal
 import sys
 import uuid
-from pathlib import Path
 
 import pytest
-from helpers.ros2_runs import COMMAND, environment, events, until, write
+from helpers import running, until
+from helpers.ros2_runs import COMMAND, environment, events, write
 
 
 @pytest.fixture
@@ -21,15 +21,7 @@ def mark() -> str:
 
 
 def alive(mark: str) -> list[str]:
-    found = []
-    for path in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            words = path.read_bytes().split(b"\0")
-        except OSError:
-            continue
-        if mark.encode() in words and b"sleep" in words[0]:
-            found.append(path.parent.name)
-    return found
+    return running(f"sleep\0{mark}\0")
 
 
 def family(mark: str) -> str:

@@ -16,7 +16,7 @@ TEXTS = beside(__file__)
 
 FILES = KIT / "docs" / "turtlebot4"
 
-pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # a build, and three launches
 
 
 # The adapter is asked like the controller whether it is done with a tick.
@@ -30,7 +30,6 @@ def drive(tmp_path: Path, reference: Path, world: str, robot: str, *arguments: s
     return found
 
 
-@pytest.mark.slow  # a build and a launch
 def test_the_reference_stops_before_a_wall_on_a_turtlebot_4(tmp_path: Path, reference: Path):
     """Its lidar is turned by 90 degrees, its topics are in a namespace, and it takes only TwistStamped."""
     found = drive(tmp_path, reference, "wall_ahead", "/robot1", "namespace:=/robot1")
@@ -46,7 +45,6 @@ def test_the_reference_stops_before_a_wall_on_a_turtlebot_4(tmp_path: Path, refe
     assert found["battery"][0] > 90.0
 
 
-@pytest.mark.slow  # the launch file twice more, 11 CPU seconds each
 @pytest.mark.parametrize(("turn", "contact"), [("1.5708", False), ("0.0", True)], ids=["turned", "as it is"])
 def test_a_post_ahead_is_seen_only_where_the_lidars_turn_is_known(
     turn: str, contact: bool, tmp_path: Path, reference: Path

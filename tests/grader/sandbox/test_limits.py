@@ -9,13 +9,15 @@ import time
 from pathlib import Path
 
 import pytest
-from helpers import beside
+from helpers import beside, running, until
 
 from grader import KIT, sandbox
 from grader.host import cgroup, ros_env, tempdir
 from grader.sandbox import MIB, Limits, Process, Sandbox
 
 TEXTS = beside(__file__)
+
+pytestmark = pytest.mark.sandbox
 
 PYTHON = Sandbox(environment=ros_env.environment(home=sandbox.HOME))
 needs_cgroups = pytest.mark.skipif(
@@ -29,7 +31,6 @@ def python(code: str, box: Sandbox = PYTHON, **limits: object) -> sandbox.RunRes
 
 
 @needs_cgroups
-@pytest.mark.sandbox
 def test_a_fork_bomb_hits_the_limit_of_the_whole_sandbox():
     """RLIMIT_NPROC does not limit root; the cgroup does."""
     result = python(TEXTS["BOMB"], processes=40)
@@ -40,7 +41,6 @@ def test_a_fork_bomb_hits_the_limit_of_the_whole_sandbox():
 
 
 @needs_cgroups
-@pytest.mark.sandbox
 def test_memory_is_counted_for_all_processes_together():
     code = "import os\nfor _ in range(4):\n    if os.fork() == 0:\n        kept = []\n        while True:\n"
     code += "            kept.append(b'x' * (1 << 20))\nfor _ in range(4):\n    os.wait()\n"
@@ -49,13 +49,11 @@ def test_memory_is_counted_for_all_processes_together():
 
 
 @needs_cgroups
-@pytest.mark.sandbox
 def test_disks_in_memory_count_as_memory():
     code = "open('/tmp/big', 'wb').write(b'x' * (150 << 20)); open('/dev/shm/big', 'wb').write(b'x' * (150 << 20))"
     assert python(code, resident_bytes=200 * MIB).stopped == "memory"
 
 
-@pytest.mark.sandbox
 @pytest.mark.parametrize("folder", ["/dev/shm", "/run", "/dev", "/", "/home"])
 def test_disks_in_memory_have_a_size(folder: str):
     code = f"import os, sys\nfor n in range(4):\n    open(f'{folder}/x{{n}}', 'wb').write(b'x' * (100 << 20))"
@@ -63,7 +61,6 @@ def test_disks_in_memory_have_a_size(folder: str):
     assert "OSError" in result.output or "Error: [Errno" in result.output
 
 
-@pytest.mark.sandbox
 @pytest.mark.parametrize(
     ("code", "limits", "stopped"),
     [
@@ -81,7 +78,6 @@ def test_a_command_that_writes_too_much_is_stopped(tmp_path: Path, code: str, li
     assert result.wall_seconds < 60
 
 
-@pytest.mark.sandbox
 def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
     """A copy of it would write the zeros."""
     box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
@@ -90,7 +86,6 @@ def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
 
 
 @pytest.mark.slow  # makes thousands of folders
-@pytest.mark.sandbox
 @pytest.mark.parametrize(("name", "depth"), [("d", 3000), ("d" * 250, 30)])
 def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path, name: str, depth: int):
     """Beyond a path of 4096 characters they cannot be counted; and Python's rmtree gives up earlier."""
@@ -103,7 +98,6 @@ def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path, name: 
     assert not (tmp_path / name).exists()
 
 
-@pytest.mark.sandbox
 def test_only_the_standard_streams_are_inherited():
     """The pipes used to set up the sandbox are closed before the command starts."""
     assert (
@@ -113,7 +107,6 @@ def test_only_the_standard_streams_are_inherited():
 
 
 @needs_cgroups
-@pytest.mark.sandbox
 def test_a_group_is_removed_with_its_sandbox():
     with Process(["sleep", "100"], PYTHON, Limits()) as process:
         folders = list(process._group.folders)
@@ -123,7 +116,6 @@ def test_a_group_is_removed_with_its_sandbox():
 
 
 @needs_cgroups
-@pytest.mark.sandbox
 def test_a_sandbox_does_not_outlive_its_grader_even_during_set_up(tmp_path: Path):
     """A grader that is killed before bubblewrap has tied itself to it never lets the command start.
 
@@ -136,26 +128,9 @@ def test_a_sandbox_does_not_outlive_its_grader_even_during_set_up(tmp_path: Path
     )
     ended = subprocess.run([sys.executable, "-c", code], cwd=KIT, check=False)
     assert ended.returncode == -9
-    deadline = time.monotonic() + 10.0
-    while (left := _running(f"{os.getpid()}.1234")) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert left == []
+    until(lambda: not running(f"{os.getpid()}.1234"))
 
 
-def _running(word: str) -> list[str]:
-    found = []
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                line = (entry / "cmdline").read_bytes()
-            except OSError:
-                continue
-            if word.encode() in line:
-                found.append(entry.name)
-    return found
-
-
-@pytest.mark.sandbox
 @pytest.mark.skipif(
     (hierarchy := cgroup.find_hierarchy()) is None or hierarchy.version != 1,
     reason="needs cgroups of version 1 to make one in",

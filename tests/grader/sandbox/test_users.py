@@ -10,10 +10,10 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
+from helpers import until
 
 from grader import sandbox
 from grader.errors import GraderError
@@ -154,13 +154,11 @@ def test_no_process_outlives_the_one_that_started_them():
     with Process(["python3", "-c", code], Sandbox(environment=ENVIRONMENT), Limits()) as process:
         user = int(_printed(process))
         process._popen.kill()
-        _await_end(user)
+        until(lambda: not _processes_of(user))
 
 
 def _printed(process: Process) -> str:
-    deadline = time.monotonic() + 60
-    while not process.output.endswith("\n") and time.monotonic() < deadline:
-        time.sleep(0.01)
+    until(lambda: process.output.endswith("\n"))
     return process.output
 
 
@@ -178,14 +176,7 @@ def test_a_killed_grader_leaves_no_process(tmp_path: Path):
         user = int(grader.stdout.readline())
         assert _processes_of(user)
         grader.kill()
-    _await_end(user)
-
-
-def _await_end(user: int) -> None:
-    deadline = time.monotonic() + 60
-    while _processes_of(user) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert _processes_of(user) == []
+    until(lambda: not _processes_of(user))
 
 
 def _processes_of(user: int) -> list[str]:
@@ -247,9 +238,7 @@ def test_how_a_command_ended_is_known():
 def test_an_interrupt_reaches_the_command():
     with Process(["python3", "-c", "print('up', flush=True); import time; time.sleep(1000)"],
                  Sandbox(environment=ENVIRONMENT), Limits()) as process:  # fmt: skip
-        deadline = time.monotonic() + 60
-        while "up" not in process.output and time.monotonic() < deadline:
-            time.sleep(0.01)
+        until(lambda: "up" in process.output)
         process.interrupt()
         assert process.wait(60) == -signal.SIGINT
     assert "KeyboardInterrupt" in process.output

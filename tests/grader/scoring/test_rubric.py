@@ -143,6 +143,7 @@ def change(data, where, key, value):
             {},
             "weights is not allowed here. There are: title, version, criteria, scale, league, dropped, flags.",
         ),
+        ("rubric", "flags", "withold", "withold is not a value of `flags`"),
         ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
         ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
         ("check", "point", 1, "point is not allowed here. Did you mean points? There are: id, points, level."),

@@ -7,16 +7,16 @@ import os
 import re
 import socket
 import subprocess
-import time
 from pathlib import Path
 
 import attacks
 import pytest
-from helpers.course import COURSE
-from helpers.ros2_runs import until
+from helpers import until
+from helpers.course import COURSE, REFERENCE
+from helpers.judging import evidence_with
 
-from grader import KIT, building, cli, pipeline
-from grader.evidence import Build, Evidence, Flag, Intake
+from grader import KIT, cli, pipeline
+from grader.evidence import Flag
 from grader.host import submission_user
 from grader.intake.package_edits import copy
 from grader.scoring import rubric
@@ -27,7 +27,6 @@ from grader.selftest.attacks.attack import attack
 from grader.selftest.attacks.command import ATTACKS
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
 
-REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 KNOWN = 43  # the list of known attacks on autograders from which this one started
 NOT_APPLICABLE = {18}  # it edits or locks a gradebook's database; a grading here is a folder of files
 RUBRIC = rubric.load(COURSE.rubric)
@@ -35,16 +34,10 @@ ALL = [each.on(COURSE, RUBRIC) for each in (*ATTACKS.values(), *attacks.ATTACKS)
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
 
 
-@pytest.fixture(scope="module")
-def settings() -> pipeline.Settings:
-    return pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=building.cache_folder())
-
-
 def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, ...] = ()) -> Grading:
     """Return a grading of F1 alone, whose two checks have these outcomes."""
     results = [CheckResult(i, o, float(o is Outcome.PASSED), seen="seen") for i, o in zip(F1, outcomes, strict=True)]
-    intake = Intake("x", "0", "p", ".")
-    found = Evidence(intake, Build(True, False, 1.0, 0, False, ""), flags=list(flags))
+    found = evidence_with(flags=list(flags))
     return Grading(score(pipeline._only(settings.rubric, {"F1"}), results), found, {}, "x", 0, 1.0)
 
 
@@ -96,9 +89,7 @@ def test_what_changed_in_the_home_folder_is_named(monkeypatch: pytest.MonkeyPatc
 def test_a_call_to_the_host_is_damage():
     with planted() as tokens:
         socket.create_connection(("127.0.0.1", int(tokens.placeholders["PORT"]))).close()
-        deadline = time.monotonic() + 5.0
-        while not tokens.calls and time.monotonic() < deadline:
-            time.sleep(0.01)
+        until(lambda: tokens.calls)
         assert tokens.damage() == ["a port of the host was reached 1 times"]
 
 

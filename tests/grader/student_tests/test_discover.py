@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from helpers.course import COURSE
 from submissions import toy
 
@@ -13,11 +14,7 @@ from grader.student_tests.discover import copy_flags, discover_tests
 
 
 def read(folder: Path, **files: str) -> dict[str, evidence.TestModule]:
-    for name, text in files.items():
-        path = folder / name.replace("__", "/")
-        path = path.with_suffix(".py")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
+    write(folder, {f"{name.replace('__', '/')}.py": text for name, text in files.items()})
     return {module.path: module for module in discover_tests(folder, COURSE.nodes)}
 
 

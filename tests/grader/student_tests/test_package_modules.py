@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers import beside
+from helpers.archives import write
 from helpers.course import COURSE
 from submissions import toy
 
@@ -38,9 +39,7 @@ def test_form_feeds_hide_nothing_from_mutation(tmp_path: Path):
 
 
 def test_a_module_that_is_installed_from_another_folder_has_the_path_at_which_it_was_handed_in(tmp_path: Path):
-    for name, text in {"src/arm.py": "A = 1\n", "pkg/base.py": "B = 1\n", "test/arm.py": "A = 1\n"}.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text)
+    write(tmp_path, {"src/arm.py": "A = 1\n", "pkg/base.py": "B = 1\n", "test/arm.py": "A = 1\n"})
     installed = {"pkg/arm.py": "A = 1\n", "pkg/base.py": "B = 1\n", "pkg/made.py": "C = 1\n"}
     assert handed_in(tmp_path, installed) == {"pkg/arm.py": "src/arm.py", "pkg/made.py": "pkg/made.py"}
 

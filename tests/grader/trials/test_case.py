@@ -112,9 +112,8 @@ def test_the_mistakes_of_all_steps_are_named_at_once(tmp_path: Path):
     text = GOOD.replace("wait: 0.5", "wait: soon").replace("silence: scan", "silence: lidar")
     with pytest.raises(GraderError) as caught:
         cases.read(written(tmp_path, text), COURSE)
-    assert ["line 3: a number" in line or "line 9: lidar" in line for line in str(caught.value).splitlines()] == [
-        True
-    ] * 2
+    said = str(caught.value).splitlines()
+    assert ["line 3: a number" in line or "line 9: lidar" in line for line in said] == [True, True]
 
 
 def test_a_node_without_an_action_takes_no_goal(tmp_path: Path):

@@ -6,12 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.archives import write
 from helpers.course import COURSE, PARAMETERS
 
 from grader.errors import GraderError
 from grader.trials import catalog
 from grader.trials.plan import TrialPlan
 from sim import Pose, World
+
+BEGIN = "from grader.trials.catalog import trial\n"
 
 
 @pytest.mark.parametrize("plan", catalog.trials(COURSE).values(), ids=lambda plan: plan.name)
@@ -41,29 +44,22 @@ def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_ano
     ],
 )
 def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, script: str, why: str):
-    (tmp_path / "trials").mkdir()
-    begin = "from grader.trials.catalog import trial\n"
-    (tmp_path / "trials" / "a.py").write_text(f"{begin}@trial(serves=[])\ndef idle(stage): ...\n")
-    (tmp_path / "trials" / "b.py").write_text(f"{begin}{script}")
+    idle = f"{BEGIN}@trial(serves=[])\ndef idle(stage): ...\n"
+    write(tmp_path, {"trials/a.py": idle, "trials/b.py": f"{BEGIN}{script}"})
     with pytest.raises(GraderError, match=why):
         catalog.trials(replace(COURSE, folder=tmp_path))
 
 
 def test_a_trial_begins_a_life_of_its_own_where_the_one_before_is_gone(tmp_path: Path):
     """It may be in a file that is gone."""
-    (tmp_path / "trials").mkdir()
-    script = "from grader.trials.catalog import trial\n@trial(follows='nowhere')\ndef one(stage): ...\n"
-    (tmp_path / "trials" / "a.py").write_text(script)
+    write(tmp_path, {"trials/a.py": f"{BEGIN}@trial(follows='nowhere')\ndef one(stage): ...\n"})
     assert catalog.trials(replace(COURSE, folder=tmp_path))["one"].follows == ""
 
 
 def test_nothing_public_follows_what_is_held_back(tmp_path: Path):
     """The node would still know the world, and its output in the public trial is the student's to read."""
-    begin = "from grader.trials.catalog import trial\n"
-    for folder, script in (("trials", "@trial(follows='secret')\ndef open(stage): ...\n"),
-                           ("held_back/trials", "@trial()\ndef secret(stage): ...\n")):  # fmt: skip
-        (tmp_path / folder).mkdir(parents=True)
-        (tmp_path / folder / f"of_{Path(folder).parts[0]}.py").write_text(begin + script)
+    write(tmp_path, {"trials/of_trials.py": f"{BEGIN}@trial(follows='secret')\ndef open(stage): ...\n"})
+    write(tmp_path, {"held_back/trials/of_held_back.py": f"{BEGIN}@trial()\ndef secret(stage): ...\n"})
     with pytest.raises(GraderError, match="cannot follow secret: a node could tell"):
         catalog.trials(replace(COURSE, folder=tmp_path))
 

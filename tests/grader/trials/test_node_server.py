@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import textwrap
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
+import helpers
 import pytest
 
 from grader import sandbox
@@ -48,10 +48,7 @@ def run(install: Path, server: NodeServer) -> Iterator[Callable[..., ForkedNode]
         (install / PROGRAM).write_text("#!/usr/bin/env python3\n" + textwrap.dedent(program))
         server.notes.begin(functions=True)
         node = server.start([f"/ws/install/{PROGRAM}", *arguments], node_environment() | {"ROS_DOMAIN_ID": "7"})
-        deadline = time.monotonic() + 30
-        while not node.has_ended() and not (until and until in node.output):
-            assert time.monotonic() < deadline, node.output
-            time.sleep(0.01)
+        helpers.until(lambda: node.has_ended() or (until and until in node.output))
         return node
 
     yield started
@@ -111,21 +108,14 @@ def test_ctrl_c_reaches_it_and_an_abort_shows_where_it_is(run, server: NodeServe
     node = run(waits, until="up")
     assert node.exit_code() is None
     node.interrupt()
-    end(node)
+    helpers.until(node.has_ended)
     assert (node.exit_code(), node.output.splitlines()[-1]) == (-2, "KeyboardInterrupt")
     assert server.clear()
     node = run(waits, until="up")
     node.abort()
-    end(node)
+    helpers.until(node.has_ended)
     assert node.exit_code() == -6
     assert "line 4 in <module>" in node.output
-
-
-def end(node: ForkedNode) -> None:
-    deadline = time.monotonic() + 30
-    while not node.has_ended():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_the_next_one_finds_nothing_of_the_one_before(run, server: NodeServer):

@@ -133,10 +133,8 @@ def test_the_trials_of_the_course_are_at_most_36_lives():
 
 def test_a_trial_whose_predecessor_is_not_wanted_starts_a_life():
     plans = [catalog.trials(COURSE)[name] for name in ("refuse_speed", "drive_forward")]
-    assert [[plan.name for plan in group] for group in observers.of_one_node(plans)] == [
-        ["refuse_speed"],
-        ["drive_forward"],
-    ]
+    lives = [[plan.name for plan in group] for group in observers.of_one_node(plans)]
+    assert lives == [["refuse_speed"], ["drive_forward"]]
 
 
 @pytest.mark.parametrize(("goes_on", "lives"), [("a b c", 1), ("a b", 2), ("a", 3)])
@@ -241,7 +239,8 @@ def test_a_node_sees_its_host_as_with_ros2_run_but_for_what_is_listed(
     run = subprocess.run(command, env=sourced, capture_output=True, text=True, check=True)
     plain = about_its_host(run.stdout)
     plans = [catalog.trials(COURSE)[name] for name in ("creeping", "launch_robot_controller")]
-    for trial in run_all(plans, replace(built, install=install), contract, tmp_path / "out"):
+    found = run_trials(plans, install=install, contract=contract.install, folder=tmp_path / "out", seed=1)
+    for trial in found.values():
         assert trial.process is not None
         seen = about_its_host(trial.process.output_tail)
         assert (seen["cores"], seen["turns"]) == (plain["cores"], plain["turns"])
@@ -278,7 +277,14 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
     monkeypatch: pytest.MonkeyPatch,
 ):
     """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
-    patch_workers(CRASHES_ON_CLOSE, tmp_path, monkeypatch)
+    (tmp_path / "sitecustomize.py").write_text(CRASHES_ON_CLOSE)
+    usual = observers.observer_environment
+
+    def environment(contract: Path, *, home: Path) -> dict[str, str]:
+        found = usual(contract, home=home)
+        return found | {"PYTHONPATH": f"{tmp_path}:{KIT}:{found['PYTHONPATH']}"}
+
+    monkeypatch.setattr(observers, "observer_environment", environment)
     plans = [catalog.trials(COURSE)[name] for name in ("idle_robot_controller", "idle_sensor_processor")]
     built = building.build([reference], settings.cache, COURSE)
     found = run_trials(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1)
@@ -304,28 +310,6 @@ def test_what_keeps_a_worker_from_starting_is_told(tmp_path: Path):
     (tmp_path / "sitecustomize.py").write_text("raise SystemExit('no such luck')")
     with pytest.raises(GraderError, match=r"(?s)The trial worker did not start:.*no such luck.*Run `grader doctor`\."):
         observers.start_worker(COURSE, {**os.environ, "PYTHONPATH": str(tmp_path)}, tmp_path, "any")
-
-
-def patch_workers(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let every worker run `code` before it starts."""
-    (folder / "sitecustomize.py").write_text(code)
-    usual = observers.observer_environment
-
-    def environment(contract: Path, *, home: Path) -> dict[str, str]:
-        found = usual(contract, home=home)
-        return found | {"PYTHONPATH": f"{folder}:{KIT}:{found['PYTHONPATH']}"}
-
-    monkeypatch.setattr(observers, "observer_environment", environment)
-
-
-def run_all(
-    plans: list[TrialPlan], built: building.Built, contract: building.Built, folder: Path,
-    package: Path | None = None,
-) -> list[evidence.Trial]:  # fmt: skip
-    """Run trials one after the other and return their facts."""
-    folder.mkdir()
-    found = run_trials(plans, install=built.install, contract=contract.install, folder=folder, seed=1, package=package)
-    return [found[plan.name] for plan in plans]
 
 
 # -- a node that waits by itself ---------------------------------------------------------------------------------------

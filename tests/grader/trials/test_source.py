@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from helpers import recordings
+from helpers.archives import write
 from helpers.course import PACKAGE
 
 from grader import KIT, building, evidence
@@ -54,20 +55,12 @@ def collect(subject: Subject) -> tuple[dict[str, Trial], dict[str, str]]:
 @pytest.fixture
 def subject(tmp_path: Path) -> Subject:
     package = tmp_path / "p"
-    for name in ("node.py", "test/test_node.py"):
-        path = package / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("1\n")
+    write(package, dict.fromkeys(("node.py", "test/test_node.py"), "1\n"))
     for name in ("own", "contract"):
         (tmp_path / name / "install").mkdir(parents=True)
         building.cache.write_checksum(tmp_path / name / "install")
-    own, contract = (
-        Built(
-            evidence.Build(ok=True, package=PACKAGE, types_package=PACKAGE),
-            tmp_path / name / "install",
-        )
-        for name in ("own", "contract")
-    )
+    facts = evidence.Build(ok=True, package=PACKAGE, types_package=PACKAGE)
+    own, contract = (Built(facts, tmp_path / name / "install") for name in ("own", "contract"))
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("F4",))
     submission = Submission(Intake("p.zip", "ab", "p", "."), tmp_path, package, None, ())
     return Subject(submission, settings, tmp_path, built=own, contract=contract)

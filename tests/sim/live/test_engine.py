@@ -8,8 +8,8 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import pytest
-from helpers import beside
-from helpers.live_view import BOX, ROOM, Browser, Desk, ahead, desk, wait_for
+from helpers import beside, until
+from helpers.live_view import BOX, ROOM, Browser, Desk, ahead, desk
 from helpers.node_runs import run_with_node
 
 from sim import Seen, Simulator, Tourist, Twist, World, drive, load_world
@@ -274,7 +274,7 @@ def test_a_change_that_comes_as_the_thread_is_about_to_wait_is_not_missed(live: 
 
     monkeypatch.setattr(live, "cycle", ends_with_a_start)
     live.run(1.0)
-    wait_for(lambda: live.simulator.time > 1.1, 20.0)
+    until(lambda: live.simulator.time > 1.1, 20.0)
 
 
 @pytest.mark.slow  # ten simulated minutes
@@ -282,7 +282,7 @@ def test_after_a_fast_run_the_next_step_is_due_at_once(live: Live) -> None:
     live.set_rate(1.0)
     live.run(1000.0)
     live.start()
-    wait_for(lambda: live.simulator.time > 1000.1)
+    until(lambda: live.simulator.time > 1000.1)
 
 
 def test_the_built_in_driver_drives_the_same_tour_as_without_the_view() -> None:
@@ -325,13 +325,13 @@ def test_an_interrupt_pauses_the_run(live: Live) -> None:
 
 def test_a_cell_can_change_the_simulator_while_it_runs_at_full_speed(live: Live) -> None:
     live.start()
-    wait_for(lambda: live.simulator.time > 1.0)
+    until(lambda: live.simulator.time > 1.0)
     for _ in range(20):
         with live.hold() as simulator:
             before = simulator.time
             simulator.reset()
             assert simulator.time == 0.0 < before
-        wait_for(lambda: live.simulator.time > 0.0)
+        until(lambda: live.simulator.time > 0.0)
 
 
 def test_commands_from_many_threads_all_arrive(live: Live) -> None:
@@ -348,7 +348,7 @@ def test_commands_from_many_threads_all_arrive(live: Live) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    wait_for(lambda: len(goals) == 400)
+    until(lambda: len(goals) == 400)
     assert sorted(goals) == [1000 * n + i for n in range(4) for i in range(100)]
 
 
@@ -368,7 +368,7 @@ def test_a_callback_can_stop_the_view(live: Live) -> None:
     live._on_goal = lambda _x, _y: live.stop()
     live.start()
     live.receive({"kind": "goal", "x": 1, "y": 1})
-    wait_for(lambda: not live._thread.is_alive())  # type: ignore[union-attr]
+    until(lambda: not live._thread.is_alive())  # type: ignore[union-attr]
 
 
 def test_invalid_arguments_are_refused() -> None:

@@ -15,8 +15,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import pytest
-from helpers import beside
-from helpers.live_view import wait_for
+from helpers import beside, until
 
 from grader import KIT
 from sim.live import Live
@@ -162,7 +161,7 @@ class Page:
 
 def written(folder: FilePath, pattern: str, end: str) -> FilePath:
     """Return the file as soon as it exists and contains `end`."""
-    wait_for(lambda: any(end in f.read_text() for f in folder.glob(pattern)), 300)
+    until(lambda: any(end in f.read_text() for f in folder.glob(pattern)), 300)
     return next(folder.glob(pattern))
 
 
@@ -253,7 +252,7 @@ def test_in_jupyterlab_the_robot_drives_and_obeys(page: Page, tmp_path: FilePath
     page.picture(tmp_path / "dragging.png")
     page.mouse("mouseReleased", *page.on_map(3.1, -1.0, BOUNDS), down=False)
     where = "print(*next(p for o, p in live.simulator.obstacles if o.name == 'crate'))"
-    wait_for(lambda: [float(v) for v in page.kernel(where).split()] == pytest.approx([3.0, -1.0], abs=0.02))
+    until(lambda: [float(v) for v in page.kernel(where).split()] == pytest.approx([3.0, -1.0], abs=0.02))
 
     page.ask("jupyterapp.commands.execute('apputils:change-theme', {theme: 'JupyterLab Dark'})")
     page.wait("document.body.dataset.jpThemeLight === 'false'")
@@ -287,7 +286,7 @@ def test_in_jupyterlab_it_runs_beside_a_busy_cell_and_ends_in_a_picture(page: Pa
     page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
     page.kernel("older = live")
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
-    wait_for(
+    until(
         lambda: page.kernel("print(older.is_stopped, older._thread.is_alive(), live.is_running)") == "True False True"
     )
     assert page.ask("document.querySelectorAll('.lv').length") == 1
@@ -336,4 +335,4 @@ def test_in_jupyterlab_closing_the_notebook_stops_the_robot(page: Page) -> None:
         future.onIOPub = m => { said += m.content.text ?? ""; };
         await future.done;
         return said.trim() })()"""
-    wait_for(lambda: page.ask(ask) == "False", 60)
+    until(lambda: page.ask(ask) == "False", 60)
