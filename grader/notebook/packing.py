@@ -18,7 +18,7 @@ from grader.evidence import Flag
 from grader.intake import containers, course_marker
 from grader.intake.copy_plan import plan_copy
 from grader.intake.submission import open_submission
-from grader.notebook import workspace
+from grader.notebook import lanes, workspace
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, at_hand_in, points
 from grader.scoring.scorecard import Outcome
@@ -30,7 +30,10 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True)
 class PackedSubmission:
-    """A packed submission. `sizes` are in bytes, by file; `laid_out` names the files that the course wrote, not you."""
+    """A packed submission. `sizes` are in bytes, by file; `laid_out` names the files that the course wrote, not you.
+
+    `lane` is the shorter lane of the workspace that the package lies in, "" if it is in none.
+    """
 
     archive: Path
     sizes: dict[str, int]
@@ -39,6 +42,7 @@ class PackedSubmission:
     notes: tuple[str, ...]
     flags: tuple[Flag, ...] = ()
     grading: Grading | None = None
+    lane: str = ""
 
     def __str__(self) -> str:
         return "\n".join([*self._files(), *self._graded()])
@@ -73,6 +77,11 @@ class PackedSubmission:
         yield _row(say("Together"), total, worth) + (say(" that can be judged here") if rest else "")
         if rest:
             yield f"  {rest}"
+        if asked := lanes.asked_for(self.lane) if self.lane else ():
+            of_lane = [score for score in card.requirements if score.requirement.id in asked]
+            reached, worth = sum(s.points for s in of_lane), sum(s.requirement.points for s in of_lane)
+            words = mark("Your lane, {lane}, asks for {worth} of these points, and you have {reached}.")
+            yield "  " + say(words, lane=self.lane, worth=points(worth), reached=points(reached))
         lost = [s.requirement.id for s in card.requirements if s.outcome not in (Outcome.PASSED, Outcome.NOT_GRADED)]
         if lost:
             yield "  " + say("points lost in {ids}; `check(...)` in the notebook says why", ids=", ".join(lost))
@@ -118,6 +127,7 @@ def submit(
             missing=tuple(name for name in needed if name not in sizes),
             notes=tuple(taken.intake.notes),
             flags=taken.flags,
+            lane=_lane_of(package),
         )
         if not check:
             return found
@@ -126,6 +136,14 @@ def submit(
         settings = pipeline.Settings(whole, building.cache_folder(), course, requirements=only, progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
+
+
+def _lane_of(package: Path) -> str:
+    try:
+        here = workspace.find(package)
+    except GraderError:
+        return ""
+    return lanes.of(here) if here.package == package else ""
 
 
 def _pack(package: Path, target: Path) -> dict[str, int]:

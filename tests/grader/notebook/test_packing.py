@@ -6,7 +6,9 @@ import hashlib
 import json
 import shutil
 import zipfile
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers.archives import write
@@ -15,7 +17,10 @@ from helpers.course import PACKAGE, REFERENCE
 from grader import cli
 from grader.errors import SubmissionError
 from grader.intake import course_marker
-from grader.notebook import packing
+from grader.notebook import lanes, packing
+from grader.notebook.workspace import Workspace
+from grader.scoring import rubric
+from grader.scoring.scorecard import Outcome, RequirementScore
 
 
 @pytest.fixture
@@ -113,3 +118,18 @@ def test_the_command_prints_the_path_of_the_archive(
 def test_the_public_checks_run_on_the_archive(package: Path):
     submission = packing.submit(package)
     assert "Together               100 of 100" in str(submission)
+
+
+@pytest.mark.parametrize(("lane", "said"), [("core", "Your lane, core, asks for 85 of these points"), ("whole", "")])
+def test_the_points_of_a_shorter_lane_are_said(lane: str, said: str, package: Path):
+    (package.parents[1].parent / "notebooks").mkdir()
+    lanes.keep(Workspace(package.parents[1]), lane)
+    graded = packing.submit(package, check=False)
+    judged = [
+        RequirementScore(r, r.points, r.points, Outcome.PASSED, ()) for r in rubric.load(rubric.RUBRIC).requirements
+    ]
+    card = SimpleNamespace(criteria=[], requirements=judged)
+    lines = str(replace(graded, grading=SimpleNamespace(scorecard=card)))  # type: ignore[arg-type]
+    assert ("Your lane" in lines) == bool(said)
+    assert said in lines
+    assert "and you have 85." in lines or not said
