@@ -16,8 +16,8 @@ import signal
 import sys
 from pathlib import Path
 
-# What tests of nodes import. No module that draws numbers at random when it is imported, as numpy.random does: all
-# forks would draw the same.
+# What nodes, and tests of nodes, import. No module that draws numbers at random when it is imported, as numpy.random
+# does: all forks would draw the same.
 MODULES = (
     "numpy", "yaml",
     "rclpy", "rclpy.action", "rclpy.callback_groups", "rclpy.duration", "rclpy.executors", "rclpy.logging",
