@@ -137,7 +137,7 @@ class Bridge:
         self.on_command: Callable[[float, TwistMessage], None] = lambda _t, _message: None
         self.on_published: Callable[[Reading], None] = lambda _reading: None
         self.muted: set[type] = set()
-        """The types of readings that are not published."""
+        """The types of readings that are not published; `unmute` takes some out."""
 
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
@@ -154,6 +154,7 @@ class Bridge:
         self._feedback = 0
         self._probe: Probe | None = None
         self._silences = 0
+        self._awaited = 0  # the tick from which answers are awaited
         self._idle = False  # whether the node has said that it is done, and nothing has been sent to it since
         self._make_publishers(reliable)
         self._barrier_client = self._client()
@@ -198,6 +199,11 @@ class Bridge:
     def time(self) -> float:
         """The simulated time since the start, in s. /clock is ahead of it by START_S, and by `began`."""
         return self.simulator.time
+
+    def unmute(self, *kinds: type) -> None:
+        """Publish these readings again. How a node keeps time that had nothing to say before is probed once more."""
+        self.muted -= set(kinds)
+        self._silences, self._awaited = 0, self._tick
 
     def go_on(self, simulator: Simulator) -> None:
         """Go on with another simulator. To the node it is the same robot if its pose is what odometry has said last.
@@ -343,7 +349,7 @@ class Bridge:
     def _suspiciously_silent(self, dt: float) -> bool:
         # A node that has not answered yet may have to wait for its first scan.
         allowed = _SILENCES_ALLOWED if self._answers.count else 1
-        silent = (self._tick - (self._answers.last or 0)) * dt
+        silent = (self._tick - max(self._answers.last or 0, self._awaited)) * dt
         return silent > self.topics.answer_s + 1e-9 and self._silences < allowed
 
     def _watch(self, probe: Probe, before: tuple[int, int], began: float, dt: float) -> None:

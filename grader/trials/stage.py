@@ -382,7 +382,7 @@ class Stage:
 
     def unmute(self, *kinds: type) -> None:
         """Let sensors publish again: `stage.unmute(ScanReading)`."""
-        self.bridge.muted -= set(kinds)
+        self.bridge.unmute(*kinds)
 
     def distort(self, change: ChangeRanges | None) -> None:
         """Publish scans with their ranges (a numpy array, m) changed from now on; None for the true ranges.

@@ -70,6 +70,13 @@ def test_a_node_on_wall_time_is_detected_and_run_in_real_time(tmp_path: Path):
     assert found["t"] == pytest.approx(2.0)
 
 
+@pytest.mark.slow  # waits in real time
+def test_a_node_on_wall_time_that_speaks_only_after_a_scan_is_detected_when_that_has_come(tmp_path: Path):
+    """It was asked how it keeps time before the first scan, when it had nothing to say, and never again."""
+    found = run(tmp_path, "wall after a scan", ticks=27, event="scans later")
+    assert found["pace"] == "real time"
+
+
 @pytest.mark.slow  # a node for each reason
 @pytest.mark.parametrize(
     ("kind", "reason"),

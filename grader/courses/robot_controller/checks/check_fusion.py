@@ -15,7 +15,7 @@ from . import motion
 _TICK_S = 0.05
 # How late a message may be. In lockstep it answers its tick; in real time a busy machine delays it: by three ticks,
 # as measured.
-_LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
+LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
 _DISTANCE = "closest_obstacle_distance"
 _SOURCES = {
     _DISTANCE: ("raw_scan", 0.01),
@@ -68,7 +68,7 @@ def test_battery_alarms_are_logged_once(judge: Judge) -> None:
         crossed = next(t for t, percent in levels if percent < threshold)
         words = mark("{n} times get_logger().{word}(...), where the battery fell below {percent} % at {t:.1f} s")
         seen = say(words, n=len(found), word=word, percent=threshold, t=crossed)
-        latest = crossed + _BATTERY_S + _LATE_S[trial.pace]
+        latest = crossed + _BATTERY_S + LATE_S[trial.pace]
         then = [m for m in _own_logs(trial.messages) if crossed - 1e-9 <= m.t <= latest]
         if then and not found:
             seen += say("; then it logged {then[0].data[msg]!r}, at another level", then=then)
@@ -118,7 +118,7 @@ def test_publishes_nothing_before_the_first_scan(judge: Judge) -> None:
     judge.expect(frames == {"base_link"}, say("frame_id {frames}", frames=sorted(frames)), say("set header.frame_id"))
     t, worst = max(((motion.stamp(m), m) for m in fused), key=lambda pair: abs(pair[0] - pair[1].t))
     seen = say("a stamp of {t:.2f} s at {m.t:.2f} s of simulated time", t=t, m=worst)
-    judge.expect(abs(t - worst.t) <= _LATE_S[trial.pace] + 1e-6, seen, "self.get_clock().now().to_msg()")
+    judge.expect(abs(t - worst.t) <= LATE_S[trial.pace] + 1e-6, seen, "self.get_clock().now().to_msg()")
 
 
 def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
@@ -146,7 +146,7 @@ def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
         seen = say(words, kind=kind, trial=trial, last=last_output(trial))
         judge.expect(math.isfinite(end), seen, motion.TRY_MIN)
         if any(m.t <= start + 1e-9 for m in fused):
-            came = any(start + _LATE_S[trial.pace] < m.t <= end + 1e-9 for m in fused)
+            came = any(start + LATE_S[trial.pace] < m.t <= end + 1e-9 for m in fused)
             seen = say("scans with {kind}: no fused data came", kind=kind)
             judge.expect(came, seen, say("that nothing is near is data, too: publish inf"))
     return trial, fused
@@ -158,7 +158,7 @@ def expect_followed(trial: Trial, fused: list[Message], field: str, try_: str) -
     for message in fused:
         said = _numbers(message.data[field])
         known = [value for t, value in measured if t <= message.t + 1e-9]
-        recent = [value for t, value in measured if message.t - _LATE_S[trial.pace] <= t <= message.t + 1e-9]
+        recent = [value for t, value in measured if message.t - LATE_S[trial.pace] <= t <= message.t + 1e-9]
         candidates = known[-1 - len(recent) :]
         if candidates and not any(_same(said, value, tolerance) for value in candidates):
             words = mark("{field} {said} at {t:.2f} s, when {true} had been measured")
