@@ -44,13 +44,17 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     """Return the export with its ledger, and with all that it has lost. `root` is the folder with its entries."""
     entries = {entry.name for entry in entries_of(root)} - set(platform.own)
     used = {hand_in.path.relative_to(root).parts[0] for hand_in in export.hand_ins}
-    # A remark names an entry, and not a longer name with that at its end.
-    chosen = [f" {note}" for note in export.notes if "is graded" in note]
-    beside = {n for n in entries - used for note in chosen if any(f" {n}{sign}" in note for sign in (",", "."))}
+    chosen = [note for note in export.notes if "is graded" in note]
+    beside = {name for name in entries - used if _is_named(name, chosen)}
     odd = sorted(entries - used - beside)
     hidden = sorted(each.name for each in root.iterdir() if each.name.startswith(".") and not _SYSTEM.match(each.name))
     loose = [
-        Lost(name, f"{printable(name)} is neither an archive nor a folder.", named(Path(name).stem), sure=False)
+        Lost(
+            name,
+            f"{printable(name)} is neither an archive nor a folder.",
+            named(Path(name).stem),
+            not _is_named(name, export.notes),
+        )
         for name in odd
     ]
     loose += [
@@ -66,6 +70,11 @@ def account(export: Export, platform: Platform, root: Path, source: Source) -> E
     ledger += f"; inside them {within} left out" if within else ""
     lost = (*export.lost, *_unpacked(export, platform, root, gone), *loose)
     return replace(export, ledger=ledger, lost=lost)
+
+
+def _is_named(name: str, notes: Sequence[str]) -> bool:
+    """Return whether a remark names an entry, and not a longer name with that at its end."""
+    return any(f" {name}{end}" in f" {note}" for note in notes for end in (" is ", ",", "."))
 
 
 def _groups(source: Source, inside: Sequence[str]) -> _Gone:

@@ -19,9 +19,11 @@ from helpers.class_reports import graded
 from submissions import hostile_class as hostile
 
 from grader import cli
-from grader.classroom import cells, discovery, gradebook, overrides, roster, times
+from grader.classroom import cells, discovery, gradebook, ledger, overrides, roster, times
 from grader.classroom.class_folder import ClassFacts, ClassFolder, Doubt, DoubtKind
 from grader.classroom.overrides import Adjustment, Decisions, PersonDecision
+from grader.classroom.platform import Export
+from grader.classroom.platforms.plain import PLATFORM
 from grader.classroom.roster import Person
 from grader.intake import containers
 
@@ -121,6 +123,15 @@ def test_a_loose_file_that_is_called_like_somebody_without_a_hand_in_stops_the_c
     what = found(write(tmp_path / "e", dict.fromkeys(("jdoe.zip", "Bo Ek.py", "grades.ods", ".boek"), "x")))
     assert stops(what) == ["Bo Ek.py is neither an archive nor a folder.", ".boek is hidden."]
     assert what.ledger[0] == "plain: 4 entries = 1 with a hand-in + 3 left out: Bo Ek.py, grades.ods, .boek"
+
+
+@pytest.mark.parametrize(
+    ("remarks", "sure"), [((), True), (("report.pdf is neither an archive nor a folder.",), False)]
+)
+def test_what_a_platforms_module_says_nothing_of_may_be_a_hand_in(tmp_path, remarks, sure):
+    (tmp_path / "report.pdf").touch()
+    export = ledger.account(Export("new", (), remarks), PLATFORM, tmp_path, ledger.Source(tmp_path))
+    assert [(each.label, each.sure) for each in export.lost] == [("report.pdf", sure)]
 
 
 def test_who_handed_in_by_the_list_and_has_nothing_stops_the_class(tmp_path):
