@@ -1,8 +1,8 @@
 """Hunt: run made-up cases in order until one breaks a promise, then let Hypothesis shrink it.
 
-Hypothesis asks for one case after another, and a case takes a second. So it is asked twice with the same seed: first it
-only lists its cases, which are then run several at a time; then it asks again, gets what came of them, finds the
-first that failed as if it had run them itself, and shrinks that.
+Hypothesis asks for one case after another, and a case takes a second. So it is asked again and again with the same
+seed: first it only lists its cases, which are then run several at a time; then it gets what came of them, finds the
+first that failed as if it had run them itself, and says which smaller ones to try, of which two are run at a time.
 """
 
 from __future__ import annotations
@@ -132,10 +132,8 @@ def hunt(
     """
     unsteady: list[Finding] = []
     left_out: list[Trial] = []
-    number, smallest = 0, None
-    for number, (case, trial) in enumerate(
-        runner.run(itertools.takewhile(lambda _: goes_on(), listed(making, cases, seed))), 1
-    ):
+    number, smallest, made = 0, None, listed(making, cases, seed)
+    for number, (case, trial) in enumerate(runner.run(itertools.takewhile(lambda _: goes_on(), made)), 1):
         tried(number)
         finding = _finding(case, trial, promises, number)
         if finding is None:
@@ -147,7 +145,7 @@ def hunt(
         found(finding)
         if number == 1 and not trial.ready:  # it never comes up, each time after a wait
             shrinks = 0
-        known = dict.fromkeys(listed(making, cases, seed)[: number - 1]) | {case: finding}
+        known = dict.fromkeys(made[: number - 1]) | {case: finding}
         smallest = _shrunk(runner, making, known, cases, seed, shrinks, found)
         break
     return Hunted(number, seed, smallest, tuple(unsteady), tuple(left_out))
@@ -173,9 +171,9 @@ def _shrunk(
 
     `known` says what the cases up to the first finding break. An unsteady one counts as one that breaks nothing.
     """
-    smaller, before, room = [*filter(None, known.values())], len(known), shrinks
+    smaller, before = [*filter(None, known.values())], len(known)
     while True:
-        wanted, broken = _asked(making, known, cases, seed, min(AT_ONCE, room))
+        wanted, broken = _asked(making, known, cases, seed, min(AT_ONCE, before + shrinks - len(known)))
         if broken is not smaller[-1]:
             smaller.append(broken)
             found(broken)
@@ -183,7 +181,6 @@ def _shrunk(
             break
         for case, trial in runner.run(wanted):
             known[case] = _finding(case, trial, [broken.promise], broken.after)
-        room = before + shrinks - len(known)
     while len(smaller) > 1 and not _holds(runner, smaller[-1]):
         smaller.pop()
     return replace(smaller[-1], shrunk_in=len(known) - before)
@@ -244,7 +241,3 @@ def _holds(runner: Runner, finding: Finding) -> bool:
     """Return whether a case breaks the promise each time that it is run again."""
     again = runner.again(finding.case, AGAIN)
     return all(first_broken([finding.promise], Run(finding.case, trial)) for trial in again)
-
-
-def _size(case: Case) -> tuple[int, int]:
-    return len(case.steps), len(case.text)

@@ -168,11 +168,11 @@ def _rounds(
     tried = 0
     while (waiting or noticed) and not verdicts.convicted:
         batch, waiting = waiting[:ROUND], waiting[ROUND:]
-        jobs = [Job(change, verdicts.selection(change)) for change in batch]
-        jobs += examinations(verdicts, noticed, fill_up=not batch or verdicts.noticed <= ROUND)
-        verdicts.rng.shuffle(jobs)
+        asked = [Job(change, verdicts.selection(change)) for change in batch]
+        asked += examinations(verdicts, noticed, fill_up=not batch or verdicts.noticed <= ROUND)
+        verdicts.rng.shuffle(asked)
         before = runner.seconds_spent
-        results = runner.run(jobs)
+        results = runner.run(asked)
         noticed, again = _judge_round(verdicts, runner, results)
         for change in again:
             verdicts.note_not_tried(change)

@@ -60,7 +60,7 @@ def analyse_package(
         beside = str(interfaces.resolve()) if interfaces else ""
 
         def run(items: Sequence[PythonFile]) -> Quality | None:
-            listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
+            listing = scratch / "sources.json"
             listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
             arguments = [str(course.folder), str(package.resolve()), beside, str(listing), *["--lint"] * lint]
             done = run_python(["-m", "grader.quality.worker", *arguments], scratch)
