@@ -184,6 +184,8 @@ class Progress:
         self._handle: Any = None
         self._step = ""
         self._began = 0.0
+        self._ended = threading.Event()
+        self._clock = threading.Thread(target=self._tick, daemon=True)
 
     def say(self, step: str) -> None:
         """Show the current step; how far it is may follow in brackets, and the seconds are then counted on."""
@@ -197,9 +199,8 @@ class Progress:
 
             # Empty at first and at the end: tools that compare outputs (nbval) see only this.
             self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
-        seconds = time.monotonic() - self._began
-        counted = f" ({seconds:.0f} s)" if seconds >= _COUNTED_S else ""
-        self._handle.update({"text/plain": f"{step[:90]} ...{counted}"}, raw=True)
+            self._clock.start()
+        self._show()
 
     def more(self, far: str) -> None:
         """Show how far the current step is."""
@@ -210,7 +211,18 @@ class Progress:
 
     def __exit__(self, *_: object) -> None:
         if self._handle is not None:
+            self._ended.set()
+            self._clock.join()
             self._handle.update({}, raw=True)
+
+    def _tick(self) -> None:
+        while not self._ended.wait(1.0):
+            self._show()
+
+    def _show(self) -> None:
+        seconds = time.monotonic() - self._began
+        counted = f" ({seconds:.0f} s)" if seconds >= _COUNTED_S else ""
+        self._handle.update({"text/plain": f"{self._step[:90]} ...{counted}"}, raw=True)
 
 
 _COUNTED_S = 2.0  # a shorter step needs no clock

@@ -18,6 +18,7 @@ print("before")
 with Progress() as progress:
     progress.say("building your package; the first time takes a minute")
     progress._began -= 12.4  # as if it had begun earlier
+    progress._show()
     progress.more("compiling C++: 21 of 43")
     progress.say("starting robot_controller")
 print("after")
@@ -46,8 +47,9 @@ def run(code: str, folder: Path) -> tuple[list[str], list[nbformat.NotebookNode]
 
 def test_each_step_is_shown_and_counted_and_nothing_is_left(tmp_path: Path):
     shown, outputs = run(CELL, tmp_path)
-    first, further, second, last = shown
+    first, counted, *_, further, second, last = shown
     assert first == "building your package; the first time takes a minute ..."
+    assert counted == "building your package; the first time takes a minute ... (12 s)"
     assert further == "building your package (compiling C++: 21 of 43) ... (12 s)"
     assert second == "starting robot_controller ..."
     assert last == ""
