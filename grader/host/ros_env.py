@@ -15,6 +15,11 @@ SITE_IN_PREFIX = SITE_PACKAGES.relative_to(PREFIX)
 PREFIXES = (BASE_PREFIX, PREFIX)
 """The folders in which Python and the kit's packages are."""
 CMAKE_HOOK = Path(__file__).parent / "wheel_prefix.cmake"
+ON_THIS_MACHINE = {
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
+    "FASTRTPS_DEFAULT_PROFILES_FILE": str(Path(__file__).parent / "this_machine.xml"),
+}
+"""The variables with which nodes hear those of this machine alone; the file says why LOCALHOST will not do."""
 _PATH = f"{PREFIX}/bin:/usr/local/bin:/usr/bin:/bin"
 COMPILERS = {"C compiler": ("cc", "gcc", "clang"), "C++ compiler": ("c++", "g++", "clang++")}
 """Each with the names under which CMake looks for it."""

@@ -8,12 +8,12 @@ import os
 from functools import partial
 from typing import Any
 
+from grader.host import ros_env
 from grader.notebook import interface_types, prerequisites
 from grader.notebook.tables import MissingError
-from grader.notebook.workspace import NOTEBOOK, course, discovery_range
+from grader.notebook.workspace import NOTEBOOK, course
 from grader.words import say
 
-_DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _TICK_S = 0.05
 _SPINS = 5  # of the executor: two timers, a goal, and the messages that these cause
 
@@ -83,9 +83,9 @@ class Bench:
             Bench._current.close()
         self._context = Context()
         # What a context is made with stays with it: nothing on a bench is heard elsewhere, not even on another one.
-        os.environ[_DISCOVERY] = "OFF"
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
         rclpy.init(context=self._context)
-        os.environ[_DISCOVERY] = discovery_range()
+        os.environ |= ros_env.ON_THIS_MACHINE
         Bench._current = self
         overrides = [Parameter("use_sim_time", value=True)]
         overrides += [Parameter(key, value=value) for key, value in parameters.items()]

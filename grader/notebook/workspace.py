@@ -73,9 +73,8 @@ class Workspace:
     @property
     def variables(self) -> dict[str, str]:
         """Return what ROS 2 is told in a workspace: its DDS domain, who may hear it, and where its logs go."""
-        return {
+        return ros_env.ON_THIS_MACHINE | {
             "ROS_DOMAIN_ID": str(self.domain_id),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
             "ROS_LOG_DIR": str(self.root / "log" / "ros"),
         }
 
@@ -184,26 +183,14 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     environment.update({name: value for name, value in wanted.items() if name not in ("HOME", "LANG")})
 
 
-def discovery_range(interfaces: Path = Path("/sys/class/net")) -> str:
-    """Return ROS's discovery range: this machine only, or students in a class would drive each other's robots.
-
-    Without a network interface besides the loopback, LOCALHOST finds no nodes (it needs multicast); there SUBNET does
-    not reach other machines either.
-    """
-    states = {path.parent.name: path.read_text().strip() for path in interfaces.glob("*/operstate")}
-    return "LOCALHOST" if any(state == "up" for name, state in states.items() if name != "lo") else "SUBNET"
-
-
 def shell_lines(shell: str, workspace: Workspace | None = None) -> str:
     """Return what grader/ros2/setup.bash runs in a terminal ("bash", "zsh") to join it to the notebooks' workspace.
 
     It sets their DDS domain, and the package as it was built last.
     """
     workspace = workspace or find(KIT)
-    lines = [
-        f"export ROS_DOMAIN_ID={workspace.domain_id}",
-        f"export ROS_AUTOMATIC_DISCOVERY_RANGE={discovery_range()}",
-    ]
+    variables = {"ROS_DOMAIN_ID": str(workspace.domain_id)} | ros_env.ON_THIS_MACHINE
+    lines = [f"export {name}={shlex.quote(value)}" for name, value in variables.items()]
     # Not setup.bash: that one also sources the prefix of the wheels, which has no setup files.
     setup = workspace.root / "install" / f"local_setup.{shell}"
     return "\n".join([*lines, f". {shlex.quote(str(setup))}"] if setup.is_file() else lines)

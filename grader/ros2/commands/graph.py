@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -48,18 +49,25 @@ PROFILE = """<?xml version="1.0" encoding="UTF-8"?>
 <initialAnnouncements><count>0</count><period><sec>0</sec><nanosec>100000000</nanosec></period></initialAnnouncements>
 </discovery_config></builtin></rtps></participant></profiles></dds>
 """
+DISCOVERY = re.compile("<discovery_config>.*</discovery_config>", re.DOTALL)
 PROFILE_VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+WORKSPACES = 'profile_name="this_machine"'  # in the profile of the notebooks' nodes
 
 
 @contextlib.contextmanager
 def quick_discovery(slowness: float) -> Iterator[None]:
-    """Let a node created in this block find the others soon; a discovery profile set by the user is kept."""
-    if any(name in os.environ for name in PROFILE_VARIABLES):
-        yield
-        return
+    """Let a node created in this block find the others soon; a profile that the user has set is kept."""
+    before = {name: os.environ[name] for name in PROFILE_VARIABLES if name in os.environ}
     delay_ns = int(FIRST_ANNOUNCEMENT_S * slowness * 1e9)
+    profile = PROFILE.format(s=delay_ns // 10**9, ns=delay_ns % 10**9)
+    for path in before.values():
+        theirs = Path(path).read_text() if Path(path).is_file() else ""
+        if WORKSPACES not in theirs:
+            yield
+            return
+        profile = DISCOVERY.sub(DISCOVERY.findall(profile)[0], theirs)
     with tempfile.NamedTemporaryFile("w", prefix="ros2-discovery-", suffix=".xml") as file:
-        file.write(PROFILE.format(s=delay_ns // 10**9, ns=delay_ns % 10**9))
+        file.write(profile)
         file.flush()
         os.environ.update(dict.fromkeys(PROFILE_VARIABLES, file.name))
         try:
@@ -67,6 +75,7 @@ def quick_discovery(slowness: float) -> Iterator[None]:
         finally:
             for name in PROFILE_VARIABLES:
                 del os.environ[name]
+            os.environ.update(before)
 
 
 @dataclass(frozen=True)

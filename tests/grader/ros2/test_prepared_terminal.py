@@ -83,4 +83,5 @@ def test_there_is_nothing_to_source_before_the_first_build(tmp_path: Path):
     assert [line.partition("=")[0] for line in shell_lines("bash", Workspace(tmp_path)).splitlines()] == [
         "export ROS_DOMAIN_ID",
         "export ROS_AUTOMATIC_DISCOVERY_RANGE",
+        "export FASTRTPS_DEFAULT_PROFILES_FILE",
     ]
