@@ -233,10 +233,10 @@ class Bridge:
         since = clock()
         asked: Future | None = None
         while clock() < deadline and self.alive():
-            if self._visible() and self._matched() and expected():
-                break
             if asked is None and self._barrier_client.service_is_ready():
                 asked = self._barrier_client.call_async(GetParameterTypes.Request())
+            if self._visible() and self._matched() and expected():
+                break
             now = clock()
             spins = asked is not None and asked.done()
             view = (spins, self._view())
@@ -248,9 +248,17 @@ class Bridge:
         if not self._visible():
             return False
         self._subscribe_again()
+        # Before the clock starts, or the node's first message could come too soon to be heard; but a node may wait for
+        # the clock before it spins.
+        until = clock() + _QUIET_S
+        while asked is not None and not asked.done() and clock() < until and self.alive():
+            self._executor.spin_once(timeout_sec=0.01)
+        hears_us = asked is not None and asked.done() and self.await_match()
         self._publish_clock()
-        if self.await_match():
-            self._barrier(_ROUNDS + 1)  # an answer to this first time that is one round late is not waited for
+        if hears_us or self.await_match():
+            self._barrier()
+            self._publish_clock()  # once more: it can get lost, and no answer is known yet to be due
+            self._barrier()
         return True
 
     def await_match(self) -> bool:
