@@ -4,7 +4,7 @@ from grader.checks.judge import Failed, Judge, NotReached, Unjudged
 from grader.evidence import Mutant, Mutation, short_name
 from grader.words import mark, say, some
 
-NEEDS = ("student tests", "mutation")
+NEEDS = ("student tests", "mutation", "what ran")
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
 _NONE, _MIDDLE, _FULL = 10.0, 42.5, 75.0
 _LISTED = 8

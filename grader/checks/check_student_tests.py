@@ -5,7 +5,7 @@ from grader.checks.wording import place
 from grader.evidence import TestModule
 from grader.words import mark, say, some
 
-NEEDS = ("student tests",)
+NEEDS = ("student tests", "what ran")
 _TRY_TESTS = mark(
     "{files} must run the node's own code, which neither an import of it does nor a mock in its place: make the node "
     "(after rclpy.init()) or call its functions"

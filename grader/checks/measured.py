@@ -52,7 +52,7 @@ def measure(evidence: Evidence, course: Course) -> Measured:
     """Return what counts of a package, whose text has been read.
 
     Where a node did not come up, the contract's module for it counts as it was handed in. Where no trial has noted what
-    runs, as in a notebook's check of style alone, every module and the nodes' programs do.
+    runs, every module and the nodes' programs do.
     """
     files = evidence.quality.files if evidence.quality is not None else []
     noted = _noted(evidence, course)

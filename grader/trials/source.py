@@ -69,8 +69,9 @@ def wanted(settings: Settings) -> dict[str, TrialPlan]:
 
 
 def serves(plan: TrialPlan, settings: Settings) -> frozenset[str]:
-    """Return the ids of the requirements that a trial serves: those that it names, and those that need its kind."""
-    return frozenset(plan.serves) | (served(settings, plan.kind) if plan.kind else frozenset())
+    """Return the ids of the requirements that a trial serves: those that it names, and those that need what it shows."""
+    shows = [*filter(None, [plan.kind]), *(["what ran"] if plan.notes_functions else [])]
+    return frozenset(plan.serves).union(*(served(settings, what) for what in shows))
 
 
 def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:

@@ -87,7 +87,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
 
     together = collected()
     for requirement in settings.rubric.requirements:
-        # Style by itself needs no build, and beside I1 it has one: `check Q1` gave 4.77 and `check Q1 I1` 0.
+        # `check Q1` gave 4.77 and `check Q1 I1` 0: only the second had a build.
         of_text = requirement.id.startswith("Q")
         for asked in [(requirement.id,), (requirement.id, "I1")] if of_text else [(requirement.id,)]:
             found = collected(*asked)
