@@ -86,7 +86,7 @@ def test_a_flag_takes_no_points_and_names_file_trial_and_requirements(noted: Gra
 @pytest.mark.parametrize(
     ("concerns", "requirements"),
     [
-        ("what ran", {"Q1", "Q2", "Q3", "Q4"}),
+        ("what ran", {"Q1", "Q2", "Q3", "Q4", "T1", "T2", "T3"}),
         ("student tests", {"T1", "T2", "T3"}),
         ("mutation", {"T3"}),
         ("readme", {"Q5"}),

@@ -71,7 +71,7 @@ def test_a_package_of_interfaces_beside_the_package_is_checked_with_it(package: 
     monkeypatch.setattr(checking.pipeline, "grade", lambda source, *_: taken.extend(p.name for p in source.iterdir()))
     assert prerequisites.first_gap(package, "I3") is None
     whole = checking.rubric.load(COURSE.rubric)
-    checking._grade(package, whole, [whole.requirement("Q2")], Progress())
+    checking._grade(package, whole, [whole.requirement("I2")], Progress())
     assert sorted(taken) == ["my_interfaces", PACKAGE]
 
 
@@ -86,7 +86,7 @@ def test_answers_come_in_the_order_asked_for_and_once(workspace: Workspace) -> N
 
 @pytest.mark.slow  # a whole check more
 @pytest.mark.sandbox
-def test_requirements_about_text_are_judged_without_a_build(package: Path, no_build: None) -> None:
+def test_requirements_about_text_are_judged_where_nothing_builds(package: Path) -> None:
     (package / "CMakeLists.txt").write_text("not CMake (")
     checked = notebook.check("I2", "Q1", "Q2", "Q4")
     assert checked.passed, checked
