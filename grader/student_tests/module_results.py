@@ -48,10 +48,14 @@ class ModuleRuns:
         return {name for both in zip(passed, reversed(failed), strict=True) for name in both[0] & both[1]}
 
     @property
+    def passed_first(self) -> list[TestResult]:
+        """Return the tests that passed in the first run, in which the lines are measured."""
+        return [test for test in self.runs[0].tests if test.outcome == "passed" and not test.xfail]
+
+    @property
     def passed(self) -> list[TestResult]:
         """Return the tests that passed and are steady."""
-        loose = self.unsteady
-        return [t for t in self.runs[0].tests if t.outcome == "passed" and not t.xfail and t.id not in loose]
+        return [test for test in self.passed_first if test.id not in self.unsteady]
 
     @cached_property
     def called(self) -> dict[str, set[str]]:
@@ -80,7 +84,7 @@ class ModuleRuns:
         if self.probe is None:
             return set()
         again = {test.id for test in self.probe.tests if test.outcome == "passed"}
-        return {test.id for test in self.passed if test.id in again and test.id in self.called}
+        return {test.id for test in self.passed_first if test.id in again and test.id in self.called}
 
     def reach(self) -> ModuleReach:
         """Return what the steady tests reach."""

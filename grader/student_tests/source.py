@@ -117,11 +117,13 @@ def run_suite(
 
         def measure(module: TestModule) -> ModuleRuns:
             found = ModuleRuns(module, _run_steadily(pool, module, seconds), functions=functions)
-            if passed := found.passed:
-                # Functions that raise may leave a test waiting forever; three times its time is enough.
+            if passed := found.passed_first:
+                # Functions that raise may leave a test waiting forever; three times its time is enough. A test that
+                # passes only while it is measured shows in the probe what it does then.
                 request = ModuleRequest(
                     module.path, files=probe, select=[test.id for test in passed], total=seconds,
                     limits={test.id: 2.0 + 3 * test.seconds for test in passed}, limit=20.0,
+                    coverage=bool(found.unsteady),
                 )  # fmt: skip
                 found = replace(found, probe=_run_to_the_end(pool, request))
             progress(module.path)

@@ -115,6 +115,13 @@ def test_many_lines_that_only_idle_tests_have_run_are_flagged():
     assert found(range(1, 60), range(10, 40)) == []
 
 
+def test_lines_are_claimed_by_a_test_that_passes_only_while_it_is_measured_too():
+    """The second run and a plain probe showed nothing of a test that asked first whether coverage runs."""
+    run = reaching(ran(test_claims="passed"), test_claims=range(1, 60))
+    [flag] = flags([ModuleRuns(MODULE, [run, ran(test_claims="failed")], ran(test_claims="passed"), FUNCTIONS)])
+    assert flag.kind == "test reports"
+
+
 class ScriptedWorker:
     """Answers each request with the next of the given runs."""
 
