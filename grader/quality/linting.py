@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tempfile
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -155,17 +156,16 @@ def by_flake8(copies: Mapping[str, str]) -> tuple[list[Finding], list[Finding]]:
     import ament_flake8
     from flake8.main.application import Application  # type: ignore[import-untyped]
 
-    paths, report = {copy: path for path, copy in copies.items()}, Path("flake8.txt")
-    report.unlink(missing_ok=True)
-    flake8 = Application()
-    flake8.run([
-        f"--config={Path(ament_flake8.__file__).parent / 'configuration' / 'ament_flake8.ini'}", "--disable-noqa",
-        "--no-show-source", "--jobs=1", f"--max-complexity={MAX_COMPLEXITY}", f"--output-file={report}",
-        "--format=%(path)s:%(row)d:%(code)s:%(text)s", *paths,
-    ])  # fmt: skip
-    if flake8.catastrophic_failure:
-        raise RuntimeError("flake8 has failed")
-    matches = filter(None, map(_LINE.match, report.read_text().splitlines()))
+    paths, flake8 = {copy: path for path, copy in copies.items()}, Application()
+    with tempfile.NamedTemporaryFile("r") as report:
+        flake8.run([
+            f"--config={Path(ament_flake8.__file__).parent / 'configuration' / 'ament_flake8.ini'}", "--disable-noqa",
+            "--no-show-source", "--jobs=1", f"--max-complexity={MAX_COMPLEXITY}", f"--output-file={report.name}",
+            "--format=%(path)s:%(row)d:%(code)s:%(text)s", *paths,
+        ])  # fmt: skip
+        if flake8.catastrophic_failure:
+            raise RuntimeError("flake8 has failed")
+        matches = [*filter(None, map(_LINE.match, report.read().splitlines()))]
     found = [Finding(paths[copy], int(row), rule, printable(text.strip())) for copy, row, rule, text in
              (match.groups() for match in matches) if copy in paths]  # fmt: skip
     style = (finding for finding in found if _RULES.match(finding.rule))
