@@ -117,7 +117,7 @@ def window(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterato
     folder = tmp_path_factory.mktemp("session")
     (folder / "robot.py").write_text(blocks(PAGE.read_text(), "python")[0][1])
     install = building.build([reference], building.cache_folder(), COURSE).install
-    env = {**ros_env.environment(install, home=folder), "TERM": "xterm"}
+    env = {**ros_env.environment(install, home=folder), **ros_env.ON_THIS_MACHINE, "TERM": "xterm"}
     with desk(folder, env) as open_one:
         yield open_one
 
