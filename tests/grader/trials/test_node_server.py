@@ -104,7 +104,7 @@ def test_a_traceback_shows_the_package_alone_and_comes_whole(run):
 
 
 def test_ctrl_c_reaches_it_and_an_abort_shows_where_it_is(run, server: NodeServer):
-    waits = "import time\nprint('up', flush=True)\ntime.sleep(60)"
+    waits = "import time\nprint('up', flush=True), time.sleep(60)"  # one line, wherever it is met
     node = run(waits, until="up")
     assert node.exit_code() is None
     node.interrupt()
@@ -115,7 +115,7 @@ def test_ctrl_c_reaches_it_and_an_abort_shows_where_it_is(run, server: NodeServe
     node.abort()
     helpers.until(node.has_ended)
     assert node.exit_code() == -6
-    assert "line 4 in <module>" in node.output
+    assert "line 3 in <module>" in node.output
 
 
 def test_the_next_one_finds_nothing_of_the_one_before(run, server: NodeServer):
