@@ -70,7 +70,7 @@ def wanted(settings: Settings) -> dict[str, TrialPlan]:
 
 def serves(plan: TrialPlan, settings: Settings) -> frozenset[str]:
     """Return the ids of the requirements that a trial serves: those it names, and those that need what it shows."""
-    shows = [*filter(None, [plan.kind]), *(["what ran"] if plan.notes_functions else [])]
+    shows = {plan.kind, "what ran" if plan.notes_functions else ""} - {""}
     return frozenset(plan.serves).union(*(served(settings, what) for what in shows))
 
 

@@ -58,13 +58,13 @@ WORKSPACES = 'profile_name="this_machine"'  # in the profile of the notebooks' n
 def quick_discovery(slowness: float) -> Iterator[None]:
     """Let a node created in this block find the others soon; a profile that the user has set is kept."""
     before = {name: os.environ[name] for name in PROFILE_VARIABLES if name in os.environ}
+    theirs = "".join(Path(path).read_text(errors="replace") for path in before.values() if Path(path).is_file())
+    if before and WORKSPACES not in theirs:
+        yield
+        return
     delay_ns = int(FIRST_ANNOUNCEMENT_S * slowness * 1e9)
     profile = PROFILE.format(s=delay_ns // 10**9, ns=delay_ns % 10**9)
-    for path in before.values():
-        theirs = Path(path).read_text() if Path(path).is_file() else ""
-        if WORKSPACES not in theirs:
-            yield
-            return
+    if theirs:
         profile = DISCOVERY.sub(DISCOVERY.findall(profile)[0], theirs)
     with tempfile.NamedTemporaryFile("w", prefix="ros2-discovery-", suffix=".xml") as file:
         file.write(profile)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from helpers.course import PACKAGE
 
-from grader import notebook
+from grader import KIT, notebook
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import cell_hooks, checkpoints, lanes
@@ -35,9 +35,11 @@ def test_the_workspace_lies_beside_the_notebooks(tmp_path: Path, monkeypatch: py
 
 
 SHOW_WAYS = """
-import os, pathlib, rclpy, socket
+import contextlib, os, pathlib, rclpy, socket, sys
+from grader.ros2.commands.graph import quick_discovery
 rclpy.init()
-node = rclpy.create_node("anna")
+with quick_discovery(1.0) if sys.argv[1] == "a command" else contextlib.nullcontext():
+    node = rclpy.create_node("anna")
 ways = set()
 for number in os.listdir("/proc/self/fd"):
     try:
@@ -53,11 +55,13 @@ os._exit(0)
 
 
 @pytest.mark.ros
-def test_students_in_one_classroom_do_not_drive_each_others_robots(workspace: Workspace) -> None:
+@pytest.mark.parametrize("what", ["a node", "a command"])
+def test_students_in_one_classroom_do_not_drive_each_others_robots(workspace: Workspace, what: str) -> None:
     """Over the loopback, with its multicast; a lock in shared memory could be held by a node that was killed."""
     prepared = dict(os.environ)
     prepare(workspace, prepared)
-    ran = subprocess.run([sys.executable, "-c", SHOW_WAYS], env=prepared, capture_output=True, text=True, check=True)
+    command = [sys.executable, "-c", SHOW_WAYS, what]
+    ran = subprocess.run(command, env=prepared, cwd=KIT, capture_output=True, text=True, check=True)
     assert ran.stdout.split() == ["127.0.0.1", "239.255.0.1"]
 
 

@@ -168,6 +168,22 @@ def test_a_test_that_passes_only_once_counts_neither_way_and_is_named(own_tests,
     assert module.failures == []
 
 
+@pytest.mark.usefixtures("own_tests")
+@pytest.mark.parametrize("second", ["failed", "passed"])
+def test_what_passes_only_while_it_is_measured_is_measured_in_the_probe_too(tmp_path: Path, second: str):
+    requests: list[ModuleRequest] = []
+
+    class Recording(ScriptedWorker):
+        def run(self, request: ModuleRequest) -> ModuleRun:
+            requests.append(request)
+            return super().run(request)
+
+    runs = [ran(test_claims="passed"), ran(test_claims=second), ran(test_claims="passed")]
+    source.run_suite(tmp_path, tmp_path, [MODULE], COURSE, workers=team_of(Recording(runs)))
+    assert [request.coverage for request in requests] == [True, False, second == "failed"]
+    assert requests[-1].select == [named("test_claims")]
+
+
 def test_a_test_that_fails_twice_has_failed(own_tests):
     module, unused = own_tests(
         ran(test_wrong="failed", test_broken="error"), ran(test_wrong="failed", test_broken="error")
